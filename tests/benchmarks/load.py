@@ -106,7 +106,10 @@ LOADS = {
     ),
     "records": Load("records in one `fit`", (5, 10, 20, 50), lambda n: (n, RATE), lambda n: ("fit",)),
     "samples": Load(
-        "samples in one record", (10_000, 20_000, 40_000, 80_000, 160_000), lambda n: (1, n / LENGTH), lambda n: ("fit",)
+        "samples in one record",
+        (10_000, 20_000, 40_000, 80_000, 160_000),
+        lambda n: (1, n / LENGTH),
+        lambda n: ("fit",),
     ),
     "draws": Load(
         "posterior draws",
@@ -216,7 +219,7 @@ def table(name: str) -> tuple[Table, bool]:
     ]
     rows.append(("exponent", *grown))
     words = " ".join(load.words(load.sizes[-1]))
-    note = f"`fibrefit {words}`, from a prompt; exponents are of what grows with the size, a base allowed for; {LINEAR:g} counts as linear."
+    note = f"`fibrefit {words}`, from a prompt; exponents are of what grows beyond a base, {LINEAR:g} is linear."
     heads = (f"{what}, {when}" for when in ("first", "again") for what in ("time", "processors", "largest memory"))
     return Table(f"Growth with {load.title}", note, (load.title, *heads), rows), too_fast(grown)
 

@@ -8,7 +8,7 @@ import pytest
 from tests.benchmarks.load import LINEAR, LOADS, exponent, growth, too_fast
 
 SIZES = LOADS["samples"].sizes
-BASE, SCATTER = 400.0, 8.0
+BASE, SCATTER = 400.0, 3.0
 """Of a process that fits one record, MB."""
 
 
