@@ -19,6 +19,8 @@ from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PARETO_K
 
 BLOCK_SECONDS = 0.05
+NORMAL_MEDIAN = 0.6745
+"""Median magnitude of a normal variable over its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,31 @@ def block_index(density: LogPosterior) -> tuple[np.ndarray, int]:
     largest = int(number.max()) + 1
     index = number + largest * np.arange(len(times))[:, None]
     return np.where(valid, index, largest * len(times)), largest * len(times) + 1
+
+
+def usual_log_density(density: LogPosterior, blocks: np.ndarray, n_block: int) -> np.ndarray:
+    """Log density ``(n_block,)`` of noise that scatters as neighbouring readings do, SI units: the same for any model.
+
+    A hundred readings to 20 um have a density of exp(1000) in SI units, which no number holds. What a model has beyond
+    this is small, and models of the same records differ by as much.
+
+    Parameters
+    ----------
+    density : LogPosterior
+    blocks : (n_record, n_time) int array
+        Of `block_index`.
+    n_block : int
+    """
+    data, found = density.problem.observations, np.zeros(n_block)
+    for channel in density.likelihood.channels:
+        valid = np.asarray(data.weight[channel]) > 0.0
+        # Second differences of noise have six times its variance; of a motion that is sampled well hardly anything.
+        bends = np.diff(np.where(valid, data.measured[channel], np.nan), 2, axis=1)
+        bends = np.abs(bends[np.isfinite(bends)])
+        typical = float(np.median(bends)) / NORMAL_MEDIAN if bends.size else 0.0
+        spread = (typical or float(np.sqrt(np.mean(bends**2))) if bends.any() else 1.0) / np.sqrt(6.0)
+        found += np.bincount(blocks[valid], minlength=n_block) * -(np.log(spread) + 0.5 * np.log(2.0 * np.pi * np.e))
+    return found
 
 
 def blockwise(density: LogPosterior, points: jax.Array, blocks: jax.Array, n_block: int) -> jax.Array:

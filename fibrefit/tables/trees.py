@@ -36,12 +36,21 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
         sets |= _of_same_draws(sets)
         # ArviZ takes every variable of this group for a likelihood.
         said = [name for name, variable in sets["log_likelihood"].items() if "draw" not in variable.dims]
-        sets["log_likelihood"] = sets["log_likelihood"].set_coords(said)
+        sets["log_likelihood"] = _beyond_the_usual(sets["log_likelihood"].set_coords(said))
     if "posterior" in sets:
         sets = {name: one.rename({"sample": INSTANT}) if "sample" in one.dims else one for name, one in sets.items()}
     tree: xr.DataTree = xr.DataTree.from_dict(sets)
     tree.attrs.update(attributes)
     return tree
+
+
+def _beyond_the_usual(likelihood: xr.Dataset) -> xr.Dataset:
+    """Log likelihoods without what any model of the same readings has: ArviZ takes their exponential for weights."""
+    if "usual" not in likelihood.coords:
+        return likelihood  # an earlier version kept none
+    return likelihood.assign(
+        readings=(likelihood["readings"] - likelihood["usual"]).assign_attrs(likelihood["readings"].attrs)
+    )
 
 
 def _of_same_draws(sets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:

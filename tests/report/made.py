@@ -17,6 +17,10 @@ TIMES = np.arange(COUNT) / RATE
 GRID = ("record", "sample")
 PLACE = d.GapPlace(record=RECORDS[1], channel="force", from_s=1.0, to_s=1.1, phase="taut, loading", share=0.4)
 
+LESSER = CANDIDATE.model_copy(update={"effect": "fibre.hardening", "evidence": 40.0, "gap_after": 2.5})
+NO_GAIN = CANDIDATE.model_copy(update={"effect": "drive.play", "evidence": -3.0, "gap_after": 3.1})
+"""It is counted, and cannot be switched on."""
+
 
 def motion() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, speed and phase of both records."""
@@ -57,9 +61,9 @@ def search() -> Result:
         "channel": Variable(np.array(list(units), dtype=object), ("channel",)),
         "round": Variable(np.array([1, 2]), ("round",)),
         "left": Variable(np.stack([left(wrong, 1.0), left(wrong, 0.4)]), ("round", "record", "channel", "sample")),
-        "tried_in": Variable(np.array([1]), ("tried",)),
-        "effect": Variable(np.array(["fibre.hardening"], dtype=object), ("tried",)),
-        "left_with": Variable(left(wrong, 0.8)[None], ("tried", "record", "channel", "sample")),
+        "tried_in": Variable(np.array([1, 1]), ("tried",)),
+        "effect": Variable(np.array([LESSER.effect, NO_GAIN.effect], dtype=object), ("tried",)),
+        "left_with": Variable(np.stack([left(wrong, 0.8), left(wrong, 1.0)]), ("tried", "record", "channel", "sample")),
     }
     groups = {
         "observed_data": group(observed),
@@ -90,7 +94,7 @@ def _search() -> d.DiscoverySummary:
             gap_before=before,
             gap_after=after,
             where=(PLACE,),
-            ranking=(CANDIDATE,),
+            ranking=(CANDIDATE, LESSER, NO_GAIN),
             sentence=f"With {added} the gap falls.",
         )
         for added, before, after in (("guide.viscous_friction", 3.1, 1.6), ("pulley.inertia", 1.6, 1.0))

@@ -40,6 +40,9 @@ def _population(summary: BatchSummary) -> TableBlock | None:
     return TableBlock("Population", head, population_rows(summary.population), frozenset({1, 3}), note)
 
 
+MOST_PRINTED = 120
+"""Items that are printed, three sheets of A4 or so: of more only those that ask to be looked at."""
+
 RATIO = ".2f"
 """How a gap is written."""
 
@@ -73,7 +76,7 @@ def _items(result: Result, summary: BatchSummary) -> Items:
     head = [{"label": "item", "kind": "text"}, {"label": "status", "kind": "status"}]
     head += [{"label": "model", "kind": "text"}] * lacking
     head += [{"label": _labelled(column.label, column.unit), "kind": "number"} for column in (gaps, *numbers)]
-    rows = []
+    rows, printed = [], _printed(summary.items)
     for name, item in summary.items.items():
         cells: list[tuple[str, float | None, float | None]] = [(name, None, None)]
         cells.append((item.status or "not possible", None, None))
@@ -85,9 +88,18 @@ def _items(result: Result, summary: BatchSummary) -> Items:
                 "lacks": bool(item.lacks),
                 "detail": _detail(item, result.items.get(name)),
                 "link": _link(result, item),
+                "printed": name in printed,
             }
         )
     return Items("Every item", head, rows)
+
+
+def _printed(items: Mapping[str, BatchItem]) -> set[str]:
+    """Items that are printed: all, or those that are doubtful or not explained, the largest gaps before others."""
+    if len(items) <= MOST_PRINTED:
+        return set(items)
+    asking = [name for name, item in items.items() if item.lacks or item.status != "ok"]
+    return set(sorted(asking, key=lambda name: -(items[name].gap or math.inf))[:MOST_PRINTED])
 
 
 def _labelled(name: str, unit: str) -> str:

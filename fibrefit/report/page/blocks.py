@@ -196,7 +196,7 @@ class Items(Block):
         ``label`` and ``kind`` (``text``, ``status``, ``number``) of each.
     rows : sequence of dict
         ``cells`` of (text, number or None, error or None) for each column; ``lacks``, whether its model leaves more
-        than noise; ``detail`` lines that open; ``link``.
+        than noise; ``detail`` lines that open; ``link``; ``printed``, whether it stands on paper too.
     """
 
     kind: ClassVar[str] = "items"

@@ -7,7 +7,7 @@ import numpy as np
 
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words, remark
-from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise
+from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
 from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
@@ -164,9 +164,11 @@ def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
     used = np.unique(blocks[blocks < number - 1])
     values = np.concatenate(parts)[: len(points), used].reshape(len(kept), len(scored), -1)
     records, each = density.problem.layout.records, (number - 1) // len(blocks)
+    usual = usual_log_density(density, blocks, number)[used]
     return {
         "draw": Variable(scored, ("draw",), doc="Place in the draws of the posterior."),
-        "readings": Variable(values, ("chain", "draw", "block"), doc="Of all channels together."),
+        "readings": Variable(values, ("chain", "draw", "block"), doc="Of all channels together, SI units."),
+        "usual": Variable(usual, ("block",), doc="Of noise that scatters as neighbouring readings do, SI units."),
         "block_record": Variable(np.array([records[b // each] for b in used], dtype=object), ("block",)),
         "block_begin": Variable(used % each * BLOCK_SECONDS, ("block",), "s", "After the first sample of the record."),
     }

@@ -75,6 +75,8 @@ class Items {
     this.rows.forEach((row) => { row.hidden = !this.matches(row); });
     this.shown = this.rows.filter((row) => !row.hidden);
     this.said.textContent = `${this.shown.length} of ${this.rows.length} items`;
+    // What was asked for is printed whole.
+    this.box.classList.toggle("asked", this.shown.length < this.rows.length);
     this.box.dispatchEvent(new CustomEvent("filtered"));
   }
 
