@@ -14,10 +14,8 @@ from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
     BLACK,
-    BLUE,
+    ENDED,
     LETTER_SMALL,
-    ORANGE,
-    PURPLE,
     SMALL,
     in_own_style,
     label,
@@ -35,7 +33,6 @@ MOST_NAMED = 30
 """Items whose names are written below the axis."""
 MOST_LETTERS = 40
 """Letters of a name there is room for below the axis."""
-STATES = {"ok": BLUE, "suspect": ORANGE, "failed": PURPLE}
 
 
 @in_own_style
@@ -87,7 +84,7 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
     unit, worth = readable_unit(values, si)
     states = np.array([item.status or "" for item in items.values()])
     lacking = np.array([bool(item.lacks) for item in items.values()])
-    for state, colour in STATES.items():
+    for state, colour in ENDED.items():
         for lacks, filled, said in ((False, colour, state), (True, "white", f"{state}, model lacks something")):
             here = (states == state) & (lacking == lacks) & np.isfinite(values)
             if here.any():

@@ -77,7 +77,7 @@ def overview_figure(summary: FitResultSummary, final: Fitted, first: Fitted | No
     height = channels * (TALL + LOW + 2 * GAP)
     figure = new_figure(TOP + height + BELOW + LINE * (rows + len(doubts) + 1) + BOTTOM)
     up = figure.get_size_inches()[1] * 25.4
-    title(figure, _verdict(summary), _beside(summary, len(chosen), len(final.records)))
+    title(figure, _verdict(summary), _beside(summary, len(chosen), len(final.records), first is not None))
     _records(figure, final, first, chosen)
     lower = up - TOP - height - BELOW
     _values(figure, values, lower)
@@ -106,9 +106,9 @@ def _verdict(summary: FitResultSummary) -> str:
     return "A gap is left that no effect accounts for"
 
 
-def _beside(summary: FitResultSummary, shown: int, number: int) -> str:
+def _beside(summary: FitResultSummary, shown: int, number: int, by_first: bool) -> str:
     which = (
-        f"the {shown} that are explained worst of {number} records"
+        f"the {shown} of {number} records that the {'first ' * by_first}model explains worst"
         if shown < number
         else f"{number} record{'' if number == 1 else 's'}"
     )

@@ -39,6 +39,8 @@ FIRST, FINAL = VERMILLION, BLACK
 PLACE, MASKED = YELLOW, PURPLE
 """Where the first model goes wrong; samples that do not count."""
 POSTERIOR, PRIOR = BLUE, ORANGE
+ENDED = {"ok": GREEN, "suspect": ORANGE, "failed": "#B03A00"}
+"""How a result ended."""
 
 WIDTH = 183.0
 """Of a figure, in mm: two columns of a journal."""

@@ -40,6 +40,7 @@ def _population(summary: BatchSummary) -> TableBlock | None:
     return TableBlock("Population", head, population_rows(summary.population), frozenset({1, 3}), note)
 
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
 MOST_PRINTED = 120
 """Items that are printed, three sheets of A4 or so: of more only those that ask to be looked at."""
 
@@ -104,7 +105,8 @@ def _printed(items: Mapping[str, BatchItem]) -> set[str]:
 
 def _labelled(name: str, unit: str) -> str:
     words = name.replace("_", " ")
-    return words if unit in ("-", "") else f"{words} [{unit}]"
+    # A unit is not broken over two lines.
+    return words if unit in ("-", "") else f"{words} [{unit.replace(' ', NO_BREAK)}]"
 
 
 def _column(label: str, si: str, numbers: Mapping[str, tuple[float, float | None]]) -> _Column:

@@ -4,7 +4,8 @@
 const { element: make } = fibrefit;
 const NUMERIC = /^(.+?)\s*(<=|>=|<|>|=)\s*(-?[\d.]+(?:e-?\d+)?)$/i;
 
-const text = (cell) => cell.textContent.trim();
+// A unit in a heading has spaces that do not break, which nobody types.
+const text = (cell) => cell.textContent.replaceAll("\u00a0", " ").trim();
 const numeric = (cell) => (cell.dataset.value === undefined ? null : Number(cell.dataset.value));
 
 class Items {
@@ -17,7 +18,7 @@ class Items {
     this.names = this.heads.map(text);
     this.details = JSON.parse(document.getElementById(`${box.id}-rows`).textContent);
     this.links = JSON.parse(document.getElementById(`${box.id}-links`).textContent);
-    this.heads.forEach((head, i) => head.replaceChildren(make("button", { type: "button", onclick: () => this.sort(i) }, this.names[i])));
+    this.heads.forEach((head, i) => head.replaceChildren(make("button", { type: "button", onclick: () => this.sort(i) }, head.textContent.trim())));
     this.rows.forEach((row, i) => {
       row.dataset.place = i;
       const name = row.cells[0];
