@@ -16,9 +16,11 @@ import pytest
 
 import fibrefit
 from fibrefit.laws.law import quantity
+from fibrefit.records import Record
+from fibrefit.series.sweep import SweptCurve
 
 API = (Path(__file__).resolve().parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
-CLASSES = re.findall(r"autoclass:: ([\w.]+)", API)
+CLASSES = re.findall(r"autoclass:: ([\w.]+)\n   :members:", API)
 INTERNAL = {"write", "write_data", "first_figures"}
 """Parts of `save` that the page leaves out."""
 COMMON = {"AnyResult", "Saved", "FoundResult", "Predicts", "Shown", "dict"}
@@ -92,6 +94,13 @@ def test_a_method_says_what_it_takes_and_returns(name: str) -> None:
     assert "Parameters\n---" in said or not taken
     assert all(one in said.partition("Returns\n---")[0] for one in taken)
     assert "Returns\n---" in said or name == "AnyResult.status"
+
+
+@pytest.mark.parametrize("shown", [Record, SweptCurve])
+def test_the_example_of_a_class_is_true(shown: type, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = carried_out(examples_of(shown, shown.__name__, given()), tmp_path, monkeypatch)
+    assert found.attempted >= 2
+    assert found.failed == 0
 
 
 def test_the_example_of_a_law_of_ones_own_is_true(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,6 +52,13 @@ class Record(Shown):
         Time of day, and date where it is written, at which `time` is zero, in s; None where the file has no clock.
     scales : mapping of str to Scale
         What one unit of a role's column was declared to be worth, with its uncertainty.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> table = pd.DataFrame(dict(record.channels), index=pd.Index(record.time, name="time"))
+    >>> sorted(table.columns), len(table) == len(record)
+    (['force', 'position'], True)
     """
 
     name: str

@@ -32,7 +32,7 @@ LONGEST_NAME, LONGEST_CURVE = 34, 68
 ARROW = " -> "
 EVIDENCE = (
     "Evidence: natural logarithm of the Bayes factor against the model before; an effect is named from 5 on, which is "
-    "odds of 150 to one."
+    "odds of 150 to one. Of candidates far behind the best it is that which they were found with."
 )
 
 

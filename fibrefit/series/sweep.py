@@ -109,7 +109,25 @@ class Branch:
 
 @dataclass(frozen=True)
 class SweptCurve:
-    """One curve, with its branches by name."""
+    """One curve of a sweep.
+
+    Parameters
+    ----------
+    conditions : Conditions
+        With the ``name`` of the curve.
+    frequencies : (n_frequency,) in Hz
+        Of the drive.
+    natural_frequency : float
+        Of small motions, in Hz.
+    branches : mapping of str to Branch
+        ``up``, ``down`` and ``rest``: what the sweep up, the sweep down and starts from rest found.
+
+    Examples
+    --------
+    >>> curve = swept.curves[0]
+    >>> sorted(curve.branches), curve.branches["up"].amplitude.shape == curve.frequencies.shape
+    (['down', 'rest', 'up'], True)
+    """
 
     conditions: Conditions
     frequencies: np.ndarray

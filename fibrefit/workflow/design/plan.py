@@ -155,7 +155,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
 
     Returns
     -------
-    Plan
+    RecordPlan
         With ``further`` (records with what they add and cost), ``best``, ``report()``, ``plot()`` and ``save(folder)``.
 
     Raises

@@ -61,7 +61,7 @@ def predict_study(
 
     Parameters
     ----------
-    result : Fit, Discovery, Sampled, os.PathLike, str or Known
+    result : Fit, Discovery, Sampled, StoredResult, os.PathLike or str
         What was found, its folder, or one that `load_result` has read.
     study : Study, str or pathlib.Path
         Rig, conditions and records; its own model and parameters do not count.
