@@ -10,6 +10,7 @@ import pandas as pd
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.part import Z_95, Part
 from fibrefit.study.summaries.series import SeriesSummary
+from fibrefit.study.summaries.sweep import SweepSummary
 from fibrefit.tables.frames import COLUMNS, parameter_frame
 
 
@@ -71,6 +72,18 @@ def _records(summary: SeriesSummary) -> pd.DataFrame:
     return values_frame(pd.DataFrame(rows))
 
 
+def _stated(summary: SweepSummary) -> pd.DataFrame:
+    """As `parameter_frame`, with the units of the rig and of the catalogue: values that a study states are bare."""
+    from fibrefit.laws.catalogue import CATALOGUE
+    from fibrefit.rigs.catalogue import rig_of
+
+    units = {one.name: one.unit for one in rig_of(summary.rig).parameters}
+    for effect in (CATALOGUE[name] for name in summary.effects if name in CATALOGUE):
+        units |= {f"{effect.name}.{one.name}": one.unit for one in effect.parameters}
+    frame = parameter_frame(summary)
+    return frame.assign(unit=frame["name"].map(units))
+
+
 def values_frame(tidy: pd.DataFrame) -> pd.DataFrame:
     """Values of single records as any result tells its values, conditions behind them.
 
@@ -94,4 +107,5 @@ FRAMES: dict[type[Part], Callable[[Any], pd.DataFrame]] = {
     DistinguishSummary: _effects,
     PlanSummary: _further,
     SeriesSummary: _records,
+    SweepSummary: _stated,
 }

@@ -112,6 +112,8 @@ def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) 
     >>> found = fibrefit.sweep(fibrefit.load_study(fibrefit.example("pendulum"), said))
     >>> float(found.curves[0].frequencies.max())
     4.5
+    >>> found.to_dataframe()["unit"].tolist()
+    ['N/m', 'N s/m']
     """
     study = as_study(study)
     if study.kind != KIND:
