@@ -25,7 +25,7 @@ from fibrefit.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
+    from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, Measure
 
 ROW = 30.0
 """Height of a parameter, in mm: five of them and the gap stand on a page."""
@@ -41,7 +41,11 @@ def batch_figures(summary: BatchSummary) -> Figures:
     figures = _parameters(summary.items)
     usable = {name: item for name, item in summary.items.items() if item.status in ("ok", "suspect")}
     values = {
-        name: {key: RecordValue(one.value, one.std_error or np.nan) for key, one in item.parameters.items() if one.free}
+        name: {
+            key: RecordValue(one.value, one.std_error or np.nan, *_drawn(item.shrunk.get(key)))
+            for key, one in item.parameters.items()
+            if one.free
+        }
         for name, item in usable.items()
     }
     if summary.population:
@@ -50,6 +54,11 @@ def batch_figures(summary: BatchSummary) -> Figures:
         conditions = {name: item.conditions for name, item in usable.items()}
         figures["trends"] = trends_figure(summary.trends, values, conditions)
     return figures
+
+
+def _drawn(shrunk: Measure | None) -> tuple[float | None, float | None]:
+    """Value drawn to the mean, and its standard deviation."""
+    return (None, None) if shrunk is None else (shrunk.value, shrunk.error)
 
 
 def _parameters(items: Mapping[str, BatchItem]) -> Figures:

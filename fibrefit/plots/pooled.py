@@ -100,8 +100,13 @@ def _differing(population: Mapping[str, PopulationSummary]) -> str:
     by = f"{100.0 * one.between_records:.2g} %" if one.relative else f"{one.between_records / worth:.2g} {unit}"
     if one.chance * len(population) >= SIGNIFICANT:
         return f"Records differ by no more than chance: {_words(name)} by {by} (probability {one.chance:.2g})"
-    said = f"{_words(name)} differs from record to record by {by} (probability by chance {one.chance:.2g})"
+    said = f"{_words(name)} differs from record to record by {by} ({_chance(one.chance)})"
     return said[0].upper() + said[1:]
+
+
+def _chance(chance: float) -> str:
+    """A probability; of the smallest ones a computer knows nothing but that."""
+    return f"probability by chance {f'{chance:.2g}' if chance else 'below 1e-300'}"
 
 
 def _words(name: str) -> str:

@@ -50,7 +50,7 @@ def trend_sentences(trends: Sequence[TrendSummary]) -> list[str]:
     strays = {o.record: (one, o.score) for one in trends for o in one.outliers}
     said += [
         f"{record} does not follow the others: its {one.parameter} is {abs(score):.2g} standard deviations "
-        f"{'above' if score > 0 else 'below'} their line over {one.condition}."
+        f"{'above' if score > 0 else 'below'} their line over {one.condition.replace('_', ' ')}."
         for record, (one, score) in list(strays.items())[:MOST_TRENDS]
     ]
     if not significant and trends:
@@ -63,6 +63,6 @@ def _trend(one: TrendSummary) -> str:
     per = "" if counted == "-" else f" per {counted}"
     value, error, unit = with_error(one.slope, one.slope_error, one.unit)
     return (
-        f"{one.parameter} over {one.condition}: {value} +/- {error} {unit}{per} "
+        f"{one.parameter} over {one.condition.replace('_', ' ')}: {value} +/- {error} {unit}{per} "
         f"({one.records} records, probability by chance {one.chance_corrected:.2g})."
     )

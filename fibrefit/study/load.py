@@ -176,6 +176,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
     study.check_parameters()
     check_uncertain(study, place)
     study.check_units()
+    study.check_times()
     study.check_laws()
     _check_records(study, place)
     _check_files(study, place, some_missing)

@@ -4,9 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from datetime import date, datetime
 from typing import Annotated, Any
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, StrictFloat, StrictInt
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainSerializer,
+    PlainValidator,
+    StrictFloat,
+    StrictInt,
+    WithJsonSchema,
+)
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.errors import FibrefitError
@@ -129,6 +139,20 @@ def shown(value: Any, longest: int = 60) -> str:
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
+MOMENT = "2026-03-14 09:30"
+"""Example of a day and a time, as a study says when a record was taken."""
+
+
+def moment_in(value: Any) -> datetime:
+    """Day and time from text by ISO 8601, or from a date of TOML; a day alone stands for its first instant."""
+    if isinstance(value, date):
+        return value if isinstance(value, datetime) else datetime(value.year, value.month, value.day)
+    try:
+        return datetime.fromisoformat(value)
+    except (TypeError, ValueError):
+        raise refusal(shown(value), f'a day, or a day and a time, such as "{MOMENT}"', "") from None
+
+
 Mass = Annotated[float, Unit("kg", "3.096 kg", lower=0, lower_allowed=False)]
 MassOrNone = Annotated[float, Unit("kg", "5.035 kg", lower=0)]
 Length = Annotated[float, Unit("m", "599 mm", lower=0, lower_allowed=False)]
@@ -151,3 +175,9 @@ ForceNoise = Annotated[float, Unit("N", "0.4 N", lower=0, lower_allowed=False)]
 LengthNoise = Annotated[float, Unit("m", "0.02 mm", lower=0, lower_allowed=False)]
 SpeedNoise = Annotated[float, Unit("m/s", "0.1 mm/s", lower=0, lower_allowed=False)]
 AngleNoise = Annotated[float, Unit("rad", "0.001 rad", lower=0, lower_allowed=False)]
+Moment = Annotated[
+    datetime,
+    PlainValidator(moment_in),
+    PlainSerializer(datetime.isoformat, return_type=str, when_used="json-unless-none"),
+    WithJsonSchema({"type": "string", "examples": [MOMENT]}),
+]

@@ -212,6 +212,21 @@ class Study(Shown, StudyTable):
         units = {name: _unit_of(field) for name, field in type(self.rig).model_fields.items()}
         return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
 
+    def check_times(self) -> None:
+        """Refuse tests of which some are told with an offset from UTC and others without.
+
+        Raises
+        ------
+        StudyError
+            For the first record that is not like those before.
+        """
+        told = [(i, one.taken.utcoffset() is None) for i, one in enumerate(self.records) if one.taken is not None]
+        for i, local in told:
+            if local != told[0][1]:
+                got = f"a time {'without' if local else 'with'} an offset from UTC"
+                expected = f"one {'with' if local else 'without'}, as in records[{told[0][0]}]"
+                raise StudyError(self._place(f"records[{i}].taken"), got, expected, "")
+
     def check_units(self) -> None:
         """Refuse units that are not known, do not suit their channel, or belong to no channel.
 

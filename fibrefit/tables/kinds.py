@@ -64,6 +64,8 @@ def _records(summary: SeriesSummary) -> pd.DataFrame:
             "value": own.value,
             "std_error": own.std_error,
             "unit": own.unit,
+            "shrunk": own.shrunk,
+            "shrunk_error": own.shrunk_error,
             **found.conditions,
         }
         for record, found in summary.records.items()

@@ -11,6 +11,8 @@ from fibrefit.core.roles import PHASES
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import advice_sentence, estimator_sentence, fit_checks, fit_sentence
+from fibrefit.series.together.laws import laws_on
+from fibrefit.series.together.speeds import speeds_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import (
@@ -33,6 +35,7 @@ CORRELATED = 0.7
 
 def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:
     """Content of ``summary.json`` of a fit."""
+    speeds = _speeds(found)
     return FitSummary(
         status=found.status,
         study=study.name,
@@ -41,7 +44,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
         input_errors=dict(found.input_errors),
-        records={record.name: _record_summary(record, found) for record in records},
+        records={one.name: _record_summary(one, found, told) for one, told in zip(records, speeds, strict=True)},
         between_records=dict(found.between),
         checks=fit_checks(found.checks),
         starts=starts_summary(found.starts),
@@ -179,11 +182,25 @@ def _starts_group(starts: Starts) -> dict[str, Variable]:
     }
 
 
-def _record_summary(record: Record, found: Identification) -> RecordSummary:
+def _speeds(found: Identification) -> list[dict[str, tuple[float, float, float]]]:
+    """Of each record: at which speeds it tells of the parameters that a law of speed may be about."""
+    told = speeds_of(found.motion, np.asarray(found.problem.observations.experiment.count))
+    lawful = {law.parameter for law in laws_on(found.problem.model.rig)} & set(told)
+    rows = {name: told[name].tolist() for name in told if name in lawful}
+    return [
+        {name: (row[r][0], row[r][1], row[r][2]) for name, row in rows.items() if np.isfinite(row[r]).all()}
+        for r in range(len(found.problem.layout.records))
+    ]
+
+
+def _record_summary(
+    record: Record, found: Identification, speeds: dict[str, tuple[float, float, float]]
+) -> RecordSummary:
     masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
     return RecordSummary(
         gap=gap_summary(found.record_gaps[record.name]),
         parameters=found.parameters_of(record.name),
+        speeds=speeds,
         samples=len(record.time),
         masked=masked,
     )

@@ -309,3 +309,28 @@ def test_what_leaves_a_parameter_no_value_is_refused(load: Loader, case: str) ->
 def test_what_touches_the_range_is_not(load: Loader, written: str) -> None:
     study = load(FREE, overrides=(f"parameters.stiffness.{written}",))
     assert study.settings(RANGED)["stiffness"].lower in (None, 10.0)
+
+
+def test_the_day_of_a_test_is_text_or_a_date(load: Loader) -> None:
+    study = load(
+        ('file = "one.csv"', 'file = "one.csv"\ntaken = "2026-03-14 09:30"'),
+        ('file = "two.csv"', 'file = "two.csv"\ntaken = 2026-03-15'),
+    )
+    one, two = study.records
+    assert (two.taken - one.taken).total_seconds() == 14.5 * 3600.0
+    assert 'taken = "2026-03-14T09:30:00"' in study.resolved_toml()
+
+
+def test_a_day_that_is_none_is_refused(load: Loader) -> None:
+    with pytest.raises(
+        StudyError, match=r'"14/3/2026"; expected a day, or a day and a time, such as "2026-03-14 09:30"'
+    ):
+        load(('file = "one.csv"', 'file = "one.csv"\ntaken = "14/3/2026"'))
+
+
+def test_times_of_two_kinds_are_refused(load: Loader) -> None:
+    with pytest.raises(StudyError, match=r"records\[1\].taken: a time with an offset from UTC"):
+        load(
+            ('file = "one.csv"', 'file = "one.csv"\ntaken = "2026-03-14 09:30"'),
+            ('file = "two.csv"', 'file = "two.csv"\ntaken = 2026-03-15T10:00:00Z'),
+        )

@@ -112,15 +112,14 @@ def test_items_that_the_model_does_not_explain_are_named(series: Path, asked: li
     assert "MODEL" not in carried_out(jobs(series, "a"), tmp_path / "other").report()
 
 
-def test_an_item_that_does_not_say_what_its_model_lacks_is_done_again(
-    series: Path, asked: list[str], tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("said", ["lacks", "speeds"])
+def test_an_item_that_does_not_say_all_is_done_again(series: Path, asked: list[str], tmp_path: Path, said: str) -> None:
     batch_studies("many", jobs(series, "a"), tmp_path)
     file = tmp_path / "items" / "a" / "item.json"
     kept = json.loads(file.read_text(encoding="utf-8"))
     batch_studies("many", jobs(series, "a"), tmp_path)
     assert asked == ["a"]
-    del kept["item"]["lacks"]
+    del kept["item"][said]
     file.write_text(json.dumps(kept), encoding="utf-8")
     batch_studies("many", jobs(series, "a"), tmp_path)
     assert asked == ["a", "a"]
@@ -214,7 +213,12 @@ def lifted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         noise = 5.0 * (-1.0) ** round(1e3 * lift)
         value = 2e4 + 1e5 * lift + noise + (900.0 if lift > 0.0135 else 0.0)
         stiffness = FIT.parameters["stiffness"].model_copy(update={"value": value, "std_error": 10.0})
-        fit = FIT.model_copy(update={"status": "ok", "parameters": {"stiffness": stiffness}})
+        # Falls as far as it is lifted: a speed of its own, and another one for friction.
+        speed = (2 * 9.81 * lift) ** 0.5
+        told = {"stiffness": (0.0, speed, speed), "friction": (0.0, 2.0 * speed, speed)}
+        record = next(iter(FIT.records.values())).model_copy(update={"speeds": told})
+        update = {"status": "ok", "parameters": {"stiffness": stiffness}, "records": {"one": record}}
+        fit = FIT.model_copy(update=update)
         return Outcome(fit.model_dump_json(by_alias=True), 1.0)
 
     monkeypatch.setattr(batch, "identified", outcome)
@@ -244,6 +248,43 @@ def test_a_batch_says_what_its_records_say_together(lifted: Path, tmp_path: Path
     assert [row["record"] for row in rows[:2]] == ["drop_5mm.csv", "drop_6mm.csv"]
     assert float(rows[1]["lift [m]"]) == 0.006
     assert (tmp_path / "out" / "table.parquet").exists()
+
+
+def test_a_parameter_is_held_against_the_speed_that_its_record_tells_of_it_at(lifted: Path, tmp_path: Path) -> None:
+    found = carried_out(of_records(lifted), tmp_path / "out")
+    trend = next(one for one in found.summary().trends if one.condition == "speed")
+    assert (trend.parameter, trend.condition_unit) == ("stiffness", "m/s")
+    # From 5 to 13 mm, as the record of 14 mm is off: 800 N/m over 0.192 m/s.
+    assert trend.slope_interval_95[0] < 800.0 / 0.192 < trend.slope_interval_95[1]
+    with (tmp_path / "out" / "table.csv").open(encoding="utf-8", newline="") as file:
+        row = next(csv.DictReader(file))
+    assert float(row["speed of stiffness [m/s]"]) == pytest.approx((2 * 9.81 * 0.005) ** 0.5)
+
+
+def test_values_are_drawn_to_the_mean_of_all(lifted: Path, tmp_path: Path) -> None:
+    found = carried_out(of_records(lifted), tmp_path / "out")
+    middle = found.summary().population["stiffness"].mean
+    with (tmp_path / "out" / "table.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row, item in zip(rows, found.summary().items.values(), strict=True):
+        value, drawn = float(row["value"]), float(row["shrunk"])
+        assert abs(drawn - middle) < abs(value - middle)
+        # Records differ by far more than their errors: pooling takes next to nothing off these.
+        assert float(row["shrunk_error"]) == pytest.approx(float(row["std_error"]), rel=1e-3)
+        assert item.shrunk["stiffness"].value == pytest.approx(drawn)
+
+
+def test_a_parameter_is_held_against_the_day_of_its_test(lifted: Path, tmp_path: Path) -> None:
+    study = lifted / "study.toml"
+    days = iter(range(1, 11))
+    lines = study.read_text(encoding="utf-8").split("\n")
+    said = [f'{line}\ntaken = "2026-03-{next(days):02d}"' if line.startswith("file =") else line for line in lines]
+    study.write_text("\n".join(said), encoding="utf-8")
+    found = carried_out(of_records(lifted), tmp_path / "out")
+    trend = next(one for one in found.summary().trends if one.condition == "time since the first record")
+    # A millimetre and 100 N/m a day.
+    assert trend.slope_interval_95[0] < 100.0 < trend.slope_interval_95[1]
+    assert trend.chance_corrected < 1e-3
 
 
 def test_parts_are_gathered(lifted: Path, tmp_path: Path) -> None:

@@ -10,9 +10,10 @@ import pytest
 
 from fibrefit.cli.main import run
 from fibrefit.core.errors import StudyError, UsageError
-from fibrefit.store import read_result, read_summary
+from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow import Fit, Prediction, predict_study
 from fibrefit.workflow.outcome.draw import draw_result
 from tests.fitting import made
@@ -133,3 +134,11 @@ def test_refusals(fit: Fit, predicted: Prediction, saved: Path, tmp_path: Path) 
     out = predicted.save(tmp_path / "out")
     with pytest.raises(UsageError, match="a result without values of a model"):
         predict_study(out, predicted.study)
+    write_summary(tmp_path, BatchSummary(status="ok", name="many", items={}))
+    with pytest.raises(UsageError, match="a result without values of a model"):
+        predict_study(tmp_path, predicted.study)
+    item = tmp_path / "item"
+    item.mkdir()
+    (item / "summary.json").write_bytes((saved / "summary.json").read_bytes())
+    with pytest.raises(UsageError, match="as batch keeps it; expected one with its result.h5"):
+        predict_study(item, predicted.study)

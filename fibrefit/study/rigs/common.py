@@ -19,6 +19,7 @@ from fibrefit.study.quantity import (
     ForceNoise,
     Frequency,
     LengthNoise,
+    Moment,
     refusal,
 )
 from fibrefit.study.table import Name, StudyTable
@@ -39,6 +40,7 @@ class RecordTable(Shown, StudyTable):
 
     file: Name | None = optional("Measured data; relative to the study file.")
     name: Name | None = optional("Name in results; the file's name when absent.")
+    taken: Moment | None = optional("Day and time of the test; values are set against it.")
     sampling_rate: Frequency | None = optional("Where the file has no time column, or no file exists yet.")
     duration: Duration | None = optional("Length of a planned record.")
     parts: tuple[StrictStr, ...] | None = optional("Further files that continue this one, in their order.")

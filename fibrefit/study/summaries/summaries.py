@@ -92,6 +92,9 @@ class RecordSummary(Part):
     parameters: dict[str, ParameterSummary] = Field(
         default_factory=dict, description="Values of this record alone, such as position_zero and release."
     )
+    speeds: dict[str, tuple[float, float, float]] = Field(
+        default_factory=dict, description="That tell of a parameter, in m/s: slow end, root mean square, fast end."
+    )
     samples: int | None = None
     masked: int | None = Field(default=None, description="Samples left out because they are damaged.")
     notes: tuple[str, ...] = ()
@@ -370,6 +373,8 @@ class BatchItem(Part):
         default=(), description="Quantities by which its model leaves more than noise, such as `residual size`."
     )
     conditions: dict[str, float] = Field(default_factory=dict, description="Of its record, in SI units.")
+    speeds: dict[str, float] = Field(default_factory=dict, description="Root mean square by parameter, in m/s.")
+    shrunk: dict[str, Measure] = Field(default_factory=dict, description="Values drawn to the mean of all, in SI.")
     result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")
     error: str | None = None
 

@@ -24,15 +24,13 @@ from fibrefit.study.summaries.summaries import (
     BatchItem,
     BatchSummary,
     FitSummary,
-    PopulationSummary,
-    TrendSummary,
 )
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, headed, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
-from fibrefit.workflow.together.pooled import USABLE, pooled_batch, quantities_of
+from fibrefit.workflow.together.pooled import USABLE, PooledBatch, pooled_batch, quantities_of, speed_name
 from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows, write_table
 
 if TYPE_CHECKING:
@@ -40,6 +38,8 @@ if TYPE_CHECKING:
 
 
 ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
+KEPT = {"lacks", "speeds"}
+"""What an item on disk has to say beside its values for it to be taken up."""
 
 
 @dataclass(frozen=True)
@@ -111,9 +111,12 @@ class Batch(AnyResult):
         return BatchSummary(
             status=batch_status(self.items),
             name=self.name,
-            items=dict(self._with_conditions),
-            population=self._pooled[0],
-            trends=self._pooled[1],
+            items={
+                name: item.model_copy(update={"shrunk": self._pooled.shrunk.get(name, {})})
+                for name, item in self._with_conditions.items()
+            },
+            population=self._pooled.summaries,
+            trends=self._pooled.trends,
             checks=batch_checks(self.items),
             provenance=origin,
         )
@@ -121,17 +124,24 @@ class Batch(AnyResult):
     @cached_property
     def _with_conditions(self) -> dict[str, BatchItem]:
         known = {name: headed(one) for name, one in self.conditions.items()}
-        return {name: item.model_copy(update={"conditions": known.get(name, {})}) for name, item in self.items.items()}
+        speeds = {
+            name: {f"{speed_name(key)} [m/s]": value for key, value in item.speeds.items()}
+            for name, item in self.items.items()
+        }
+        return {
+            name: item.model_copy(update={"conditions": {**known.get(name, {}), **speeds[name]}})
+            for name, item in self.items.items()
+        }
 
     @cached_property
-    def _pooled(self) -> tuple[dict[str, PopulationSummary], tuple[TrendSummary, ...]]:
+    def _pooled(self) -> PooledBatch:
         """Population and trends, where each record was identified by itself."""
-        return pooled_batch(self._with_conditions) if self.conditions else ({}, ())
+        return pooled_batch(self._with_conditions) if self.conditions else PooledBatch({}, (), {})
 
     def tidy(self) -> pd.DataFrame:
         """One row a record and parameter: ``value``, ``std_error``, ``unit`` and every condition, SI units."""
         names = [name for name, item in self.items.items() if item.status in USABLE]
-        return tidy_frame(tidy_rows(names, *quantities_of(self._with_conditions)))
+        return tidy_frame(tidy_rows(names, *quantities_of(self._with_conditions), self._pooled.shrunk))
 
     def table(self) -> list[list[str]]:
         """Head and one row an item: conditions, status, gap, values and errors, in SI units."""
@@ -216,8 +226,8 @@ def _known(place: Path, job: Job) -> Known | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
-        # An item that does not say what its model lacks, or how its record looks, was kept by an earlier version.
-        same = kept["digest"] == job.digest() and "lacks" in kept["item"] and (place / NAME).exists()
+        # An item that does not say all of this, or how its record looks, was kept by an earlier version.
+        same = kept["digest"] == job.digest() and set(kept["item"]) >= KEPT and (place / NAME).exists()
         looks = None if kept["looks"] is None else Fingerprint(**kept["looks"])
         return (BatchItem.model_validate(kept["item"], strict=False), looks) if same else None
     except (OSError, ValueError, KeyError, TypeError, RecursionError, FibrefitError):
@@ -248,6 +258,7 @@ def _kept(place: Path, job: Job, done: Done) -> Known:
         gap=summary.gap.total,
         lacks=tuple(quantity_of(check) for check in lacking(summary.checks)),
         result=f"{ITEMS}/{place.name}",
+        speeds=_speeds(summary) if job.record is not None else {},
     )
     place.mkdir(parents=True, exist_ok=True)
     write_whole(place / NAME, outcome.summary)
@@ -255,6 +266,11 @@ def _kept(place: Path, job: Job, done: Done) -> Known:
     content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "looks": looks}
     write_whole(place / ITEM, json.dumps(content, indent=1) + "\n")
     return item, outcome.looks
+
+
+def _speeds(summary: FitSummary) -> dict[str, float]:
+    """Root mean square of the speeds at which the one record of a fit tells of each parameter."""
+    return {name: middle for one in summary.records.values() for name, (_, middle, _) in one.speeds.items()}
 
 
 def _said(error: Exception) -> str:

@@ -15,7 +15,6 @@ from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
 from fibrefit.workflow.batches.item import Job, Origin, loaded
-from fibrefit.workflow.together.pooled import MOTION
 
 Each = Literal["record", "study"]
 
@@ -29,8 +28,8 @@ class RecordConditions(NamedTuple):
     units : mapping of str to str
     """
 
-    values: Mapping[str, float]
-    units: Mapping[str, str]
+    values: dict[str, float]
+    units: dict[str, str]
 
 
 def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) -> list[Origin]:
@@ -182,22 +181,22 @@ def studies_of(origins: Sequence[Origin]) -> Iterator[Study]:
 
 def record_conditions(jobs: Sequence[Job]) -> dict[str, RecordConditions]:
     """What is known of the records that were identified by themselves; nothing of those that cannot be read."""
-    from fibrefit.problem.formulate.formulate import stated_of
-    from fibrefit.rigs.catalogue import rig_of
+    from fibrefit.workflow.together.conditions import stated_conditions, units_of_conditions
 
-    found = {}
+    records: dict[str, object] = {}
+    units: dict[str, str] = {}
     for job in jobs:
         if job.record is None:
             continue
-        try:
+        with suppress(FibrefitError):
             study = job.study
-        except FibrefitError:
-            continue
-        stated = stated_of(study.records[0])
-        units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions}
-        units |= MOTION
-        values = {name: stated[name] for name in units if math.isfinite(stated.get(name, math.nan))}
-        found[job.name] = RecordConditions(values, units)
+            records[job.name] = study.records[0]
+            units |= units_of_conditions(study)
+    found = {name: RecordConditions({}, {}) for name in records}
+    for one in stated_conditions(units, list(records.values())):
+        for name, value in zip(records, one.values.tolist(), strict=True):
+            if math.isfinite(value):
+                found[name].values[one.name], found[name].units[one.name] = value, one.unit
     return found
 
 

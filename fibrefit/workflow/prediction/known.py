@@ -90,6 +90,10 @@ def as_known(result: HasValues | PathLike[str] | str | Known) -> Known:
     raise UsageError("predict", f"a {type(result).__name__}", "a fit, a discovery, a posterior or its folder", "")
 
 
+HOLD_VALUES = (FitResultSummary, PosteriorSummary)
+"""Summaries of results that hold values of one model."""
+
+
 def known_from(folder: Path) -> Known:
     """What a result on disk says.
 
@@ -106,9 +110,19 @@ def known_from(folder: Path) -> Known:
         If it is none.
     """
     folder = folder if folder.is_dir() else folder.parent
-    summary = read_summary(folder)
+    summary, name = read_summary(folder), folder.as_posix()
+    if not isinstance(summary, HOLD_VALUES):
+        raise _without_values(name)
+    if not (folder / "result.h5").is_file():
+        got = "a result of which only the summary was kept, as batch keeps it"
+        raise UsageError(name, got, "one with its result.h5", "Fit its record by itself: fibrefit fit.")
     groups, _ = read_result(folder / "result.h5")
-    return known_of(summary, groups, load_study(folder), folder.as_posix())
+    return known_of(summary, groups, load_study(folder), name)
+
+
+def _without_values(name: str) -> UsageError:
+    expected = "the result of fibrefit fit, discover or sample"
+    return UsageError(name, "a result without values of a model", expected, "Name another folder.")
 
 
 def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]], study: Study, name: str) -> Known:
@@ -141,8 +155,7 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
         names, covariance = _of_draws(groups["posterior"], tuple(parameters))
         gaps = {}
     else:
-        expected = "the result of fibrefit fit, discover or sample"
-        raise UsageError(name, "a result without values of a model", expected, "Name another folder.")
+        raise _without_values(name)
     between = getattr(summary, "between_records", {})
     widths = np.array([between[n].sd * parameters[n].value if n in between else 0.0 for n in names])
     covariance = covariance + np.diag(np.where(np.diag(covariance) > 0.0, widths, 0.0) ** 2)

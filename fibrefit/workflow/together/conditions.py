@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
 
 import numpy as np
 
@@ -10,13 +11,19 @@ from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.series.trends import BY_ORDER, Quantity
 from fibrefit.study import Study
-from fibrefit.workflow.together.pooled import MOTION
+from fibrefit.workflow.together.pooled import MOTION, varying
 
 WORDS = ("excitation",)
+SINCE = "time since the first record"
+
+
+def units_of_conditions(study: Study) -> dict[str, str]:
+    """Conditions that a study may state in numbers, and their SI units."""
+    return {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions} | MOTION
 
 
 def conditions_of_records(study: Study, records: Sequence[object]) -> tuple[Quantity, ...]:
-    """Every condition that differs between records, in SI units; a word is one for each of its values, 1 or 0.
+    """Every condition that differs between records, and their order.
 
     Parameters
     ----------
@@ -24,15 +31,47 @@ def conditions_of_records(study: Study, records: Sequence[object]) -> tuple[Quan
     records : sequence of record tables
         Of the study, in the order in which they were taken.
     """
-    units = {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions} | MOTION
+    order = _exact(BY_ORDER, "-", np.arange(1.0, len(records) + 1.0))
+    return varying((*stated_conditions(units_of_conditions(study), records), order))
+
+
+def stated_conditions(units: Mapping[str, str], records: Sequence[object]) -> tuple[Quantity, ...]:
+    """Every condition that is stated of some record, in SI units; a word is one for each of its values, 1 or 0.
+
+    Parameters
+    ----------
+    units : mapping of str to str
+        Conditions in numbers, and their units.
+    records : sequence of record tables
+        They may be of several studies.
+    """
     stated = [stated_of(record) for record in records]
     found = [_exact(name, unit, np.array([row.get(name, np.nan) for row in stated])) for name, unit in units.items()]
     for name in WORDS:
         said = [getattr(record, name, None) for record in records]
-        kinds = sorted({word for word in said if word})
-        found += [_exact(f"{name} {kind}", "-", np.array([float(word == kind) for word in said])) for kind in kinds[1:]]
-    found.append(_exact(BY_ORDER, "-", np.arange(1.0, len(records) + 1.0)))
-    return tuple(one for one in found if len(np.unique(one.values[np.isfinite(one.values)])) > 1)
+        for kind in sorted({word for word in said if word})[1:]:
+            found.append(
+                _exact(f"{name} {kind}", "-", np.array([float(word == kind) if word else np.nan for word in said]))
+            )
+    found.append(_exact(SINCE, "d", since_the_first([getattr(record, "taken", None) for record in records])))
+    return tuple(one for one in found if np.isfinite(one.values).any())
+
+
+def since_the_first(taken: Sequence[datetime | None]) -> np.ndarray:
+    """Days from the first of some tests to each, ``(n_record,)``; NaN where it is not told.
+
+    Times with and without an offset from UTC, which only different studies mix, do not compare: those with one count.
+    """
+    known = [one for one in taken if one is not None]
+    zoned = [one for one in known if one.utcoffset() is not None]
+    counted = zoned or known
+    if not counted:
+        return np.full(len(taken), np.nan)
+    first = min(counted)
+    alike = [one is not None and (one.utcoffset() is None) == (first.utcoffset() is None) for one in taken]
+    return np.array(
+        [(one - first) / timedelta(days=1) if one and same else np.nan for one, same in zip(taken, alike, strict=True)]
+    )
 
 
 def speed_condition(rows: np.ndarray) -> Quantity:

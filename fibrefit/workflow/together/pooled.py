@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.series.population import Population, population
-from fibrefit.series.trends import BY_ORDER, Quantity, Trend, trends
-from fibrefit.study.summaries.summaries import BatchItem, OutlierSummary, PopulationSummary, TrendSummary
+from fibrefit.series.trends import BY_ORDER, Quantity, Trend, trends_of_pairs
+from fibrefit.study.summaries.summaries import BatchItem, Measure, OutlierSummary, PopulationSummary, TrendSummary
 
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""
 USABLE = ("ok", "suspect")
+SPEED_OF = "speed of "
 
 
 def population_summary(one: Population, unit: str) -> PopulationSummary:
@@ -63,7 +66,12 @@ def quantities_of(items: Mapping[str, BatchItem]) -> tuple[tuple[Quantity, ...],
     conditions = [_condition(name, usable) for name in names]
     order = np.array([float(n) for n, item in enumerate(items.values(), 1) if item.status in USABLE])
     conditions.append(Quantity(BY_ORDER, "-", order, np.zeros(len(order))))
-    return parameters, tuple(one for one in conditions if len(np.unique(one.values[np.isfinite(one.values)])) > 1)
+    return parameters, varying(conditions)
+
+
+def varying(conditions: Sequence[Quantity]) -> tuple[Quantity, ...]:
+    """Conditions that are not the same in all records."""
+    return tuple(one for one in conditions if len(np.unique(one.values[np.isfinite(one.values)])) > 1)
 
 
 def _parameter(name: str, unit: str, items: Sequence[BatchItem]) -> Quantity:
@@ -80,12 +88,49 @@ def _condition(name: str, items: Sequence[BatchItem]) -> Quantity:
     return Quantity(bare, unit.rstrip("]") or "-", values, np.zeros(len(values)))
 
 
-def pooled_batch(
-    items: Mapping[str, BatchItem],
-) -> tuple[dict[str, PopulationSummary], tuple[TrendSummary, ...]]:
-    """Population of each free parameter, and trends over all conditions, the surest first."""
+class PooledBatch(NamedTuple):
+    """What the items of a batch say together.
+
+    Parameters
+    ----------
+    summaries : dict of str to PopulationSummary
+    trends : tuple of TrendSummary
+        The surest first.
+    shrunk : dict of str to dict of str to Measure
+        By item and parameter: value drawn to the mean by as much as it is uncertain, and its standard deviation.
+    """
+
+    summaries: dict[str, PopulationSummary]
+    trends: tuple[TrendSummary, ...]
+    shrunk: dict[str, dict[str, Measure]]
+
+
+def pooled_batch(items: Mapping[str, BatchItem]) -> PooledBatch:
+    """Population of each free parameter, and trends over all conditions."""
     parameters, conditions = quantities_of(items)
     names = [name for name, item in items.items() if item.status in USABLE]
-    pooled = {one.name: (population(one.values, one.errors), one.unit) for one in parameters}
-    populations = {name: population_summary(one, unit) for name, (one, unit) in pooled.items() if one is not None}
-    return populations, tuple(map(trend_summary, trends(names, parameters, conditions)))
+    all_of_them = [(one, population(one.values, one.errors)) for one in parameters]
+    found = [(one, pooled) for one, pooled in all_of_them if pooled is not None]
+    populations = {one.name: population_summary(pooled, one.unit) for one, pooled in found}
+    shrunk = {
+        name: {
+            one.name: Measure(value=float(pooled.shrunk[n]), error=float(pooled.shrunk_error[n]))
+            for one, pooled in found
+            if np.isfinite(pooled.shrunk[n])
+        }
+        for n, name in enumerate(names)
+    }
+    pairs = [(y, x) for y in parameters for one in conditions if (x := _seen_by(y, one)) is not None]
+    return PooledBatch(populations, tuple(map(trend_summary, trends_of_pairs(names, pairs))), shrunk)
+
+
+def speed_name(parameter: str) -> str:
+    """Condition that is the speed at which a record tells of a parameter."""
+    return f"{SPEED_OF}{parameter}"
+
+
+def _seen_by(parameter: Quantity, condition: Quantity) -> Quantity | None:
+    """A condition as one parameter is held against it: of speeds only its own, called the speed."""
+    if not condition.name.startswith(SPEED_OF):
+        return condition
+    return replace(condition, name="speed") if condition.name == speed_name(parameter.name) else None

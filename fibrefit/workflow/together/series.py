@@ -19,11 +19,12 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.series import SeriesSummary
+from fibrefit.study.summaries.summaries import Measure
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import FoundResult, write_parts
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
-from fibrefit.workflow.together.pooled import population_summary, trend_summary
+from fibrefit.workflow.together.pooled import population_summary, speed_name, trend_summary
 from fibrefit.workflow.together.tidy import write_table
 from fibrefit.workflow.together.words import BASE, answer_in_words
 
@@ -79,7 +80,7 @@ class SeriesResult(FoundResult):
     @cached_property
     def _with_speeds(self) -> tuple[Quantity, ...]:
         """Conditions, and the speed at which each parameter was told."""
-        speeds = (replace(speed_condition(rows), name=f"speed of {name}") for name, rows in self.verdict.speeds.items())
+        speeds = (replace(speed_condition(rows), name=speed_name(name)) for name, rows in self.verdict.speeds.items())
         return (*self.conditions, *speeds)
 
     @cached_property
@@ -89,6 +90,17 @@ class SeriesResult(FoundResult):
         return tuple(
             Quantity(name, BASE.get(name, "-"), own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)
         )
+
+    @cached_property
+    def _shrunk(self) -> dict[str, dict[str, Measure]]:
+        """Values drawn to the mean of all, by record and parameter."""
+        return {
+            name: {
+                key: Measure(value=float(one.shrunk[r]), error=float(one.shrunk_error[r]))
+                for key, one in self.verdict.populations.items()
+            }
+            for r, name in enumerate(self.names)
+        }
 
     @cached_property
     def trends(self) -> tuple[Trend, ...]:
@@ -150,7 +162,7 @@ class SeriesResult(FoundResult):
         """One row a record and base parameter, as ``table.csv`` and ``table.parquet`` hold it."""
         from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows
 
-        return tidy_frame(tidy_rows(self.names, self.parameters, self._with_speeds))
+        return tidy_frame(tidy_rows(self.names, self.parameters, self._with_speeds, self._shrunk))
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the winning model and the table."""

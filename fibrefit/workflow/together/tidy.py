@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fibrefit.series.trends import Quantity
+    from fibrefit.study.summaries.summaries import Measure
 
 
 def tidy_frame(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:
@@ -42,9 +44,22 @@ def write_table(stem: Path, frame: pd.DataFrame) -> None:
 
 
 def tidy_rows(
-    names: Sequence[str], parameters: Sequence[Quantity], conditions: Sequence[Quantity]
+    names: Sequence[str],
+    parameters: Sequence[Quantity],
+    conditions: Sequence[Quantity],
+    shrunk: Mapping[str, Mapping[str, Measure]],
 ) -> list[dict[str, object]]:
-    """One row a record and parameter: value, error, unit and every condition in SI units."""
+    """One row a record and parameter: value, error, unit, and every condition.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the records.
+    parameters, conditions : sequence of Quantity
+        In that order.
+    shrunk : mapping of record to mapping of parameter to Measure
+        Values drawn to the mean of all; missing where there is no population.
+    """
     return [
         {
             "record": name,
@@ -52,8 +67,16 @@ def tidy_rows(
             "value": float(parameter.values[r]),
             "std_error": float(parameter.errors[r]),
             "unit": parameter.unit,
+            **_drawn(shrunk.get(name, {}).get(parameter.name)),
             **{one.name if one.unit == "-" else f"{one.name} [{one.unit}]": float(one.values[r]) for one in conditions},
         }
         for r, name in enumerate(names)
         for parameter in parameters
     ]
+
+
+def _drawn(found: Measure | None) -> dict[str, float]:
+    return {
+        "shrunk": math.nan if found is None else found.value,
+        "shrunk_error": math.nan if found is None else found.error,
+    }
