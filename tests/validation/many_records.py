@@ -91,7 +91,7 @@ class Made:
     damage: str
 
 
-def make(folder: Path, number: int, seed: int) -> list[Made]:
+def make(folder: Path, number: int, seed: int, base: Base = BASE, scatter: float = SCATTER) -> list[Made]:
     """Write records and study of a series.
 
     Parameters
@@ -100,6 +100,10 @@ def make(folder: Path, number: int, seed: int) -> list[Made]:
     number : int
         Of records.
     seed : int
+    base : Base
+        About which fibre and guide of the records scatter.
+    scatter : float
+        Relative standard deviation between records.
     """
     folder.mkdir(parents=True, exist_ok=True)
     rows = ['schema = "fibrefit/study/1"', f'name = "{number} drops"', "", "[rig]", f'kind = "{DROP}"']
@@ -107,7 +111,7 @@ def make(folder: Path, number: int, seed: int) -> list[Made]:
     rows += ["", "[channels]", 'time = "time [s]"', 'force = "force [N]"', 'position = "position [mm]"']
     found = []
     for n in range(number):
-        made, said = _make_one(folder, n, seed)
+        made, said = _make_one(folder, n, seed, base, scatter)
         found.append(made)
         rows += ["", "[[records]]", *said]
     (folder / "study.toml").write_text("\n".join(rows) + "\n", encoding="utf-8")
@@ -123,14 +127,14 @@ def known(folder: Path) -> list[Made]:
     return [Made(row["name"], Base(**row["truth"]), row["damage"]) for row in content]
 
 
-def _make_one(folder: Path, number: int, seed: int) -> tuple[Made, list[str]]:
+def _make_one(folder: Path, number: int, seed: int, base: Base, scatter: float) -> tuple[Made, list[str]]:
     rng = np.random.default_rng([seed, number])
     lift, degrees = round(rng.uniform(4.0, 20.0), 1), int(rng.integers(45, 91))
     usual = drop_plan(1, degrees, rng, after=rng.uniform(1.0, 1.8))
     plan = Plan(f"drop_{number:04d}.csv", replace(usual.conditions, lift=1e-3 * lift), usual.times)
     factor = math.exp(rng.uniform(math.log(0.5), math.log(2.0)))
     noise = replace(USUAL, rms={channel: factor * rms for channel, rms in USUAL.rms.items()})
-    truth = scattered(BASE, rng, SCATTER)
+    truth = scattered(base, rng, scatter)
     record = take(plan, truth, {}, rng.uniform(-3e-4, 3e-4), noise, rng, STEP).logged
     table = zip(record.times, record.force, 1e3 * record.position, strict=True)
     lines = [HEADING, *(f"{t:.4f},{f:.2f},{x:.3f}" for t, f, x in table)]
