@@ -19,7 +19,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, minima_weighed
-from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, LACKED, MISSTATED
+from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, OTHERWISE
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
@@ -85,7 +85,7 @@ def _broken(before: Identification) -> tuple[Check, ...]:
         for check in before.checks
         if check.fatal
         and not check.passed
-        and check.identifier not in (EXPLAINED, MISSTATED, DOUBTFUL, LACKED)
+        and check.identifier not in (EXPLAINED, OTHERWISE, DOUBTFUL)
         and not (check.identifier == CONVERGED and (check.statistic or 0.0) <= astray)
     )
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
-from fibrefit.fitting.misfit.misstated import Misstated
 from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.thresholds import (
@@ -42,9 +42,8 @@ CONVERGED = "convergence"
 COMPLETION = "completion"
 EXPLAINED = "explained_share"
 AGREED = "starts"
-MISSTATED = "misstated"
+OTHERWISE = "otherwise"
 DOUBTFUL = "doubtful_value"
-LACKED = "lacked_law"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -257,31 +256,17 @@ def _beyond_chance(facts: dict[str, float], limit: float, **named: str) -> Check
     return Check(passed=beyond <= limit, statistic=beyond, threshold=limit, facts=facts, **named)
 
 
-def explained_otherwise(found: Misstated) -> Check:
-    """What is said of records that a fault in what the study states explains: by how much a value would be another."""
+def explained_otherwise(found: Alternative) -> Check:
+    """What is said of records that one thing more explains: by how much a value would be another."""
     return Check(
-        name="what the study states fits the records",
+        name="nothing else explains the records",
         passed=False,
         fatal=found.factor > FACTOR,
         statistic=found.factor,
         threshold=FACTOR,
-        identifier=MISSTATED,
-        quantity="what the study states",
-        facts={"misstated": found},
-    )
-
-
-def explained_by_another_law(found: Misstated) -> Check:
-    """What is said of records that one more law explains, with which a value is another by a factor."""
-    return Check(
-        name="no further law makes another of a value",
-        passed=found.factor <= FACTOR,
-        fatal=True,
-        statistic=found.factor,
-        threshold=FACTOR,
-        identifier=LACKED,
-        quantity="size of the values",
-        facts={"lacked": found},
+        identifier=OTHERWISE,
+        quantity="what else explains the records",
+        facts={"alternative": found},
     )
 
 

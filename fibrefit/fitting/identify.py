@@ -22,8 +22,8 @@ from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
+from fibrefit.fitting.misfit.alternative import best_alternative
 from fibrefit.fitting.misfit.discrepancy import most_doubtful
-from fibrefit.fitting.misfit.misstated import lacked, misstated
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
@@ -65,7 +65,8 @@ class How(NamedTuple):
     near : InputSensitivities, optional
         Readings linearised in these errors, near where it begins.
     rivals : bool
-        Whether to see, where inputs are noisy, what other minima are worth, which takes as long as all the rest.
+        Whether to see, where inputs are noisy, what other minima and models with one law more are worth, which takes
+        as long as all the rest.
     local : (n_record, n_local) in SI units, optional
         Values of each record where a search ended that let records differ, for the likelihood to begin from as well.
     """
@@ -214,7 +215,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         *sound.structure,
         *best.checks,
         explained,
-        *_as_stated(task, best, explained),
+        *_as_stated(task, best, explained, how.rivals),
         *(() if doubtful is None else (judge.known_to_a_factor(doubtful),)),
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
@@ -254,18 +255,18 @@ def _explained(plain: Optimum, gaps: Gap) -> Check:
     return check if check.passed else judge.useless(check, outweighed(plain.problem.layout, plain.values, plain.scores))
 
 
-def _as_stated(task: Task, best: Reported, explained: Check) -> tuple[Check, ...]:
-    """Whether channels, clock, scale and slope are what the study says, as far as records tell it by themselves."""
+def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tuple[Check, ...]:
+    """Whether channels, clock, scale and slope are what the study says, and what one thing more makes of the values."""
     swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
     gravity = gravity_in_flight(task, best.values, best.seen.motion)
     lag = lag_in_contacts(task, best.values, best.seen.motion)
     told = () if gravity is None else (judge.falls_freely(gravity),)
     told = told if lag is None else (*told, judge.measured_at_once(lag))
-    doubted = not (swapped or best.input_errors) and not all(check.passed for check in (explained, *told))
-    fault = misstated(task, best.values) if doubted else None
-    law = None if swapped or best.input_errors or best.sound.gap.passed else lacked(task, best.values)
-    otherwise = () if fault is None else (judge.explained_otherwise(fault),)
-    return (*swapped, *told, *otherwise, *(() if law is None else (judge.explained_by_another_law(law),)))
+    inputs = judge.inputs_within_noise(best.input_errors)
+    doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *told))
+    asked = doubted and not swapped and (rivals or not best.input_errors)
+    other = best_alternative(task, best.values) if asked else None
+    return (*swapped, *told, *(() if other is None else (judge.explained_otherwise(other),)))
 
 
 def _left_open(

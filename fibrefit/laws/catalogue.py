@@ -110,18 +110,24 @@ class CatalogueEntry:
         Whether it is tried only where all others leave more than noise: it takes longer than all of them.
     alike : tuple of str
         Effects that records do not tell from it where a search does not try them.
+    alternative : frozenset of Capability or None
+        What a rig must have besides for a fit that leaves more than noise to be held against the same model with this
+        law, which other values are taken for; None where a fit is not.
     """
 
     effect: type[Effect]
     sought: frozenset[Capability] | None = frozenset()
     costly: bool = False
     alike: tuple[str, ...] = ()
+    alternative: frozenset[Capability] | None = None
 
+
+_BY_A_FIBRE = frozenset({Capability.FIBRE})
 
 _ENTRIES: tuple[CatalogueEntry, ...] = (
-    CatalogueEntry(ViscousFriction),
+    CatalogueEntry(ViscousFriction, alternative=_BY_A_FIBRE),
     CatalogueEntry(StribeckFriction),
-    CatalogueEntry(LoadDependentFriction),
+    CatalogueEntry(LoadDependentFriction, alternative=_BY_A_FIBRE),
     CatalogueEntry(QuadraticDrag),
     CatalogueEntry(AsymmetricFriction),
     CatalogueEntry(AsymmetricViscousFriction),
@@ -136,10 +142,10 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(FrictionSpeedCurve, sought=None),
     CatalogueEntry(FrictionPowerLaw, sought=None),
     CatalogueEntry(FrictionSpeedExponent, sought=None),
-    CatalogueEntry(Hardening),
+    CatalogueEntry(Hardening, alternative=_BY_A_FIBRE),
     CatalogueEntry(ToeRegion),
-    CatalogueEntry(MaxwellBranch),
-    CatalogueEntry(RateDependentDamping),
+    CatalogueEntry(MaxwellBranch, alternative=_BY_A_FIBRE),
+    CatalogueEntry(RateDependentDamping, alternative=_BY_A_FIBRE),
     CatalogueEntry(RateDependentStiffness),
     CatalogueEntry(StiffnessSpeedCurve, sought=None),
     CatalogueEntry(StiffnessPowerLaw, sought=None),
@@ -147,7 +153,7 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(DampingSpeedCurve, sought=None),
     CatalogueEntry(DampingPowerLaw, sought=None),
     CatalogueEntry(DampingSpeedExponent, sought=None),
-    CatalogueEntry(Hysteresis),
+    CatalogueEntry(Hysteresis, alternative=_BY_A_FIBRE),
     CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
     CatalogueEntry(Creep),
     CatalogueEntry(StiffnessDrift),
@@ -173,25 +179,25 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(Eccentricity),
     CatalogueEntry(Compliance),
     CatalogueEntry(Play),
-    CatalogueEntry(ForceGain),
+    CatalogueEntry(ForceGain, alternative=_BY_A_FIBRE),
     CatalogueEntry(ForceOffset),
     CatalogueEntry(ForceDrift),
-    CatalogueEntry(ForceDelay),
+    CatalogueEntry(ForceDelay, alternative=_BY_A_FIBRE),
     CatalogueEntry(ForceLag),
     CatalogueEntry(GaugeResonance),
-    CatalogueEntry(PositionGain, sought=frozenset({Capability.FIBRE})),
+    CatalogueEntry(PositionGain, sought=frozenset({Capability.FIBRE}), alternative=_BY_A_FIBRE),
     CatalogueEntry(DialGaugeForce),
     CatalogueEntry(GaugeNonlinearity),
     CatalogueEntry(AccelerationCrosstalk),
     CatalogueEntry(PositionRipple, sought=frozenset({Capability.FIBRE}), costly=True),
     CatalogueEntry(InclinationError, sought=None),
-    CatalogueEntry(WeightMass),
+    CatalogueEntry(WeightMass, alternative=_BY_A_FIBRE),
     CatalogueEntry(AddedMass),
-    CatalogueEntry(Inclination, alike=("rig.inclination_error",)),
-    CatalogueEntry(Lift, sought=None),
+    CatalogueEntry(Inclination, alike=("rig.inclination_error",), alternative=_BY_A_FIBRE),
+    CatalogueEntry(Lift, sought=None, alternative=_BY_A_FIBRE),
     CatalogueEntry(WrapAngle, sought=None),
     CatalogueEntry(Gain, sought=None),
-    CatalogueEntry(ClockError),
+    CatalogueEntry(ClockError, alternative=_BY_A_FIBRE),
     CatalogueEntry(OtherFibre),
 )
 
@@ -230,6 +236,12 @@ def is_sought(effect: type[Effect], rig: HasCapabilities) -> bool:
 def is_costly(effect: type[Effect]) -> bool:
     """Whether a search tries an effect only where all others leave more than noise."""
     return entry_of(effect).costly
+
+
+def is_alternative(effect: type[Effect], rig: HasCapabilities) -> bool:
+    """Whether a fit on that rig that leaves more than noise is held against the same model with an effect."""
+    where = entry_of(effect).alternative
+    return suits(effect, rig) and where is not None and where <= rig.capabilities
 
 
 def look_alikes(effect: type[Effect]) -> tuple[str, ...]:

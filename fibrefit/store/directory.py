@@ -296,6 +296,9 @@ def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
     real = Path(os.path.realpath(out))
     if out.is_symlink() and not os.path.lexists(real):
         raise UsageError(str(out), f"is a link to {real}, which does not exist", "a folder", "Name another --out.")
+    if real.name and not real.name.strip():
+        # A variable with nothing but blanks in it leaves such a word on a command line.
+        raise UsageError(repr(str(out)), "is nothing but blanks", "the name of a folder", "Name another --out.")
     if real.suffix in WORKING:
         what = f"ends in {real.suffix}, as working folders do, which a run moves and removes"
         raise UsageError(str(out), what, "a folder of its own for the result", "Name another --out.")

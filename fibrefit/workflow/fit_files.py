@@ -132,7 +132,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
         "observed_data": {**shared, **observed},
         "predictions": {
             **shared,
-            **{name: Variable(found.readings[name], grid, unit[name], "Simulated.") for name in channels},
+            **{name: Variable(_within(found, name), grid, unit[name], SIMULATED) for name in channels},
             **reading_errors(found),
             "phase": Variable(found.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES))),
         },
@@ -147,6 +147,15 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
         "constant_data": conditions_group(problem),
         "starts": _starts_group(found.starts),
     }
+
+
+SIMULATED = "Simulated; NaN beyond the record."
+
+
+def _within(found: Identification, channel: str) -> np.ndarray:
+    """Simulated readings of a channel; what shorter records are filled up with is no prediction."""
+    readings, experiment = np.asarray(found.readings[channel]), found.problem.observations.experiment
+    return np.where(np.arange(readings.shape[1]) < np.asarray(experiment.count)[:, None], readings, np.nan)
 
 
 def _between_variables(found: Identification) -> dict[str, Variable]:

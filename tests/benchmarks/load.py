@@ -30,6 +30,8 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "load.md"
 
 LINEAR = 1.15
 """Exponent of what a second run takes, up to which its growth counts as linear: the scatter of such a fit."""
+SERIES = 3
+"""Series of one size that a second run is the median of."""
 POWERS = np.linspace(0.1, 3.0, 291)
 """Exponents that are tried."""
 FLAT = 0.1
@@ -152,7 +154,10 @@ def write_series(folder: Path, records: int, rate: float, seed: int = 0) -> None
 
 
 def measured(load: Load, size: int) -> tuple[Measured, Measured]:
-    """One command, twice, each in a process of its own: from an empty cache of programs, and from what that one kept.
+    """One command, each time in a process of its own: from an empty cache of programs, and from what that one kept.
+
+    The second is the median of `SERIES` of them, each of a series of its own: how many steps a search takes over a
+    whole record is chance.
 
     Raises
     ------
@@ -160,11 +165,14 @@ def measured(load: Load, size: int) -> tuple[Measured, Measured]:
         If it fails.
     """
     with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        write_series(folder, *load.series(size))
+        folder, again = Path(place), []
         command = (*load.words(size), "-q", "--force", "--out", str(folder / "out"))
-        first, again = (_run(folder, command) for _ in range(2))
-    return first, again
+        for seed in range(SERIES):
+            write_series(folder, *load.series(size), seed)
+            if not seed:
+                first = _run(folder, command)
+            again.append(_run(folder, command))
+    return first, Measured(*np.median(again, axis=0))
 
 
 def _run(folder: Path, words: tuple[str, ...]) -> Measured:
@@ -219,7 +227,9 @@ def table(name: str) -> tuple[Table, bool]:
     ]
     rows.append(("exponent", *grown))
     words = " ".join(load.words(load.sizes[-1]))
-    note = f"`fibrefit {words}`, from a prompt; exponents are of what grows beyond a base, {LINEAR:g} is linear."
+    note = (
+        f"`fibrefit {words}`, from a prompt; again: median of {SERIES} series; exponents of what grows beyond a base."
+    )
     heads = (f"{what}, {when}" for when in ("first", "again") for what in ("time", "processors", "largest memory"))
     return Table(f"Growth with {load.title}", note, (load.title, *heads), rows), too_fast(grown)
 

@@ -15,9 +15,9 @@ from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identifiability, thresholds
 from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.misfit import agreement, misstated, outweighed, structure
+from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
+from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
-from fibrefit.fitting.misfit.misstated import Misstated
 from fibrefit.fitting.search import with_input_errors
 from fibrefit.fitting.search.with_input_errors import accounted_for, as_predicted, lets_more_count
 from fibrefit.problem.diagnose.contacts import Lag
@@ -42,9 +42,9 @@ def left(share: float) -> Check:
     return judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
 
 
-def off_by(factor: float) -> Misstated:
+def off_by(factor: float) -> Alternative:
     """A fault in what is stated that makes so much of a value."""
-    return Misstated("study.clock", 0.01, "-", "damping", "N s/m", factor, 1.0, factor)
+    return Alternative("study.clock", 0.01, "-", "damping", "N s/m", factor, 1.0, factor)
 
 
 def reaching(share: float) -> Doubtful:
@@ -127,10 +127,13 @@ CASES = (
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
     Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
     Bracket("FACTOR", judge, lambda x: judge.known_to_a_factor(reaching(1.0 - 1.0 / x)).passed, 1.4, 1.6),
-    Bracket("FACTOR", judge, lambda x: judge.explained_by_another_law(off_by(x)).passed, 1.4, 1.6),
     Bracket("FACTOR", judge, lambda x: not judge.explained_otherwise(off_by(x)).fatal, 1.4, 1.6),
     Bracket(
-        "REMAINING", misstated, lambda x: misstated.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)), 0.017, 0.0235
+        "REMAINING",
+        alternative,
+        lambda x: alternative.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)),
+        0.017,
+        0.0235,
     ),
     Bracket("LATE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
     Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),

@@ -124,6 +124,8 @@ def test_places_where_no_result_can_stand(tmp_path: Path, monkeypatch: pytest.Mo
     refused(Path("/"), "holds the working folder")
     refused(Path("."), "is the working folder")
     refused(Path(".."), "holds the working folder")
+    refused(Path(" "), "is nothing but blanks")
+    refused(tmp_path / "\t\n", "is nothing but blanks")
     refused(Path("/proc"), "is the root of a file system")
     refused(tmp_path / "study" / "records", r"holds .*a\.csv, which is read", run=Run((record,)))
     refused(tmp_path / ("x" * 250), "File name too long")

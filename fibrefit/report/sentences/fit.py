@@ -217,17 +217,20 @@ def _free_flight(check: Check) -> str:
     )
 
 
-def _misstated(check: Check) -> str:
-    found = check.facts["misstated"]
+def _otherwise(check: Check) -> str:
+    found = check.facts["alternative"]
     name = found.name.rpartition(".")[2].replace("_", " ")
     value, without = (format_quantity(size, found.value_unit, 3) for size in (found.value, found.without))
+    stated = STATED_OTHERWISE.get(found.effect)
+    what = f"{found.effect} ({format_quantity(found.size, found.unit, 3)})"
     says = (
-        f"With {STATED_OTHERWISE[found.effect](found.size)} ({found.effect}), the model would leave nothing but noise, "
-        f"and the {name} would be {without} in place of {value}"
+        f"With {what if stated is None else f'{stated(found.size)} ({found.effect}),'} the model would leave nothing "
+        f"but noise, and the {name} would be {without} in place of {value}"
     )
+    do = "run discover" if stated is None else "look at what the study states"
     if not check.fatal:
-        return f"{says}. Look at what the study states."
-    return f"{says}: another by a factor of {found.factor:.2g}. Until that is settled, the fit is of no use."
+        return f"{says}: {do}."
+    return f"{says}: another by a factor of {found.factor:.2g}. Until that is settled, the fit is of no use: {do}."
 
 
 STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
@@ -240,18 +243,6 @@ STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
     "sensor.force_delay": lambda size: f"a force that is {1e3 * size:.2g} ms late",
 }
 """What a fault in what a study states comes to, by its law."""
-
-
-def _lacked(check: Check) -> str:
-    found = check.facts["lacked"]
-    name = found.name.rpartition(".")[2].replace("_", " ")
-    law = f"{found.effect} ({format_quantity(found.size, found.unit, 3)})"
-    value, without = (format_quantity(size, found.value_unit, 3) for size in (found.value, found.without))
-    return (
-        f"With {law} the model would leave nothing but noise, and the {name} would be {without} in place of {value}: "
-        f"another by a factor of {found.factor:.2g}. Until the model has it, or what else is missing, the fit is of no "
-        "use: run discover."
-    )
 
 
 def _doubtful(check: Check) -> str:
@@ -378,9 +369,8 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "exchanged_channels": _exchanged,
     "free_flight": _free_flight,
     "lag": _lag,
-    "misstated": _misstated,
+    "otherwise": _otherwise,
     "doubtful_value": _doubtful,
-    "lacked_law": _lacked,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,

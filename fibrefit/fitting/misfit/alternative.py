@@ -1,9 +1,19 @@
-"""What the values would be if something that a study states were otherwise: clock, scales, slope, height, mass.
+"""What the values would be with one thing more: a law that the model lacks, or a fault in what the study states.
 
-A fit that leaves more than noise, or a flight that falls as it should not, shows a fault; whether the values are of use
-all the same nobody knows who does not know the fault. A fault in what is stated is one number. Fitted beside the
-others, it either leaves nothing but noise, and then it explains the records as the truth does, or it does not. Where it
-does, what it makes of the values is what they are off by.
+A fit that leaves more than noise, or a flight that falls as it should not, lacks something; whether its values are of
+use all the same nobody knows who does not know what. Some laws are known to be taken up by other values, and a fault in
+what is stated is one number: clock, scale, slope, height, mass. Which of them a fit is held against their entries in
+the catalogue say (`alternative`). Fitted beside the others, one either leaves nothing but noise, and then it explains
+the records as the truth does, or it does not. Where it does, what it makes of the values is what they may be off by.
+
+Law
+---
+Least squares in the values and the parameters of one law each, from where plain least squares ended, over the horizons
+of a search. Of those that leave but noise the one with the least ``chi^2 + k ln n``, k being its parameters.
+
+Source
+------
+Schwarz, Ann. Statist. 6 (1978): models of several sizes compared.
 """
 
 from __future__ import annotations
@@ -15,12 +25,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.thresholds import FACTOR, LOUDEST, REMAINING, SMALL
-from fibrefit.laws.catalogue import CATALOGUE, suits
-from fibrefit.laws.law import Effect
+from fibrefit.fitting.thresholds import LOUDEST, REMAINING, SMALL
+from fibrefit.laws.catalogue import CATALOGUE, is_alternative
+from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
@@ -31,31 +40,21 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP
-
-STATED = ("study.clock", "study.inclination", "study.lift", "study.weight_mass", "sensor.position_gain",
-          "sensor.force_gain", "sensor.force_delay")  # fmt: skip
-"""Laws of one number that a study states, or that it does by silence: that channels are true and of the same time."""
-LACKED = (
-    ("fibre.maxwell_branch",),
-    ("guide.viscous_friction", "guide.load_dependent_friction", "fibre.rate_dependent_damping", "fibre.hardening"),
-)
-"""Laws whose force another value takes over where the model lacks them, in groups that share a program: a fibre with a
-memory has one of its own."""
+from fibrefit.simulation.model import Model
 
 
-class Misstated(NamedTuple):
-    """A fault in what is stated that explains the records, and the value that it changes most.
+class Alternative(NamedTuple):
+    """A law with which a model leaves but noise, and the value that it changes most.
 
     Parameters
     ----------
     effect : str
-        Law of the fault.
     size, unit : float, str
-        What it comes to, in SI units.
+        Its first parameter, in SI units.
     name, value_unit : str
         Of the value.
     value, without : float in SI units
-        As it was found, and as it would be without the fault.
+        As it was found, and as it would be with the law taken off.
     factor : float
         By which the two differ, 1 or more.
     """
@@ -70,51 +69,30 @@ class Misstated(NamedTuple):
     factor: float
 
 
-def misstated(task: Task, values: np.ndarray) -> Misstated | None:
-    """The fault that explains drops best; None where none leaves nothing but noise, and on other rigs.
+def best_alternative(task: Task, values: np.ndarray) -> Alternative | None:
+    """The law beside those of the model that explains records best; None where none leaves nothing but noise.
 
     Parameters
     ----------
     task : Task
-        Of exact inputs.
+        Inputs are taken as measured: their errors, let free, take up much of what a model lacks.
     values : (n_free,) in SI units
-        The best ones of plain least squares.
-
-    Law
-    ---
-    Least squares in the values and one more number each, from where plain least squares ended.
+        The best ones.
     """
-    if Capability.FALL not in task.problem.model.rig.capabilities:
-        return None
-    return _best_of(task, values, (STATED,))
-
-
-def lacked(task: Task, values: np.ndarray) -> Misstated | None:
-    """The law beside those of the model that explains drops best, if a value is another by a factor with it.
-
-    Parameters
-    ----------
-    task : Task
-        Of exact inputs.
-    values : (n_free,) in SI units
-        The best ones of plain least squares.
-
-    Law
-    ---
-    As `misstated`, from a tenth of the law's typical size.
-    """
-    if Capability.FALL not in task.problem.model.rig.capabilities:
-        return None
-    found = _best_of(task, values, LACKED)
-    return found if found is not None and found.factor > FACTOR else None
-
-
-def _best_of(task: Task, values: np.ndarray, groups: Sequence[Sequence[str]]) -> Misstated | None:
-    """The one law that leaves least, of those that leave but noise."""
-    before = _left(task.problem, values)
-    tried = (one for group in groups for one in _explanations(task, values, group))
+    before, _ = _left(task.problem, values)
+    tried = (one for group in _groups(task.problem.model) for one in _explanations(task, values, group))
     found = [one for one in tried if is_noise(one.left, before)]
-    return min(found, key=lambda one: one.left).most_changed(task.problem.layout, values) if found else None
+    return min(found, key=lambda one: one.evidence).most_changed(task.problem.layout, values) if found else None
+
+
+def _groups(model: Model) -> list[list[type[Effect]]]:
+    """Laws that share a program: whatever the readings go through, whatever acts; one with a memory by itself."""
+    groups: dict[str, list[type[Effect]]] = {}
+    for law in CATALOGUE.values():
+        if law not in model.effects and is_alternative(law, model.rig):
+            of_readings, remembers = issubclass(law, StudyLaw | SensorLaw), issubclass(law, FibreLaw) and law.memory
+            groups.setdefault("readings" if of_readings else law.name if remembers else "motion", []).append(law)
+    return list(groups.values())
 
 
 def is_noise(left: float, before: float) -> bool:
@@ -129,14 +107,18 @@ def is_noise(left: float, before: float) -> bool:
 
 
 class _Explained(NamedTuple):
-    """A fault with its size, the largest normalised rms it leaves in a channel, and the values without the fault."""
+    """A law with its size, the largest normalised rms it leaves in a channel, and the values without the law.
+
+    `evidence` is what it leaves of all channels, with a price for its parameters.
+    """
 
     law: type[Effect]
     size: float
     left: float
+    evidence: float
     values: np.ndarray
 
-    def most_changed(self, layout: Layout, values: np.ndarray) -> Misstated:
+    def most_changed(self, layout: Layout, values: np.ndarray) -> Alternative:
         """With the value that differs by the largest factor; those that may have either sign have none."""
         parameter, worst, factor = self.law.parameters[0], 0, 0.0
         for i, (slot, record) in enumerate(layout.entries):
@@ -146,15 +128,10 @@ class _Explained(NamedTuple):
                     worst, factor = i, other / one
         slot = layout.entries[worst][0]
         sizes = float(values[worst]), float(self.values[worst])
-        return Misstated(self.law.name, self.size, parameter.unit, slot.name, slot.unit, *sizes, factor)
+        return Alternative(self.law.name, self.size, parameter.unit, slot.name, slot.unit, *sizes, factor)
 
 
-def _explanations(task: Task, values: np.ndarray, names: Sequence[str]) -> Iterator[_Explained]:
-    known = task.problem.model.effects
-    laws = [CATALOGUE[name] for name in names if suits(CATALOGUE[name], task.problem.model.rig)]
-    laws = [law for law in laws if law not in known]
-    if not laws:
-        return
+def _explanations(task: Task, values: np.ndarray, laws: Sequence[type[Effect]]) -> Iterator[_Explained]:
     problem = _with(task.problem, laws)
     nothing, free = _beside(task.problem.layout, values, problem.layout, laws), problem.layout.free_names
     kept = np.array([free.index(name) for name in task.problem.layout.free_names])
@@ -162,12 +139,13 @@ def _explanations(task: Task, values: np.ndarray, names: Sequence[str]) -> Itera
     for law, own in places.items():
         others = np.array([place for other in laws if other is not law for place in places[other]], dtype=int)
         start = nothing.copy()
-        if law.name not in STATED:
-            start[own] = [first_size(p) for p in law.parameters]
+        start[own] = [first_size(p) for p in law.parameters]
         for way in task.horizons:
             there = _through(problem, way, start, others)
             if there is not None:
-                yield _Explained(law, float(there[own[0]]), _left(problem, there), there[kept])
+                left, evidence = _left(problem, there)
+                price = len(own) * math.log(problem.n_measured)
+                yield _Explained(law, float(there[own[0]]), left, evidence + price, there[kept])
 
 
 def _with(problem: Problem, laws: Sequence[type[Effect]]) -> Problem:
@@ -207,8 +185,8 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
     return free_values(layout, unknowns, unknowns.value(place.z), place.own)
 
 
-def _left(problem: Problem, values: np.ndarray) -> float:
-    """Largest normalised rms of a channel."""
-    residuals = linearised(problem, values).residuals
-    counted = np.maximum(np.count_nonzero(residuals, axis=(0, 2)), 1)
-    return float(np.sqrt(np.max(np.sum(residuals**2, axis=(0, 2)) / counted)))
+def _left(problem: Problem, values: np.ndarray) -> tuple[float, float]:
+    """Largest normalised rms of a channel, and the sum of squares of all."""
+    squares = np.square(linearised(problem, values).residuals)
+    counted = np.maximum(np.count_nonzero(squares, axis=(0, 2)), 1)
+    return float(np.sqrt(np.max(np.sum(squares, axis=(0, 2)) / counted))), float(np.sum(squares))
