@@ -69,10 +69,7 @@ def _answer(summary: SeriesSummary) -> Figure:
     """Each parameter over speed, with the law where there is one; below, how records left out are predicted."""
     names = list(next(iter(summary.records.values())).parameters)
     figure = new_figure(TOP + HEIGHT + UP + 0.8 * HEIGHT + BOTTOM)
-    best = summary.models[summary.answer]
-    title(
-        figure, f"{summary.study}: {ANSWERS[summary.answer]}", f"gap {best.gap:.2f}, left out {best.gap_left_out:.2f}"
-    )
+    title(figure, f"{summary.study}: {_said(summary)}", _gaps(summary))
     wide = (WIDTH - LEFT - RIGHT - (len(names) - 1) * ACROSS) / len(names)
     for i, name in enumerate(names):
         bottom = BOTTOM + 0.8 * HEIGHT + UP
@@ -80,6 +77,21 @@ def _answer(summary: SeriesSummary) -> Figure:
     _key(figure)
     _left_out(axes_at(figure, LEFT, BOTTOM, WIDTH - LEFT - RIGHT, 0.8 * HEIGHT - 4.0), summary)
     return figure
+
+
+def _said(summary: SeriesSummary) -> str:
+    """The answer, in the words of a title."""
+    if summary.answer != "speed_law":
+        serves = "serves" if summary.answer == "constant" else "serve"
+        return f"{ANSWERS[summary.answer]} {serves} all {len(summary.records)} records"
+    lawful = list(dict.fromkeys(one.parameter for one in summary.curves))
+    return f"{' and '.join(lawful)} {'depends' if len(lawful) == 1 else 'depend'} on speed"
+
+
+def _gaps(summary: SeriesSummary) -> str:
+    """Gap of each model, and where records are left out."""
+    said = [f"{ANSWERS[name]} {one.gap:.2f} ({one.gap_left_out:.2f})" for name, one in summary.models.items()]
+    return f"gap (of records left out): {', '.join(said)}"
 
 
 def _over_speed(axes: Axes, summary: SeriesSummary, name: str) -> None:
@@ -97,7 +109,7 @@ def _over_speed(axes: Axes, summary: SeriesSummary, name: str) -> None:
         _law(axes, curve, worth, lawful)
     shared = summary.models["constant"].parameters.get(name)
     if shared is not None:
-        axes.axhline(shared.value / worth, color=ORANGE, linewidth=0.9, linestyle="--", label="constant")
+        axes.axhline(shared.value / worth, color=ORANGE, linewidth=0.9, linestyle="--", label="one set of parameters")
     logarithmic(axes, "x")
     label(axes, x=axis_label("speed", "m/s"), y=axis_label(name, unit))
 
@@ -124,7 +136,7 @@ def _by_itself(axes: Axes, rows: list[SeriesRecord], name: str, worth: float) ->
 
 def _law(axes: Axes, curve: SpeedCurveSummary, worth: float, lawful: bool) -> None:
     speeds, low, high = (np.array(part) for part in (curve.speeds, curve.low, curve.high))
-    line, band, words = (BLUE, SKY, curve.form) if lawful else (GREY, PALE, f"{curve.form}, not preferred")
+    line, band, words = (BLUE, SKY, f"law of speed ({curve.form})") if lawful else (GREY, PALE, f"{curve.form}, not preferred")
     axes.fill_between(speeds, low / worth, high / worth, color=band, alpha=0.5, linewidth=0)
     axes.plot(speeds, np.array(curve.values) / worth, color=line, linewidth=1.2, label=words)
 
