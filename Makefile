@@ -4,8 +4,8 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test bench bench-series validate validate-discover validate-mistakes validate-intervals lint format schemas docs \
-        notebooks dist release-check clean
+.PHONY: demo real test bench bench-series validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
+        validate-population lint format schemas docs notebooks dist release-check clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --figures png --force
@@ -40,6 +40,14 @@ validate-mistakes: .venv/installed-bench
 # ARGS="--release LABEL --noise slow --scatter 0.005 --series 20" fits twenty further series of each rig.
 validate-intervals: .venv/installed-bench
 	$(RUN) -m tests.validation.validate_intervals $(ARGS)
+
+# ARGS="--release LABEL --rig fibre_mass --with 3 --without 6" asks nine further series whether a parameter depends on speed.
+validate-speed-laws: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_speed_laws $(ARGS)
+
+# ARGS="--release LABEL --series 25" pools the records of twenty-five further series.
+validate-population: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_population $(ARGS)
 
 # DATA=folder holds clones of the public repositories that docs/real_records.md names; none is part of this project.
 real: .venv/installed-test

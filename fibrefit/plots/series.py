@@ -136,7 +136,8 @@ def _by_itself(axes: Axes, rows: list[SeriesRecord], name: str, worth: float) ->
 
 def _law(axes: Axes, curve: SpeedCurveSummary, worth: float, lawful: bool) -> None:
     speeds, low, high = (np.array(part) for part in (curve.speeds, curve.low, curve.high))
-    line, band, words = (BLUE, SKY, f"law of speed ({curve.form})") if lawful else (GREY, PALE, f"{curve.form}, not preferred")
+    line, band = (BLUE, SKY) if lawful else (GREY, PALE)
+    words = f"law of speed ({curve.form})" if lawful else f"{curve.form}, not preferred"
     axes.fill_between(speeds, low / worth, high / worth, color=band, alpha=0.5, linewidth=0)
     axes.plot(speeds, np.array(curve.values) / worth, color=line, linewidth=1.2, label=words)
 
