@@ -157,3 +157,13 @@ SAME_PEAK = 5e-3
 one that was read: claims have three digits."""
 SAME_LENGTH = 0.01
 """The same of how long a file says that it lasted, where one sample more or less is counted."""
+LONGEST_LABEL = 3
+"""Words of a cell up to which it only names what stands below or beside it, such as gain or offset."""
+SHORTEST_SENTENCE = 3
+"""Words of a line without a key from which on it is a sentence: what it is about bears on all its parts."""
+LONGEST_NAME = 5
+"""Words of a claim up to which it is a name and its number, such as the gain of an amplifier, and no sentence."""
+LEAST_CERTIFICATE = 100
+"""Whole number beside a calibration from which on it is that of a certificate, and no factor."""
+LONGEST_SAID = 800
+"""Letters of what is taken apart at once: longer lines are cut, as every place in a word would be tried."""

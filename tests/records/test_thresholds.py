@@ -16,7 +16,7 @@ from fibrefit.records.clock import claimed, coarse, rates, timebase, times
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
-from fibrefit.records.columns import account, damage, declared, grouping, judged
+from fibrefit.records.columns import account, damage, declared, grouping, judged, known
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import Told, binary_column
 from fibrefit.records.copies import Fingerprint
@@ -437,7 +437,24 @@ def claimed_length(size: float) -> bool:
     return claimed.contradicted_length([Told("line 1", f"Duration: {10.0 * (1 + size):.9g} s")], 1.0) is not None
 
 
+def known_to_be_harmless(line: str) -> bool:
+    """Whether nothing in a line beside a table of force and position is asked about."""
+    known._unknown_in.cache_clear()  # what is kept was found with another threshold
+    return not known.unknown_in(line, ".", frozenset(("force", "position")))
+
+
+def words_of(first: str, more: str, number: float) -> str:
+    return first + more * (round(number) - len(first.split()))
+
+
 WHOLE = (
+    Bracket("LONGEST_LABEL", known, lambda x: known_to_be_harmless(words_of("gain", " offset", x)), 3, 4),
+    Bracket("SHORTEST_SENTENCE", known, lambda x: not known_to_be_harmless(words_of("laser,", " quux", x)), 3, 2),
+    Bracket(
+        "LONGEST_NAME", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
+    ),
+    Bracket("LEAST_CERTIFICATE", known, lambda x: known_to_be_harmless(f"calibration {x:.0f}"), 120, 80),
+    Bracket("LONGEST_SAID", known, lambda x: not known_to_be_harmless(" " * round(x - 8) + "force x2"), 700, 1000),
     Bracket("SAME_PEAK", judged, claimed_peak, 3e-3, 7e-3),
     Bracket("SAME_LENGTH", claimed, claimed_length, 0.7e-2, 1.3e-2),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),

@@ -133,9 +133,16 @@ def test_uneven_sampling_is_kept_as_printed(write: Callable) -> None:
 
 
 def test_a_rate_of_the_header_that_differs_is_mentioned(write: Callable) -> None:
-    record = read_record(write("fs = 4000 Hz\n" + table(regular(50))))
+    record = read_record(write("fs = 2100 Hz\n" + table(regular(50))))
     assert record.rate == 2000.0
-    assert "The column runs at 2000 Hz, the header says 4000 Hz: the column is used." in record.history
+    assert "The column runs at 2000 Hz, the header says 2100 Hz: the column is used." in record.history
+
+
+def test_a_rate_of_the_header_that_is_twice_that_of_the_times_is_asked_about(write: Callable) -> None:
+    path = write("fs = 4000 Hz\n" + table(regular(50)))
+    with pytest.raises(DataError, match='"fs = 4000 Hz", and "t .s." has 2000 Hz'):
+        read_record(path)
+    assert read_record(path, channels={"time": {"column": "t [s]", "scale": "1"}}).rate == 2000.0
 
 
 def test_negative_control_regular_times_lose_nothing(write: Callable) -> None:

@@ -12,9 +12,6 @@ OFF_GRID = "time is off the grid"
 UNREADABLE = "time is not readable"
 ALONE = "time stands far from all others"
 
-#: What to do where a rate is missing.
-GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files], or in the record.'
-
 
 @dataclass(frozen=True, slots=True)
 class TimeGap:

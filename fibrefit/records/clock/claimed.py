@@ -8,10 +8,12 @@ import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
-from fibrefit.records.clock.base import GIVE_RATE, TimeBase
-from fibrefit.records.columns.bearing import LASTING, MISTAKEN_TIMES, NO_ROWS, OF_ROWS
+from fibrefit.records.clock.base import TimeBase
+from fibrefit.records.columns.bearing import LASTING, MISTAKEN_TIMES, NO_ROWS, OF_ROWS, PER_SECOND, THINNED
+from fibrefit.records.columns.lexicon import OF_THE_RATE
 from fibrefit.records.columns.raw import Raw, Told
 from fibrefit.records.grammar.claims import WORDED, claims_of
+from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import tokens
 from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH
 
@@ -63,6 +65,38 @@ def contradicted_length(told: Sequence[Told], lasting: float, mark: str = ".") -
     return None
 
 
+def _is_short(one: Told) -> bool:
+    return len(one.text) <= LONGEST_HEADING and not one.of
+
+
+def contradicted_rate(told: Sequence[Told], rate: float, mark: str = ".") -> Told | None:
+    """What tells how often rows were taken, with another rate than that of the times that stand beside them; or None.
+
+    Parameters
+    ----------
+    told : sequence of Told
+        All the file says beside its numbers.
+    rate : float
+        Of the times, in Hz.
+    mark : str
+        Decimal mark of its lines.
+    """
+    for one in told:
+        for claim in claims_of(PER_SECOND.sub(" Hz", one.text), mark) if _is_short(one) else ():
+            words = tokens(claim.about)
+            amounts = [a for a in claim.amounts if a.kind in ("time", "frequency") and a.value > 0]
+            if len(amounts) != 1 or not words or not all(map(OF_THE_RATE.fullmatch, words)):
+                continue
+            si = "s" if amounts[0].kind == "time" else "Hz"
+            stated = amounts[0].value * registry.to_si(amounts[0].unit, si)
+            if words[-1] == "time" and words[:1] != ["sample"]:
+                continue  # how long it lasted
+            ratio = rate * stated if si == "s" else rate / stated
+            if any(abs(ratio / r - 1.0) < SAME_LENGTH for f in MISTAKEN_TIMES for r in (f, 1.0 / f)):
+                return one
+    return None
+
+
 def first_row_told(raw: Raw, bases: Sequence[TimeBase]) -> list[Told]:
     """The first row, where its time is none and its numbers are whole as those below are not, as factors are.
 
@@ -102,6 +136,12 @@ def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> d
             got = f'"{one.text.strip()[:60]}", and the record lasts {registry.format_quantity(lasting, "s", 6)}'
             do = 'Say which it is: time = "ms" under [units], or sampling_rate = "2 kHz" under [files].'
             return {"time": DataError(f"{where}, {one.place}", got, "one length of the record", do)}
+        thinned = any(THINNED.search(one.text) for one in raw.told)
+        one = None if thinned or base.header is None else contradicted_rate(raw.told, base.rate, mark)
+        if one is not None:
+            got = f'"{one.text.strip()[:60]}", and "{base.header}" has {registry.format_number(base.rate, 7)} Hz'
+            do = f'Say what one number is worth: time = {{ column = "{base.header}", scale = "1" }} under [channels].'
+            return {"time": DataError(f"{where}, {one.place}", got, "one rate of the rows", do)}
         counted = base.header is None and base.unit == "counted" and raw.facts.rate is not None
         one = rows_of_several(raw.told, base.rate, present.size, mark) if counted else None
         if one is not None:

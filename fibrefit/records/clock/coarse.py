@@ -10,7 +10,6 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import (
-    GIVE_RATE,
     OFF_GRID,
     UNREADABLE,
     Readings,
@@ -20,6 +19,7 @@ from fibrefit.records.clock.base import (
 )
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.grammar.neighbours import typical
+from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.thresholds import (
     COARSE,
     EVEN,

@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
-from fibrefit.records.clock.base import GIVE_RATE, Readings, TimeBase
+from fibrefit.records.clock.base import Readings, TimeBase
 from fibrefit.records.clock.timebase import counted_times, from_readings
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group, counts_by
@@ -18,6 +18,7 @@ from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.grammar.digits import masked_with, oddly_written
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
+from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import counts_rows, score
 from fibrefit.records.thresholds import CENTURY_BEGINS, CENTURY_ENDS, CONTRADICTS
 

@@ -8,6 +8,7 @@ lasting that is claimed is compared with the one that was read.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 from fibrefit.core import units as registry
@@ -15,7 +16,10 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns
 from fibrefit.records.columns.judged import doubt_of
+from fibrefit.records.columns.known import is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.grammar.phrases import GIVE_RATE
+from fibrefit.records.grammar.words import score, tokens
 
 
 def unaccounted(
@@ -49,7 +53,8 @@ def unaccounted(
         The first question of each role, by role.
     """
     found: dict[str, DataError] = {}
-    for read in held_columns(columns, roles, answered):
+    reads = held_columns(columns, roles, answered)
+    for read in reads:
         heading = Told(f'heading "{read.column.header}"', read.column.name, read.column.header)
         for one in (heading, *told):
             if one.of and one.of != read.column.header:
@@ -58,7 +63,51 @@ def unaccounted(
             if doubt:
                 found[read.role] = _question(one, read, doubt, where)
                 break
+    names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
+    said = [(one, claim) for one in _unlisted(told) for claim in unknown_in(one.text, mark, names)]
+    for one, claim in said:
+        if is_of_times(claim, names):
+            if roles.get("time", -1) not in answered:
+                found.setdefault("time", _of_times(one, roles, columns, where))
+            continue
+        kinds = kinds_of(claim, names)
+        for read in reads:
+            if read.role != "time" and (not kinds or read.kind in kinds) and read.is_asked(claim.about, one):
+                found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where))
+    for read in reads:
+        for one in _unlisted(told) if read.role != "time" and not read.settled else ():
+            if told_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
+                found.setdefault(read.role, _question(one, read, "tells another unit than that of", where))
     return found
+
+
+def _unlisted(told: Sequence[Told]) -> list[Told]:
+    """What is said, without lines of which every cell is said of its column too."""
+    cells: dict[str, str] = {}
+    for one in told:
+        if one.of:
+            cells[one.place] = f"{cells.get(one.place, '')} {one.text}"
+
+    def listed(one: Told) -> bool:
+        parts = [cell.strip(' "') for cell in re.split(r"[;,\t|]", one.text)]
+        return not one.of and one.place in cells and all(part in cells[one.place] for part in parts)
+
+    return [one for one in told if not listed(one)]
+
+
+def _of_times(one: Told, roles: Mapping[str, int], columns: Sequence[RawColumn], where: str) -> DataError:
+    """Question about what may bear on the times, of a column or counted off."""
+    got = f'"{" ".join(one.text.split())[:80]}" is not known to leave the times as they are'
+    do = _timed(columns[roles["time"]]) if "time" in roles else GIVE_RATE
+    return DataError(f"{where}, {one.place}", got, "times with nothing left to be done to them", do)
+
+
+def _timed(column: RawColumn) -> str:
+    """What to say of times that are as they stand, or not."""
+    none, other = ("1", "0.001") if column.unit else ("1 s", "1 ms")
+    unit = column.unit or "s"
+    do = f'Say what one number is worth: time = {{ column = "{column.header}", scale = "{other}" }} under [channels]'
+    return f'{do}, or scale = "{none}" where the times are in {unit} already, with nothing left to be done to them.'
 
 
 def _question(one: Told, read: ReadColumn, doubt: str, where: str) -> DataError:
@@ -66,9 +115,9 @@ def _question(one: Told, read: ReadColumn, doubt: str, where: str) -> DataError:
     shown = " ".join(one.text.split())[:80]
     got = f'"{shown}" {doubt} "{read.column.header}"'
     if read.role == "time":
-        usual, do = "s", 'Say what one number is worth: time = { column = "...", scale = "1 ms" } under [channels], or '
-        do += f'scale = "1 {usual}" where the times are in it already.'
-        return DataError(f"{where}, {one.place}", got, "times with nothing left to be done to them", do)
+        return DataError(
+            f"{where}, {one.place}", got, "times with nothing left to be done to them", _timed(read.column)
+        )
     do = f'Say what one number is worth: {read.role} = {{ column = "{read.column.header}", scale = "..." }} under '
     do += f'[channels]; scale = "1" where the numbers are in {usual} already, with nothing left to be done to them.'
     return DataError(f"{where}, {one.place}", got, f"numbers in {usual} with nothing left to be done to them", do)

@@ -61,7 +61,8 @@ NOT_YET = re.compile(
 LATE = words("delay*|lag|lags|lagging|latency|skew|late|behind|versp*|verz*|nachlauf")
 #: What stretches time.
 SLOWED = words(
-    "slow ?motion|slow ?mo|time ?lapse|playback|zeitlupe|zeitraffer|time ?stretch*|tape speed|clock|timer|tick*|frame*"
+    "slow[- ]?motion|slow[- ]?mo|time ?lapse|playback|zeitlupe|zeitraffer|time ?stretch*|tape speed|clock|timer|tick*"
+    "|frame*"
 )
 #: Of one number so much: "in 0.1 N".
 IN_STEPS = re.compile(
@@ -80,7 +81,8 @@ FORMULA = re.compile(
 DONE = re.compile(
     r"\b(?:applied|subtracted|removed|compensated|included|already|in engineering units|corrected for|considered"
     r"|eliminated|abgezogen|angewendet|angewandt|ber[u\u00fc]cksichtigt|eingerechnet|enthalten|korrigiert|tared|zeroed"
-    r"|nulled|genullt|tariert)\b",
+    r"|nulled|genullt|tariert|corrected|kompensiert"
+    r"|bereits|calibrated|zero(?: of \w+)? set|set to zero)\b",
     re.I,
 )
 UNDONE = re.compile(
@@ -159,7 +161,7 @@ NUMBERED = words(
 )
 #: Of a weight that was hung up to see what is shown.
 CHECKED = words(
-    "indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
+    "software|entered|gave|says|file|indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
     "|tats(?:\u00e4|ae)chlich*"
 )
 #: What rows are made of, where they are counted by a rate that the head names.
@@ -177,6 +179,10 @@ AGAINST = re.compile(
     r"|\bpush(?:ing)? (?:is )?(?:positive|plus)"
     r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\s*$))",
     re.I,
+)
+#: A position that is told to grow upwards.
+UPWARDS = re.compile(
+    r"\bup(?:wards?)?\s*(?:is|=|:)?\s*(?:positive|plus|\+)|(?:\+|\bpositive|\bplus)\s*(?:is|=|:)?\s*up", re.I
 )
 #: What is still to be done.
 TO_BE = re.compile(
@@ -211,9 +217,22 @@ WRONGLY = words(
 )
 #: Halves of something else.
 HALVES = re.compile(
-    r"\b(?:half|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid|wire|point|phase)\w*", re.I
+    r"\b(?:half|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid\w*(?: rope)?|wire|point"
+    r"|phase)\w*",
+    re.I,
 )
 #: That a sign, whose word stands beside, is another one.
 SWAPPED = re.compile(r"\b(?:vertauscht|gedreht|swapped|exchanged|wrong|falsch|opposite|changed)\b", re.I)
 #: What the unit of a cell below a heading is called.
 UNIT_LABEL = re.compile(r"(?:\W*(?:units?|einheit(?:en)?)\W*)?", re.I)
+#: What the words for a sensor say of the quantity it is for.
+OF_SENSORS = {
+    "length": words("laser*|encoder*|lvdt|potentiometer|pot|wegaufnehmer|drum|wheel"),
+    "force": words(
+        "bridge|br(?:\u00fc|ue)cke|cell|load ?cell|gauge|kraftaufnehmer|kraftmess*|amplifier|verst(?:\u00e4|ae)rker"
+    ),
+}
+#: What explains that rows are fewer than were sampled.
+THINNED = words("decimat*|thinn*|divider|skip*|every|averag*|downsampl*|resampl*|reduc*")
+#: A rate in words.
+PER_SECOND = re.compile(r"\s?\b(?:samples?|scans?|readings?|values?|rows?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?\b", re.I)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fibrefit.core import units as registry
 from fibrefit.core.roles import ROLES
-from fibrefit.records.columns.bearing import OTHER_QUANTITY
+from fibrefit.records.columns.bearing import OF_SENSORS, OTHER_QUANTITY
 from fibrefit.records.columns.raw import RawColumn, Told
 from fibrefit.records.grammar.claims import Amount, Claim
 from fibrefit.records.grammar.headings import known_unit
@@ -35,7 +35,8 @@ class ReadColumn:
     kinds : frozenset of str
         Kinds of quantity of all columns.
     settled : bool
-        Whether the user says of some column what one of its numbers is worth: what is said of none by name is answered.
+        Whether the user says of some column of readings what one of its numbers is worth: what is said of none by name
+        is answered.
     """
 
     role: str
@@ -60,6 +61,25 @@ class ReadColumn:
             return True
         named = words & self.others or kinds or OTHER_QUANTITY.search(about)
         return not named
+
+    def is_asked(self, about: str, one: Told) -> bool:
+        """Whether what is not known to be harmless may bear on the column, and the user has not answered it.
+
+        A claim that names no quantity is about those that its line names.
+        """
+        if one.of:
+            return one.of == self.column.header
+        mine = set(tokens(self.column.name))
+        if set(tokens(about)) & self.others and not set(tokens(about)) & mine:
+            return False
+        if not (kinds_named(about) - {"time"} or set(tokens(about)) & mine):
+            about = one.text
+        sensors = {kind for kind, words in OF_SENSORS.items() if words.search(about)}
+        if sensors:
+            return self.kind in sensors or bool(set(tokens(about)) & mine)
+        if self.settled or kinds_named(about) - {"time"}:
+            return self.named(about)
+        return self.role != "time"
 
     def named(self, about: str) -> bool:
         """Whether words name the column, or its quantity."""
@@ -114,7 +134,7 @@ def held_columns(columns: Sequence[RawColumn], roles: Mapping[str, int], answere
                 len(valued),
                 frozenset(others),
                 frozenset(k for c in columns if c.unit and (k := registry.kind_of(c.unit))),
-                bool(answered),
+                bool(answered - {roles.get("time", -1), -1}),
             )
         )
     return reads

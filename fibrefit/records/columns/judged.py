@@ -43,14 +43,15 @@ from fibrefit.records.columns.bearing import (
     UNDONE,
     UNIT_LABEL,
     UNIT_OF,
+    UPWARDS,
     WRONGLY,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
-from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
+from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import OF_COUNTS, are_whole, contradicted
-from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
+from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK
 
 
 def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
@@ -62,18 +63,17 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         if DONE.search(line) and not UNDONE.search(line):
             return ""
         claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
-        ticks = TICKS_OF.search(line) and any(a.kind == "time" for c in claims_of(line, mark) for a in c.amounts)
+        ticks = TICKS_OF.search(line) and any(
+            a.kind == "time" and not _is_step(a, read) for c in claims_of(line, mark) for a in c.amounts
+        )
         told = next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
+        told = told or _checked(line, read, mark)
         return told or ("may be what one number is worth of" if ticks else "")
     unit = _other_kind(line, one, read) or _other_unit(line, one, read)
     if unit:
         return f"({unit}) is no unit of"
-    told = (
-        _in_steps(line, one, read)
-        or _formula(line, one, read)
-        or _worded(line, one, read)
-        or _checked(line, read, mark)
-    )
+    told = _in_steps(line, one, read) or _formula(line, one, read)
+    told = told or _worded(line, one, read) or _checked(line, read, mark)
     if told:
         return told
     if one.row:
@@ -115,8 +115,20 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
     return ""
 
 
+def _is_step(amount: Amount, read: ReadColumn) -> bool:
+    """Whether a time is the one from row to row, as the column itself has it."""
+    steps = np.diff(read.column.numbers.values[np.isfinite(read.column.numbers.values)])
+    if not steps.size or not read.unit:
+        return False
+    step = float(np.median(steps)) * registry.to_si(read.unit, "s")
+    return abs(amount.value * registry.to_si(amount.unit, "s") / step - 1.0) < SAME_LENGTH if step > 0 else False
+
+
 def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
     words = FACTOR.search(claim.about)
+    of_times = words and (words.group().casefold() in ("divider", "divisor") or SLOWED.search(line))
+    if of_times and read.role != "time" and not read.named(line):
+        return ""  # of a clock: whether it is one is asked of the times
     if not words:
         bare = [a for a in claim.amounts if a.factor and a.value not in (0.0, 1.0)]
         meant = read.named(claim.about) or any(a.ratio for a in bare)
@@ -238,9 +250,10 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     typed = words == ["double"] or TYPE.search(line)  # a type of numbers
     found = "" if typed else next((word for word in words if word in WORDED), "")
     kinds = kinds_named(line)
-    sides = AGAINST.search(line) if read.kind == "force" and ("force" in kinds or not kinds) else None
+    against = {"force": AGAINST, "length": UPWARDS}.get(read.kind)
+    sides = against.search(line) if against and (read.kind in kinds or not kinds) else None
     wrong = WRONGLY.search(line)
-    if wrong and (one.of or read.named(line)):
+    if wrong and (one.of or read.named(line.replace("wrong way", "wrong"))):
         return f"({wrong.group()}) may have changed"
     if sides:
         return f"({sides.group()}) may turn the sign of"

@@ -35,7 +35,7 @@ def told_beside(
         The others, by their number.
     """
     lines = [(number, line) for number, line in around if number not in (header.line, header.unit_line)]
-    placed = [(f"line {number}", line) for number, line in around]
+    placed = [(f"line {number}", line) for number, line in around if number != header.line]
     found = [*_lines(around, header, rows.first), *listed_channels(placed, columns)]
     found += _in_columns(lines, rows, columns)
     titles = [Told(f"column {place}", header.names[place - 1]) for place in aside if header.names[place - 1]]

@@ -39,7 +39,7 @@ WORDED = {
 _DAY = re.compile(
     r"\b\d{1,4}[-./]\d{1,2}[-./]\d{1,4}\b|\b\d{1,2}[-. ][A-Za-z]{3,9}[-. ]\d{2,4}\b"
     r"|\b\d{1,2}:\d{2}:\d{2}(?:\.\d+|,\d{3,6}\b)?"
-    r"|\b\d{2}:\d{2}\b"
+    r"|\b\d{2}:\d{2}\b|\b(?:0?[1-9]|1[0-2])/(?:19|20)\d{2}\b"
 )
 _AMOUNT = re.compile(
     r"(?<![^\W_])(?P<sign>[x*\u00d7/]\s?(?=[\d.+-]))?(?P<number>[+-]?(?:\d+(?:[.,]\d+)?|\.\d+)(?:[eE][+-]?\d+)?)"
@@ -107,7 +107,7 @@ def claims_of(line: str, mark: str = ".") -> Iterator[Claim]:
     mark : str
         Decimal mark of the table: with a point, a comma between digits separates two numbers.
     """
-    line = _JOINT.sub(" ", _DAY.sub(" ", line.replace('"', " ")))
+    line = _JOINT.sub(" ", _DAY.sub(" ", line.replace('"', " ").replace("+/-", "\u00b1")))
     about: list[str] = []
     amounts: list[Amount] = []
     key = _KEY.match(line)

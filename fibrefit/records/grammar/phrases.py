@@ -7,6 +7,9 @@ from collections.abc import Collection
 #: Lines named one by one; the rest are counted.
 _NAMED = 4
 
+#: What answers a question about a rate.
+GIVE_RATE = 'Give the sampling rate: sampling_rate = "2 kHz" under [files], or in the record.'
+
 
 def count(number: int, noun: str) -> str:
     """``1 sample``, ``3 samples``.

@@ -23,7 +23,7 @@ _STEMS = {
     "position": _words("position displac extens verschieb poloh auslenk vychylk prodlouz deplacement allongement")
     | _words("desplaz spostam verplaats przemieszcz posicion posizion deslocam перемещ положен 位移 変位 位置"),
     "velocity": _words("velocity geschwindigkeit rychlost vitesse velocidad velocita snelheid predkosc скорост 速度"),
-    "drive": _words("antrieb pohon actuator aktuator aktor привод"),
+    "drive": _words("antrieb pohon actuator aktuator привод"),
     "angle": _words("angle winkel uhel rotation angolo angulo угол 角度"),
 }
 
@@ -34,11 +34,10 @@ _WORDS = {
     )
     | _words("tid tijd secs seconds sekunden zaman aika ido время"),
     "force": _words("load sila sily silu last tension tah f fn fz gauge sila carga carico charge kraft сила 力"),
-    "position": _words(
-        "weg disp travel stroke draha posun hub zdvih lvdt traverse crosshead u pos droga corsa course way ход путь"
-    ),
+    "position": _words("weg disp travel stroke draha posun hub zdvih draha drahy drogi zdvihu lvdt traverse")
+    | _words("crosshead u pos droga corsa course way ход путь"),
     "velocity": _words("speed v vel rpm"),
-    "drive": _words("drive motor excitation anregung buzeni stellweg"),
+    "drive": _words("aktor drive motor excitation anregung buzeni stellweg"),
     "angle": _words("phi alpha tilt natoceni"),
 }
 

@@ -15,10 +15,18 @@ from tests.records.exports.rounds.seventeenth import SEVENTEENTH
 from tests.records.exports.rounds.sixteenth import SIXTEENTH
 from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
+from tests.records.exports.rounds.thirtieth import THIRTIETH
 from tests.records.exports.rounds.twelfth import TWELFTH
 from tests.records.exports.rounds.twentieth import TWENTIETH
+from tests.records.exports.rounds.twentyeighth import TWENTYEIGHTH
+from tests.records.exports.rounds.twentyfifth import TWENTYFIFTH
 from tests.records.exports.rounds.twentyfirst import TWENTYFIRST
+from tests.records.exports.rounds.twentyfourth import TWENTYFOURTH
+from tests.records.exports.rounds.twentyninth import TWENTYNINTH
 from tests.records.exports.rounds.twentysecond import TWENTYSECOND
+from tests.records.exports.rounds.twentyseventh import TWENTYSEVENTH
+from tests.records.exports.rounds.twentysixth import TWENTYSIXTH
+from tests.records.exports.rounds.twentythird import TWENTYTHIRD
 
 ROUNDS: dict[str, list[Export]] = {
     "ninth, programs": NINTH_PROGRAMS,
@@ -37,4 +45,12 @@ ROUNDS: dict[str, list[Export]] = {
     "twentieth": TWENTIETH,
     "twenty-first": TWENTYFIRST,
     "twenty-second": TWENTYSECOND,
+    "twenty-third": TWENTYTHIRD,
+    "twenty-fourth": TWENTYFOURTH,
+    "twenty-fifth": TWENTYFIFTH,
+    "twenty-sixth": TWENTYSIXTH,
+    "twenty-seventh": TWENTYSEVENTH,
+    "twenty-eighth": TWENTYEIGHTH,
+    "twenty-ninth": TWENTYNINTH,
+    "thirtieth": THIRTIETH,
 }

@@ -75,6 +75,8 @@ add(
 add(
     "the tare said and not taken off",
     "Tare: 0.35 N (not subtracted)\n" + HEAD + lines(tfu()),
+    refused="Tare",
+    remedy={"channels": {"force": {"column": "force [N]", "scale": "1"}}},
 )
 # Units
 add(
