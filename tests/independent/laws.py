@@ -129,7 +129,7 @@ CATALOGUE: dict[str, Hidden] = {
     "fibre.rate_dependent_damping": Hidden({"damping_rate_factor": 0.5}),
     "fibre.rate_dependent_stiffness": Hidden({"stiffness_rate_factor": 0.02}, most=20.0),
     "fibre.hysteresis": Hidden({"hysteretic_share": 0.1}, {"beta": (300.0, 900.0), "gamma": (100.0, 300.0)}, most=10.0),
-    "fibre.mass": Hidden({"fibre_mass": 5e-3}, most=40.0),
+    "fibre.mass": Hidden({"fibre_mass": 5e-3}, least=0.02, most=40.0),
     # Over a pulley it cannot be seen at all: the position is zeroed with the fibre under load.
     "fibre.free_length_offset": Hidden({"length_offset": 2e-4}, rigs=(DROP,), signed=True, most=10.0),
     "pulley.inertia": Hidden({"rim_mass": 0.05}, rigs=(DRIVE,), most=20.0),

@@ -31,6 +31,7 @@ OF_READINGS = {
 
 RIM_MASS_WITH_BEARING_FRICTION = 0.05
 FINE_STEP = 5e-6
+LEAST_CHAIN_STEP = 2.5e-7
 
 
 class Base(NamedTuple):
@@ -133,6 +134,8 @@ def simulate(
     laws = laws_for(conditions, base, effects)
     _refuse_uncovered(effects, laws)
     driven = conditions.kind == DRIVE
+    if CHAIN in effects:
+        step = min(step, chain_step(base, float(effects[CHAIN]["fibre_mass"]), conditions.point_masses))
     begin = 0.0 if driven else conditions.release
     n = max(math.ceil((times[-1] - begin) / step) + 1, 2)
     forces, positions, rest = (driven_steps if driven else _dropped)(conditions, laws, effects, n, step)
@@ -143,6 +146,16 @@ def simulate(
         position - (rest[1] if driven and conditions.zeroed else 0.0)
     )
     return Channels(times, force, position, conditions.excitation.motion(times)[0] if driven else None)
+
+
+def chain_step(base: Base, fibre_mass: float, count: int) -> float:
+    """Step in s that follows how damping brings points of a fibre to one speed.
+
+    The midpoint rule does not let what is faster than its step die out, and segments that ring go slack and taut. With
+    steps of 1e-5 s a fibre of 0.5 g had a noncentrality of 163 in noise that is quiet at high frequencies, where it has
+    1.1.
+    """
+    return max(0.5 * (fibre_mass / count) / ((count + 1) * base.damping), LEAST_CHAIN_STEP)
 
 
 def _refuse_uncovered(effects: Effects, laws: Laws) -> None:

@@ -163,6 +163,15 @@ def test_limits_are_the_base_model(conditions: Conditions, name: str, values: di
     assert math.sqrt(np.mean((out.force - plain.force) ** 2)) <= tolerance * np.ptp(plain.force)
 
 
+@pytest.mark.parametrize("fibre_mass", [1e-4, 5e-4, 2e-3])
+def test_a_light_fibre_does_not_ring(fibre_mass: float) -> None:
+    """Its weight is 1 to 20 mN, and what bounces do beside that is over before the next sample."""
+    plain = simulate(HELD, Base(), {}, TIMES)
+    out = simulate(HELD, Base(), {"fibre.mass": {"fibre_mass": fibre_mass}}, TIMES)
+    beside = out.force - plain.force - fibre_mass * 9.81
+    assert np.sqrt(np.mean(np.diff(beside) ** 2)) < 2.0 * fibre_mass * 9.81
+
+
 @pytest.mark.parametrize("rig", [DROP, DRIVE])
 def test_every_effect_does_something(rig: str) -> None:
     conditions = HELD if rig == DROP else PULLED
