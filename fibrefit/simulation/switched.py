@@ -20,12 +20,19 @@ from fibrefit.simulation.inputs import Signals as Signals
 from fibrefit.simulation.steps import Mode, State, System, flow
 
 Inputs = dict[str, Course]
-ARCS = 512
+ARCS = 768
 SWITCHES_A_STEP = 24
 """More switches than this inside one step of the grid is chatter; the step is then finished as it is and flagged."""
 USUAL_TRIES, MOST_TRIES = 8, 100
 BEYOND = 1e-3
 """Share of the distance to a located switch by which the next trial goes beyond it."""
+FIRST_REACH, GROWTH = 1.0 / 64.0, 4.0
+"""Share of a step that an arc after a switch is long where the system is stiff, and by how much the next ones grow.
+
+A whole step of the L-stable method leaves up to a sixth of what ought to die out within it, arcs that grow a hundredth.
+"""
+MOST_CALMED = 512
+"""Arcs from which on a switch is followed by whole steps, so that a motion of very many switches is followed at all."""
 LEAST_SHARE = 0.1
 """Least margin at the start of a search, as a share of the violation at its end."""
 
@@ -58,7 +65,7 @@ class Arcs(NamedTuple):
     state : pytree of (ARCS, ...), state at the start
     mode : pytree of (ARCS,) int, mode while the arc lasts
     reached : pytree of (ARCS, ...), state at the end, before the switch
-    ended_by : (ARCS,) int, the switch that ended the arc; -1 where the grid did
+    ended_by : (ARCS,) int, the switch that ended the arc; -1 where none did: the grid, or a stiff system that calms
     """
 
     step: jax.Array
@@ -122,7 +129,10 @@ def take(store: Any, index: Any) -> Any:
 
 
 class _Run(NamedTuple):
-    """Everything the outer loops carry; `still` when nothing will move any more."""
+    """Everything the outer loops carry; `still` when nothing will move any more.
+
+    An arc is no longer than `reach` [s], which matters after the switches of a stiff system.
+    """
 
     step: jax.Array
     time: jax.Array
@@ -135,6 +145,7 @@ class _Run(NamedTuple):
     going: jax.Array
     still: jax.Array
     trouble: jax.Array
+    reach: jax.Array
 
 
 class _Plain(NamedTuple):
@@ -171,8 +182,13 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
     def on(plain: _Plain) -> jax.Array:
         return (plain.step < last) & plain.going & ~plain.still
 
-    yes, no = jnp.array(True), jnp.array(False)
-    end = jax.lax.while_loop(on, body, _Plain(run.step, run.state, run.state, yes, no, run.states, run.modes))
+    # What a switch has stirred up in a stiff system is followed until it is calm.
+    calm = run.reach >= row(times, run.step + 1) - run.time
+    until, no = jnp.where(calm, last, run.step), jnp.array(False)
+    last = last if system.stiff() is None else until
+    end = jax.lax.while_loop(
+        on, body, _Plain(run.step, run.state, run.state, jnp.array(True), no, run.states, run.modes)
+    )
     return run._replace(
         step=jnp.where(end.going, end.step, end.step - 1),
         time=row(times, jnp.where(end.going, end.step, end.step - 1)),
@@ -273,12 +289,17 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
     The end of an arc lies on the far side of its switch, so that the mode that follows finds itself valid.
     """
     step, end = run.step, row(times, run.step + 1)
+    fast = system.stiff()
 
     def arc(carry: tuple[_Run, jax.Array]) -> tuple[_Run, jax.Array]:
         run, switches = carry
         patient = switches < SWITCHES_A_STEP
-        found = _locate(system, inputs, times, run, end, patient)
+        aim = end
+        if fast is not None:
+            aim = jnp.where(fast & patient & (run.time + 2.0 * run.reach < end), run.time + run.reach, end)
+        found = _locate(system, inputs, times, run, aim, patient)
         on = patient & (_worst(found.margins) < 0.0)
+        first = jnp.where(run.n_arcs < MOST_CALMED, FIRST_REACH * (end - row(times, step)), jnp.inf)
         here = inputs_at(inputs, times, step, found.high)
         crossed = jax.tree.map(lambda margin: on & (margin < 0.0), found.margins)
         switched, mode = system.switch(found.state, run.mode, crossed, here)
@@ -290,10 +311,11 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
             mode=select(on, mode, run.mode),
             arcs=put(run.arcs, run.n_arcs, done),
             n_arcs=run.n_arcs + 1,
-            going=on,
+            going=on | (found.high < end),
             trouble=run.trouble | ~patient,
+            reach=jnp.where(on, first, jnp.where(2.0 * (found.high - run.time) < run.reach, 1.0, GROWTH) * run.reach),
         )
-        return run, switches + 1
+        return run, switches + on
 
     start = (run._replace(going=jnp.array(True)), jnp.int32(0))
     run = jax.lax.while_loop(lambda carry: carry[0].going, arc, start)[0]
@@ -324,6 +346,7 @@ def _integrate(system: System, begin: Start, grid: Grid) -> Solution:
         going=jnp.array(True),
         still=jnp.array(False),
         trouble=jnp.array(False),
+        reach=jnp.array(jnp.inf),
     )
     last = (count - 1).astype(jnp.int32)
 

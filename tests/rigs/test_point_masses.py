@@ -54,6 +54,19 @@ def test_bounces_of_a_light_fibre_are_those_of_one_without_mass(points: int, dam
     assert deviation(found["position"], respond(fine, (effect,), **values)["position"][::4]) < FINER
 
 
+@pytest.mark.parametrize("mass", [5e-4, pytest.param(2e-3, marks=pytest.mark.slow)])
+def test_what_a_bounce_stirs_up_in_the_fibre_is_over_as_soon_as_it_is_in_finer_steps(mass: float) -> None:
+    """Points calm within microseconds; a whole step would leave a sixth of it in the gauge's next reading."""
+    values = {"damping": 16.0, "stiffness": 3e4, MASS: mass}
+    fine = drop(16 * 800 + 1)._replace(times=jnp.arange(16 * 800 + 1) * (STEP / 16))
+    found, exact = (
+        respond(experiment, (CATALOGUE["fibre.mass"],), **values)["force"] for experiment in (drop(801), fine)
+    )
+    off = np.abs(found - exact[::16])
+    assert off.max() < 2e-3 * found.max()
+    assert np.sqrt(np.mean(off**2)) < 1e-4 * found.max()
+
+
 def test_a_heavier_fibre_moves_the_weight_another_way() -> None:
     effect = CATALOGUE["fibre.mass"]
     light, heavy = (respond(drop(801), (effect,), **{MASS: mass})["position"] for mass in (1.63e-3, 0.2))
