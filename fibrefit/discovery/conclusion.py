@@ -301,7 +301,8 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
     # records that are alike: where they differ, it is at another place than these readings.
     apart = search.gap(search.plain(best)) > FAR or best.evidence.mode.sigma.any()
     near = None if apart else best.frame.sensitivities
-    how = How(whiten=enough, coefficients=coefficients, near=near, rivals=coefficients is None, local=local)
+    # What one law more would be worth has been looked for.
+    how = How(whiten=enough, coefficients=coefficients, near=near, rivals=False, local=local)
     with time_limit(budget.left):
         return identify(
             nearby, FINAL_STARTS if coefficients is None else 1, seed, how,

@@ -15,6 +15,7 @@ import numpy as np
 from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
@@ -264,8 +265,8 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     told = told if lag is None else (*told, judge.measured_at_once(lag))
     inputs = judge.inputs_within_noise(best.input_errors)
     doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *told))
-    asked = doubted and not swapped and (rivals or not best.input_errors)
-    other = best_alternative(task, best.values) if asked else None
+    asked = doubted and not swapped and rivals
+    other = in_time(partial(best_alternative, task, best.values), None)[0] if asked else None
     return (*swapped, *told, *(() if other is None else (judge.explained_otherwise(other),)))
 
 

@@ -335,20 +335,24 @@ class Search:
         near = promising(plain.fit.cost, [end.fit.cost for end in ends])
         jobs = [
             self.recalled(
-                "weighed", parent, (end.names, end.fit.cost, near[i]), partial(self._weighed, parent, end, near[i])
+                "weighed", parent, (end.names, end.fit.cost, near[i]),
+                partial(self._weighed, parent, end, near[i], promises[end.effects[-1]].gain),
             )
             for i, end in enumerate(ends)
-        ]
+        ]  # fmt: skip
         share = 1.0 - SCREENING_SHARE
         found = fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
         return [one for one in found if one is not None]
 
-    def _weighed(self, parent: Weighed, end: Hypothesis, near: bool) -> Weighed:
-        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
-        if not near:
-            return self.scales.at_once(end.frame, end.effects, end.fit.local, parent)
-        found = self.scales.weigh(end.frame, end.effects, end.fit.local)
-        if not astray(found.log, parent.log):
+    def _weighed(self, parent: Weighed, end: Hypothesis, near: bool, promised: float) -> Weighed:
+        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak.
+
+        What is over within a few samples is nothing in plain squares, and much where noise is slow.
+        """
+        lead = self.scales.weigh if near else partial(self.scales.at_once, parent=parent)
+        found = lead(end.frame, end.effects, end.fit.local)
+        missed = promised > NAMED and found.log <= parent.log
+        if not missed and not (near and astray(found.log, parent.log)):
             return found
         effect = end.effects[-1]
         promise = self.scales.screened(parent, end.frame, [effect])[effect]
