@@ -129,7 +129,7 @@ def an_event(share: float) -> bool:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(conclusion, "curve_facts", lambda reading: {})
         readings: Any = [SimpleNamespace(hypothesis=reading)]
-        said = conclusion._looks_like(kept, cast(Any, SimpleNamespace(samples=0)), found, readings)
+        said = conclusion._looks_like(kept, cast(Any, SimpleNamespace(samples=0)), found, readings, False)
     return said.identifier == "event"
 
 
