@@ -56,6 +56,9 @@ class Tried(NamedTuple):
     untried: tuple[type[Effect], ...] = ()
 
 
+Promises = Mapping[type[Effect], Promise]
+
+
 @dataclass(frozen=True)
 class Search:
     """What all rounds of a search have in common.
@@ -327,42 +330,34 @@ class Search:
         frame = self.supermodel_for(effect, parent.effects)
         return self.scales.absent(parent, frame, (effect,), gain)
 
-    def _from_plain_squares(
-        self, parent: Weighed, plain: Hypothesis, promises: Mapping[type[Effect], Promise], what: str
-    ) -> list[Weighed]:
+    def _from_plain_squares(self, parent: Weighed, plain: Hypothesis, promises: Promises, what: str) -> list[Weighed]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
         ends = sorted(self._in_plain_squares(plain, promises, what), key=lambda end: end.fit.cost)
         near = promising(plain.fit.cost, [end.fit.cost for end in ends])
+        weigh = partial(self._weighed, parent, promises)
         jobs = [
-            self.recalled(
-                "weighed", parent, (end.names, end.fit.cost, near[i]),
-                partial(self._weighed, parent, end, near[i], promises[end.effects[-1]].gain),
-            )
-            for i, end in enumerate(ends)
-        ]  # fmt: skip
+            self.recalled("weighed", parent, (end.names, end.fit.cost, is_near), partial(weigh, end, is_near))
+            for end, is_near in zip(ends, near, strict=True)
+        ]
         share = 1.0 - SCREENING_SHARE
         found = fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
         return [one for one in found if one is not None]
 
-    def _weighed(self, parent: Weighed, end: Hypothesis, near: bool, promised: float) -> Weighed:
-        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak.
-
-        What is over within a few samples is nothing in plain squares, and much where noise is slow.
-        """
+    def _weighed(self, parent: Weighed, promises: Promises, end: Hypothesis, near: bool) -> Weighed:
+        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
         lead = self.scales.weigh if near else partial(self.scales.at_once, parent=parent)
         found = lead(end.frame, end.effects, end.fit.local)
-        missed = promised > NAMED and found.log <= parent.log
+        effect = end.effects[-1]
+        # What is over within a few samples is nothing in plain squares, and much where noise is slow.
+        missed = promises[effect].gain > NAMED and found.log <= parent.log
         if not missed and not (near and astray(found.log, parent.log)):
             return found
-        effect = end.effects[-1]
         promise = self.scales.screened(parent, end.frame, [effect])[effect]
         if not np.isfinite(promise.gain):
             return found
         return max(found, self.scales.extended(parent, end.frame, effect, promise), key=lambda one: one.log)
 
-    def _in_plain_squares(
-        self, plain: Hypothesis, promises: Mapping[type[Effect], Promise], what: str
-    ) -> list[Hypothesis]:
+    def _in_plain_squares(self, plain: Hypothesis, promises: Promises, what: str) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
         begun = {
             effect: () if is_searched_widely(i) and not has_valleys(effect) else beginnings(promise)
