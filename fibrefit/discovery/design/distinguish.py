@@ -62,7 +62,18 @@ class Confusion:
         return tuple(d.effect for d in self.directions if d.smallest_detectable is None)
 
     def pairs(self, beyond: float = INSEPARABLE) -> tuple[tuple[str, str, float], ...]:
-        """Pairs whose cosine is beyond a limit, the most alike first."""
+        """Pairs whose cosine is beyond a limit, the most alike first.
+
+        Parameters
+        ----------
+        beyond : float
+            Cosine of the angle between what two effects do to the readings, 0 to 1.
+
+        Returns
+        -------
+        tuple of (str, str, float)
+            Names of both effects, and their cosine.
+        """
         names = [direction.effect for direction in self.directions]
         found = [
             (names[i], names[j], float(self.cosine[i, j]))
