@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
@@ -18,6 +20,7 @@ from fibrefit.rigs.parts.chain import ChainState, End, PointChain
 from fibrefit.rigs.parts.fibre import Fibre, Memories
 from fibrefit.rigs.parts.guide import Guide, Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
+from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.starting.fibre_mass import starting_fibre_mass
 from fibrefit.rigs.starting.force_only import starting_force_only
 
@@ -194,6 +197,12 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
     )
 
 
+def _pulled(conditions: Mapping[str, float], position: np.ndarray) -> Pull:
+    """Gravity draws the weight away from the frame, the fibre back."""
+    mass = conditions["weight_mass"] + conditions["added_mass"]
+    return Pull(mass, STANDARD_GRAVITY * math.sin(conditions["inclination"]), -np.ones(len(position)))
+
+
 def _start(system: FibreMass, values: Values, conditions: Values, inputs: Any) -> Start:
     """The weight rests `lift` above the taut point until it is released."""
     return Start(*system.at_rest(-conditions["lift"]), values["release"])
@@ -238,6 +247,7 @@ _USUAL = Rig(
     observe=_observe,
     fibres=_fibres,
     starting=starting_fibre_mass,
+    pulled=_pulled,
     directions=("down", "up"),
     planned=lambda _: {"release": LEAD},
     further=(Variation("lift"), Variation("inclination"), Variation("added_mass", (0.0, 1.0), of="weight_mass")),

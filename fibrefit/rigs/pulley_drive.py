@@ -19,7 +19,7 @@ from fibrefit.rigs.parts.guide import Guide, Sliding
 from fibrefit.rigs.parts.mount import Mount
 from fibrefit.rigs.parts.pulley import Path, Pulley
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
-from fibrefit.rigs.starting.pulley_drive import balance, starting_pulley_drive
+from fibrefit.rigs.starting.pulley_drive import balance, drawn_up, starting_pulley_drive
 
 
 class Rim(NamedTuple):
@@ -393,6 +393,7 @@ PULLEY_DRIVE = Rig(
     observe=_observe,
     fibres=_fibres,
     starting=starting_pulley_drive,
+    pulled=drawn_up,
     planned=lambda conditions: {"start_tension": balance(conditions)},
     directions=("up", "down"),
     further=(Variation("added_mass", (0.0, 1.0, 2.0), of="weight_mass"), Variation("inclination")),

@@ -14,6 +14,7 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter
 from fibrefit.laws.law import Effect
+from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.signals.trace import Trace
 
 STANDARD_GRAVITY = 9.81
@@ -129,6 +130,8 @@ class Rig:
         Nuisances of a record that is planned; zero where not named.
     per_unit_of : str
         Parameter that the others are found per unit of only, unless ``added_<name>`` differs between records.
+    pulled : callable ``(conditions, position (n_time,)) -> Pull``, optional
+        What acts on the weight besides friction, where its mass and its gravity are known.
     variants : mapping of str to Rig
         Rigs of which a study says that less of them was measured, or something else explained, by its `variant`.
     """
@@ -152,6 +155,7 @@ class Rig:
     further: tuple[Variation, ...] = ()
     planned: Callable[[Mapping[str, float]], Mapping[str, float]] = lambda _: {}
     per_unit_of: str = ""
+    pulled: Callable[[Mapping[str, float], np.ndarray], Pull] | None = None
     variants: Mapping[str, Rig] = field(default_factory=dict)
 
     @property

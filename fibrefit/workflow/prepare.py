@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import DataError, FibrefitError, StudyError
 from fibrefit.core.programs.bound import bound_programs
 from fibrefit.laws.catalogue import select_effects
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.diagnose.scales import refuse_misread
+from fibrefit.problem.formulate.formulate import formulate, stated_of
 from fibrefit.problem.formulate.planned import formulate_planned
+from fibrefit.problem.formulate.traces import trace_of
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.records.copies import first_copy
@@ -18,7 +20,7 @@ from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.rig import Rig
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
-from fibrefit.workflow.inspection.readings import readings_of
+from fibrefit.workflow.readings import readings_of
 
 
 def model_of(study: Study) -> Model:
@@ -107,8 +109,36 @@ def _read(study: Study, record: object) -> Record:
         study.digests[path] = found.sha256
         return found
 
-    whole = joined([read(path, said) for path, said in first])
-    if other is None:
-        return whole
-    path, said = other
-    return side_by_side(whole, read(path, said), record.beside.clock_offset)  # type: ignore[attr-defined]
+    return _whole(record, [read(path, said) for path, said in (*first, *([other] if other else []))])
+
+
+def _whole(record: Any, parts: Sequence[Record]) -> Record:
+    """A record of its parts one after the other, and of the file beside it, the last one, where it has one."""
+    if record.beside is None:
+        return joined(parts)
+    return side_by_side(joined(parts[:-1]), parts[-1], record.beside.clock_offset)
+
+
+def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
+    """Why a record that was read cannot be one of its rig, by Newton's law; empty where nothing speaks against it.
+
+    What a study lacks is told by the commands that need it.
+
+    Parameters
+    ----------
+    study : Study
+    record : object
+        One of the study's.
+    parts : sequence of Record
+        Its files as read, the one beside them last.
+    """
+    try:
+        model = model_of(study)
+        trace = trace_of(_whole(record, parts), model.rig, stated_of(record))
+    except FibrefitError:
+        return ""
+    try:
+        refuse_misread([trace], model.rig, [effect.name for effect in model.effects])
+    except DataError as error:
+        return str(error)
+    return ""

@@ -9,14 +9,16 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import DataError
 from fibrefit.problem import thresholds
-from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_dynamics, phases
+from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_dynamics, phases, scales
 from fibrefit.problem.diagnose.exchanged import roughness
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
 from fibrefit.problem.diagnose.phases import moves
 from fibrefit.problem.estimate import hausman
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
 from fibrefit.problem.noise import growth, whittle
+from fibrefit.rigs.signals.newton import Sizes
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -115,7 +117,23 @@ def smooth(spans: float) -> bool:
     return bool(np.isfinite(roughness(times, times)))
 
 
+def believed(explained: float) -> bool:
+    """Whether a force of half its size is told, where such sizes explain so much."""
+    signals = {"position": np.zeros(1), "force": np.zeros(1)}
+    trace: Any = SimpleNamespace(name="a", times=None, channels=signals, conditions={})
+    rig: Any = SimpleNamespace(pulled=lambda *_: None, parameters=(), conditions=())
+    with patch.object(scales, "newton_of", lambda *_: Sizes(1.0, 0.5, 0.01, 0.01, 0.0, explained)):
+        try:
+            scales.refuse_misread([trace], rig)
+        except DataError:
+            return True
+    return False
+
+
 CASES = (
+    Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
+    Bracket("PROVEN", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
+    Bracket("HOLDS", scales, lambda x: not believed(x), 0.7, 0.9),
     Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
     Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),
     Bracket("CREEPS", phases, driven, 0.03, 0.014),

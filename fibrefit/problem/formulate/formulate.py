@@ -10,6 +10,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import FORCES, ROLES
 from fibrefit.problem.diagnose.exchanged import look_exchanged
+from fibrefit.problem.diagnose.scales import refuse_misread
 from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
 from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
@@ -67,6 +68,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         traces = [model.rig.prepared(trace) for trace in traces]
     initial = {name: _begun(setting) for name, setting in settings.items()}
     try:
+        refuse_misread(traces, model.rig, [effect.name for effect in model.effects])
         starting = model.rig.starting(traces, stated, initial)
     except DataError as error:
         raise _exchange_told(error, traces) from None

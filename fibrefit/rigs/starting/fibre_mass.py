@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.units import format_number
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
@@ -21,9 +20,6 @@ STILL = 0.3
 """Share of its lift by which a weight at least moves where it falls at all."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
-IMPOSSIBLE = 3.0
-"""A fall this many times as fast as gravity makes it is none: its position or its times are in another unit, while
-noise, a filter and a fitted onset are off by tenths."""
 
 
 @dataclass(frozen=True)
@@ -75,18 +71,8 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
         raise DataError(trace.name, "fewer than 4 samples of the fall", "a fall of some milliseconds", do)
     slope, foot = np.polyfit(time[early], np.sqrt(fallen[early]), 1)
     release = float(np.clip(-foot / slope, time[0], time[below]))
-    _refuse_impossible(trace, float(2.0 * slope**2))
     zero, release = stated.get("position_zero", level + lift), stated.get("release", release)
     return _Drop(zero, lift, release, float(2.0 * slope**2))
-
-
-def _refuse_impossible(trace: Trace, acceleration: float) -> None:
-    """Refuse a weight that falls faster than gravity can make it: nothing else pulls on it before the fibre is taut."""
-    gravity = STANDARD_GRAVITY * float(np.sin(trace.conditions["inclination"]))
-    if acceleration > IMPOSSIBLE * gravity:
-        got = f"the weight falls with {format_number(acceleration)} m/s^2"
-        do = "Check the unit or scale of the position channel, the rate or the unit of the times, and inclination."
-        raise DataError(trace.name, got, f"at most the {format_number(gravity)} m/s^2 of gravity along the guide", do)
 
 
 def _held(trace: Trace) -> slice:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
+from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.rest import first_rest
@@ -41,6 +42,20 @@ def starting_pulley_drive(traces: Sequence[Trace], stated: Stated, initial: Init
         # Every stroke brings new contacts to time: longer horizons than a single drop needs.
         horizons=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
     )
+
+
+def drawn_up(conditions: Mapping[str, float], position: np.ndarray) -> Pull:
+    """The fibre draws the weight up the slope, as far as it lies along it; gravity draws it down.
+
+    Parameters
+    ----------
+    conditions : mapping of str to float
+    position : (n_time,) in m
+    """
+    mass, offset = conditions["weight_mass"] + conditions["added_mass"], conditions["lateral_offset"]
+    along = conditions["guide_distance"] - position
+    lever = along / np.hypot(along, offset) if offset else np.ones(len(position))
+    return Pull(mass, -STANDARD_GRAVITY * float(np.sin(conditions["inclination"])), lever)
 
 
 def balance(conditions: Mapping[str, float]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fibrefit.plots import Figures
-    from fibrefit.records import Table
+    from fibrefit.records import Record, Table
     from fibrefit.study import Study
 
 SCHEMA = "fibrefit/inspection/1"
@@ -40,12 +40,15 @@ class Seen:
         What the file says, where it could be read.
     refusal : FibrefitError or None
         Why it could not.
+    record : Record or None
+        What is in it, where it can be used as it is.
     """
 
     lines: list[str]
     understood: dict[str, Any]
     table: Table | None = None
     refusal: FibrefitError | None = None
+    record: Record | None = None
 
     @property
     def verdict(self) -> str:
@@ -203,7 +206,7 @@ def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:
 
 
 def _records_of(study: Study) -> tuple[Seen, ...]:
-    from fibrefit.workflow.inspection.readings import readings_of
+    from fibrefit.workflow.readings import readings_of
 
     seen = []
     for record in study.records:
@@ -211,11 +214,21 @@ def _records_of(study: Study) -> tuple[Seen, ...]:
             seen.append(Seen([f"{record.label}: planned, not measured yet.", *_conditions(record)], {"file": None}))
             continue
         parts, beside = readings_of(study, record)
-        for i, (path, said) in enumerate([*parts, *([beside] if beside else [])]):
-            one = seen_in(path, said)
-            lines = [*one.lines, *(_conditions(record) if i == 0 else ())]
-            seen.append(Seen(lines, one.understood, one.table, one.refusal))
+        own = [seen_in(path, said) for path, said in [*parts, *([beside] if beside else [])]]
+        own[0] = replace(own[0], lines=[*own[0].lines, *_conditions(record)])
+        if all(one.verdict == "understood" for one in own) and (doubt := _doubt_of(study, record, own)):
+            own[0].lines.extend(_wrapped(f"Not ready to be used: {doubt}"))
+            own[0].understood["not_ready"] = doubt
+        seen += own
     return tuple(seen)
+
+
+def _doubt_of(study: Study, record: Any, own: Sequence[Seen]) -> str:
+    """What the rig has against a record that is understood: its force moves no such weight so; empty for nothing."""
+    from fibrefit.workflow.prepare import refused_by_rig
+
+    parts = [one.record for one in own if one.record is not None]
+    return refused_by_rig(study, record, parts)
 
 
 def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
@@ -236,13 +249,13 @@ def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
         return Seen(
             _wrapped(f"Not understood: {error}"), {"file": printable(path.name), "refused": str(error)}, refusal=error
         )
-    lines, understood = describe(table), table.understood
+    lines, understood, record = describe(table), table.understood, None
     try:
-        record_of(table, channels=arguments.get("channels", {}))
+        record = record_of(table, channels=arguments.get("channels", {}))
     except FibrefitError as error:
         lines += _wrapped(f"Not ready to be used: {error}")
         understood["not_ready"] = str(error)
-    return Seen(lines, understood, table)
+    return Seen(lines, understood, table, record=record)
 
 
 def _study_lines(study: Study) -> list[str]:

@@ -1,0 +1,86 @@
+"""Whether scales, signs and times of force and position can be those of the rig, before anything is fitted.
+
+What a file or its user leaves unsaid, a gain, a decimation, a unit or a sign, shows in the numbers: a weight of a known
+mass does not move so under such a force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.core.units import format_number
+from fibrefit.problem.thresholds import HOLDS, MISREAD, PROVEN
+from fibrefit.rigs.rig import Rig
+from fibrefit.rigs.signals.newton import Sizes, newton_of
+from fibrefit.rigs.signals.trace import Trace
+
+EXPLAINED = ("study.", "sensor.force_gain", "sensor.position_gain", "pulley.", "rig.")
+"""Beginnings of names of effects by which a model has other scales, slopes or inertias than the study states."""
+
+
+def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = ()) -> None:
+    """Refuse records whose force or position is not that of the weight, by a factor or a sign.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    rig : Rig
+        One that does not say what acts on its weight is not asked.
+    effects : sequence of str
+        Names of those in the model: where one of them may be the reason, the fit has to tell.
+
+    Raises
+    ------
+    DataError
+        With the factor, and what to check.
+    """
+    found_too = {parameter.name for parameter in rig.parameters} & {condition.name for condition in rig.conditions}
+    if rig.pulled is None or found_too or any(name.startswith(EXPLAINED) for name in effects):
+        return
+    for trace in traces:
+        position, force = trace.channels.get("position"), trace.channels.get("force")
+        if position is None or force is None:
+            continue
+        sizes = newton_of(trace.times, position, force, rig.pulled(trace.conditions, position))
+        if sizes is not None and sizes.explained >= HOLDS:
+            _refuse(trace.name, sizes)
+
+
+def _refuse(name: str, sizes: Sizes) -> None:
+    falls, pulls = is_off(sizes.gravity, sizes.gravity_error), is_off(sizes.force, sizes.force_error)
+    told, law = _told, "a weight that moves as gravity and the measured force have it"
+    if falls and pulls and not is_off(sizes.force / sizes.gravity, 0.0):
+        if sizes.gravity < 0.0:
+            do = "Check the sign of the position channel; a scale turns it round."
+            raise DataError(name, "the weight moves against gravity and against the measured force", law, do)
+        got = f"the weight is accelerated by {told(sizes.gravity)} times what gravity and the measured force do"
+        pace = f"{told(1.0 / sizes.gravity)}, or that of the times by {told(np.sqrt(sizes.gravity))}"
+        do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
+        raise DataError(name, got, law, do)
+    if pulls:
+        if sizes.force < 0.0:
+            do = "Check the sign of the force channel; a scale turns it round."
+            raise DataError(name, "the weight moves against the measured force", law, do)
+        got = f"the measured force is {told(1.0 / sizes.force)} times the one that moves the weight so"
+        do = f"Check the scale and unit of the force, to be multiplied by {told(sizes.force)}, or weight_mass."
+        raise DataError(name, got, law, do)
+    if falls:
+        got = f"the weight falls with {told(sizes.gravity)} times the gravity along the guide"
+        raise DataError(name, got, law, "Check inclination, and the zero of the force channel.")
+
+
+def _told(size: float) -> str:
+    return format_number(size, 3)
+
+
+def is_off(size: float, error: float) -> bool:
+    """Whether a size that should be 1 is surely another one.
+
+    Parameters
+    ----------
+    size, error : float
+    """
+    return abs(size - 1.0) > PROVEN * error and not 1.0 / MISREAD < size < MISREAD
