@@ -15,7 +15,7 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns
-from fibrefit.records.columns.judged import doubt_of
+from fibrefit.records.columns.judged import doubt_of, formula_in
 from fibrefit.records.columns.known import is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
 from fibrefit.records.grammar.phrases import GIVE_RATE
@@ -63,6 +63,7 @@ def unaccounted(
             if doubt:
                 found[read.role] = _question(one, read, doubt, where)
                 break
+    found |= _made_of_others(told, columns, roles, where)
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
     said = [(one, claim) for one in _unlisted(told) for claim in unknown_in(one.text, mark, names)]
     for one, claim in said:
@@ -78,6 +79,22 @@ def unaccounted(
         for one in _unlisted(told) if read.role != "time" and not read.settled else ():
             if told_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
                 found.setdefault(read.role, _question(one, read, "tells another unit than that of", where))
+    return found
+
+
+def _made_of_others(
+    told: Sequence[Told], columns: Sequence[RawColumn], roles: Mapping[str, int], where: str
+) -> dict[str, DataError]:
+    """Questions about what no column holds as it is, and a formula makes of one: ``F = 100 * U1``."""
+    found = {}
+    for one in told:
+        left, right = formula_in(one.text)
+        unread = [c for i, c in enumerate(columns) if i not in roles.values() and right == c.name]
+        for column in unread[:1]:
+            for role in (role for role in ROLES if role not in roles and score(left, role) > 0):
+                do = f'Say so: {role} = {{ column = "{column.header}", scale = "..." }} under [channels].'
+                got = f'"{" ".join(one.text.split())[:80]}" makes it of "{column.header}"'
+                found[role] = DataError(f"{where}, {one.place}", got, f"a column of the {role}", do)
     return found
 
 

@@ -200,12 +200,17 @@ def _amount(text: str) -> float:
     return float(above) / (float(below or 1) or 1.0)
 
 
+def formula_in(line: str) -> tuple[str, str]:
+    """What a line makes, and what of, where it multiplies; empty where it does not."""
+    match = FORMULA.search(line)
+    return ("", "") if match is None else (match[1] or match[5], match[2] or match[3] or match[4])
+
+
 def _formula(line: str, one: Told, read: ReadColumn) -> str:
     """A line that multiplies: of what is read already, or of nobody knows what."""
-    match = FORMULA.search(line)
-    if match is None or (read.settled and not read.named(line)):
+    left, right = formula_in(line)
+    if not right or (read.settled and not read.named(line)):
         return ""
-    left, right = match[1] or match[5], match[2] or match[3] or match[4]
     made = read.named(left) and not read.named(right) and right.casefold() != "x"
     own = set(tokens(right)) & set(tokens(read.column.name)) or (
         right.casefold() in ("x", "m") and read.concerns(line, one)

@@ -18,9 +18,8 @@ from fibrefit.records.columns.said import listed_channels, told_beside
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
 from fibrefit.records.files.doubts import (
-    refuse_counts,
+    refuse_common_factor,
     refuse_figures,
-    refuse_told,
     told_bad,
     with_remarks,
 )
@@ -85,9 +84,8 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *told]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, header, where)
-    refuse_counts(columns, above, header, options, where)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
-    refuse_told(columns, around, header, options, where)
+    refuse_common_factor(around, where)
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
     said = [*beside, *(words for _, words in text.beside)]

@@ -58,31 +58,6 @@ MERE_FACTOR = frozenset(
 )
 """Words of which the name of a column of factors, of all columns beside it, may consist."""
 
-COMMON_FACTOR = re.compile(r"^\W*\d(?:\.\d+)?e[+-]?\d+\s*\*\W*$", re.I)
-"""What MATLAB shows above a matrix whose numbers it shows divided by it."""
-
-SCALE_LABEL = re.compile(rf"(?:{_FACTOR}|{_STEP})\b.*", re.I)
-"""First cell of a line that tells what one count is worth."""
-
-#: Such a line above numbers of any kind: gains and sensitivities are noted of amplifiers and sensors too.
-_ALWAYS_WORD = r"scales?|scaling|factor|skalierung|faktor|multiplier"
-ALWAYS_APPLIED = re.compile(_WORD.format(f"(?:{_ALWAYS_WORD})"), re.I)
-"""A factor in the name of a statement."""
-_ALWAYS = re.compile(rf"(?:{_ALWAYS_WORD})\b.*", re.I)
-
-
-def may_apply(label: str, *, whole: bool) -> bool:
-    """Whether what a line says may still have to be applied to the numbers below it.
-
-    Parameters
-    ----------
-    label : str
-        First cell of the line.
-    whole : bool
-        Whether the numbers are whole, as counts are.
-    """
-    return SCALE_LABEL.fullmatch(label) is not None and (whole or _ALWAYS.fullmatch(label) is not None)
-
 
 def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
     """What attributes say of the numbers beside them that changes these; empty where nothing does.
