@@ -16,9 +16,9 @@ from fibrefit.discovery.engine.candidates import (
     Hypothesis,
     _continuation,
     _gentle,
-    _scaled,
     _starts,
     scouted,
+    strengthened,
 )
 from fibrefit.discovery.engine.refit import Subset, predictor_step, refit
 from fibrefit.discovery.search.search import Search
@@ -68,7 +68,7 @@ def test_strengths_grow_from_nothing_and_towards_it(search: Search) -> None:
             (name,) = effect.strength
             column = frame.names.index(f"{effect.name}.{name}")
             null = frame.declared[frame.names[column]].null
-            grown = _scaled(frame, start, (effect,), GROWTH)
+            grown = strengthened(frame, start, (effect,), GROWTH)
             np.testing.assert_allclose(grown[:, column] - null, GROWTH * (start[:, column] - null))
             others = np.arange(len(frame.names)) != column
             np.testing.assert_array_equal(grown[:, others], start[:, others])

@@ -31,6 +31,7 @@ CASES = (
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),
     Bracket("PATIENCE", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
     Bracket("LED", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
+    Bracket("FADES", effort, lambda x: len(effort.fading()) >= x, 3.0, 4.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),

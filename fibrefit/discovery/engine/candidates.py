@@ -281,7 +281,7 @@ def _gentle(
     for _ in range(GENTLER):
         if frame.costs(start, context.whole).sum() <= most:
             break
-        weaker = _scaled(frame, start, added, SMALL)
+        weaker = strengthened(frame, start, added, SMALL)
         if np.array_equal(weaker, start):
             break
         start = weaker
@@ -300,7 +300,7 @@ def _continuation(
     held = replace(subset, shared=tuple(name for name in subset.shared if name not in strengths))
     local, led, best = weak.local, [], weak.cost
     for _ in range(GROWN):
-        goal = _scaled(frame, local, added, GROWTH)
+        goal = strengthened(frame, local, added, GROWTH)
         grown = goal != local
         if not (grown.any() and np.isfinite(goal[grown]).all()):
             break
@@ -315,7 +315,7 @@ def _continuation(
     return led
 
 
-def _scaled(frame: Supermodel, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
+def strengthened(frame: Supermodel, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
     """Values with added effects made stronger or weaker, inside their bounds; a frequency stays."""
     scaled = values.copy()
     for effect in added:

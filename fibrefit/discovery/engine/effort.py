@@ -24,6 +24,8 @@ PATIENCE = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
 LED = 10
 """Evaluations in which a parent is refitted from where a candidate led; where it is more probable there, it goes on."""
+FADES = 4
+"""Equal steps in which the strength of an effect that is left out of a hypothesis fades, the others led along."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
@@ -80,6 +82,11 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
 def first_steps() -> dict[str, Any]:
     """How a parent is refitted from where a candidate led, as `mode` takes it."""
     return {"settled": LEAST_FALL, "effort": Effort(steps=LED)}
+
+
+def fading() -> list[float]:
+    """Factors on the strength of an effect that fades out, each on the one before; the last step leaves it out."""
+    return [left / (left + 1.0) for left in range(FADES - 1, 0, -1)]
 
 
 def promising(before: float, costs: Sequence[float]) -> list[bool]:

@@ -8,8 +8,8 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried
-from fibrefit.discovery.engine.effort import astray, descent, first_steps
+from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried, strengthened
+from fibrefit.discovery.engine.effort import astray, descent, fading, first_steps
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
@@ -260,6 +260,21 @@ class Scales:
         """A hypothesis without some of its effects, from where it is."""
         found = weighed.evidence.mode
         return self.weigh(weighed.frame, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
+
+    def faded(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+        """A hypothesis without some of its effects, which fade out step by step while the others are led along.
+
+        Where a motion bounces, a strong effect cannot be left out at once: bounces come at other times, and what is
+        left lies in a minimum of its own. Records may differ by ever more on the way.
+        """
+        unknowns, gram = unknowns_of(weighed.frame, self.context, kept, self.reference), self.secant(weighed.frame)
+        gone, at = [effect for effect in weighed.effects if effect not in kept], weighed
+        for share in fading():
+            start = place_of(unknowns, strengthened(at.frame, at.local, gone, share), at.evidence.mode.place.eta)
+            led = weigh(unknowns, start, gram, at.evidence.mode.sigma, **first_steps())
+            at = replace(at, evidence=led)
+            gram.renew()
+        return self.without(at, kept)
 
     def again(self, weighed: Weighed) -> Weighed:
         """A hypothesis weighed with another yardstick, from where it is."""

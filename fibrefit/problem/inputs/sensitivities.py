@@ -14,7 +14,6 @@ from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled, Whitening
-from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.task import Task
 
 NEGLIGIBLE = 0.1
@@ -142,14 +141,18 @@ def _inverse(rows: jax.Array) -> jax.Array:
     return jnp.linalg.inv(gram + jnp.eye(len(gram)))
 
 
-def pulled_by(sensitivities: InputSensitivities, rows: Any) -> Any:
-    """Products ``(n_record, n_row, n_direction)`` of rows ``(n_record, n_row, n)`` with sensitivities; NumPy or JAX."""
+def pulled_by(sensitivities: InputSensitivities, rows: np.ndarray) -> np.ndarray:
+    """Products ``(n_record, n_row, n_direction)`` of rows ``(n_record, n_row, n)`` with sensitivities.
+
+    Sensitivities are many: a record whose rows are nothing, as it is not asked for, costs nothing.
+    """
+    along = np.asarray(sensitivities.rows)
     # Rows differ by many orders of magnitude: single precision is that of each row.
-    xp = functions_for(rows)
-    size = xp.sqrt(xp.sum(rows**2, axis=2, keepdims=True))
-    size = xp.where(size > 0.0, size, 1.0)
-    unit = (rows / size).astype(sensitivities.rows.dtype)
-    return (unit @ xp.swapaxes(xp.asarray(sensitivities.rows), 1, 2)).astype(float) * size
+    size = np.sqrt(np.einsum("rkn,rkn->rk", rows, rows))[:, :, None]
+    unit, pulled = np.where(size > 0.0, size, 1.0), np.zeros((*rows.shape[:2], along.shape[1]))
+    for r in np.flatnonzero(size.any(axis=(1, 2))):
+        pulled[r] = (rows[r] / unit[r]).astype(along.dtype) @ along[r].T * size[r]
+    return pulled
 
 
 def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,18 +10,21 @@ start are its own.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fibrefit.discovery.engine.effort import descent
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Subset, refit
+from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import laplace
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.series.together.models import Own, kept_records, log_evidence
+from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
+from fibrefit.problem.estimate.normal_equations import arranged, local_grams
+from fibrefit.series.together.models import Own, log_evidence
 
 STEPS = 15
 
@@ -49,10 +52,12 @@ class LeftOut:
 
 def left_out(search: Search, found: Weighed, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
     """Predictions of a model whose parameters all records share."""
-    number, gaps, said = len(found.local), [], []
+    number, gaps, said, at = len(found.local), [], [], found.evidence.mode
+    seen = search.scales.yardstick.on(found.frame)
+    grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
     for r in range(number):
         tell(r / number)
-        shared, without = _without(search.scales, found, r)
+        shared, without = _without(search.scales, found, grams, r)
         local = found.local.copy()
         local[:, found.evidence.mode.unknowns.shared] = shared
         gaps.append(_gap(search, found.frame, local, r))
@@ -73,12 +78,15 @@ def own_left_out(search: Search, own: Own) -> LeftOut:
     return LeftOut(np.array(gaps), np.array(said))
 
 
-def _without(scales: Scales, found: Weighed, record: int) -> tuple[np.ndarray, float]:
-    """Shared values ``(n_shared,)`` in SI units and the evidence, one record saying nothing."""
-    kept = np.arange(len(found.local)) != record
-    at = found.evidence.mode
-    there = mode(at.unknowns, at.place, kept_records(scales, found.frame, kept.astype(float)), at.sigma)
-    evidence = laplace(there)
+def _without(scales: Scales, found: Weighed, grams: np.ndarray, record: int) -> tuple[np.ndarray, float]:
+    """Shared values ``(n_shared,)`` in SI units and the evidence, one record saying nothing.
+
+    The matrices of the others at the mode of all tell where they lead; only what these promise much of is followed.
+    """
+    kept, at = np.arange(len(grams)) != record, found.evidence.mode
+    start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))
+    gram = SecantGram(scales.yardstick.on(found.frame), np.where(kept, scales.context.whole, 0))
+    evidence = laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
     return at.unknowns.value(evidence.mean), evidence.log
 
 

@@ -6,7 +6,6 @@ values of its own about which nothing is known beforehand but their order of mag
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, looked
 from fibrefit.discovery.engine.candidates import absent_values, carried
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel
@@ -96,7 +95,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
         Told what is being done and the share that is finished.
     """
     laws = laws_on(task.problem.model.rig)
-    before = identify(task, STARTS, seed, How(whiten=False), progress=tell)
+    before = identify(task, STARTS, seed, How(whiten=False, rivals=False), progress=tell)
     search, base = begun(task, before, [law.effect for law in laws], tell)
     first = look = looked(SpeedSearch.of(search), base, "trying each law of speed")
     while (found := _simplest(look)) and _may_grow(found):
@@ -104,9 +103,8 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
         look = looked(SpeedSearch.of(search), found, "trying a further law of speed")
     law = look.parent if look.parent.effects else look.found[0]
     tell("weighing constant parameters, and parameters of each record", None)
-    scales = look.search.scales
-    constant = _constant(look.search, law, base)
-    return ThreeModels(look.search, before, constant, law, own_values(look.search, scales, law.frame), first.found)
+    constant = _constant(look, law, base)
+    return ThreeModels(look.search, before, constant, law, own_values(look.search, law.frame, constant), first.found)
 
 
 def _simplest(look: Comparison) -> Weighed | None:
@@ -127,19 +125,21 @@ def _about(search: Search, found: Weighed) -> tuple[Search, Weighed]:
     return (search, found) if anew is None else anew
 
 
-def _constant(search: Search, law: Weighed, base: Weighed) -> Weighed:
-    """Constant parameters in the noise and the frame of the law, from the best of two beginnings."""
-    local = carried(law.frame, law.local, base.frame, base.local)
-    blank = search.scales.without(law, ())
-    from_base = search.scales.weigh(law.frame, (), np.where(_of_laws(law.frame), blank.local, local))
-    return max(blank, from_base, key=lambda one: one.log)
+def _constant(look: Comparison, law: Weighed, base: Weighed) -> Weighed:
+    """Constant parameters in the noise of the law: as weighed beside it, or the best of two beginnings."""
+    if not look.parent.effects:
+        return look.parent
+    scales = look.search.scales
+    faded, local = scales.faded(law, ()), carried(law.frame, law.local, base.frame, base.local)
+    from_base = scales.weigh(law.frame, (), np.where(_of_laws(law.frame), faded.local, local))
+    return max(faded, from_base, key=lambda one: one.log)
 
 
 def _of_laws(frame: Supermodel) -> np.ndarray:
     return np.array(["." in name for name in frame.names])
 
 
-def own_values(search: Search, scales: Scales, frame: Supermodel) -> Own:
+def own_values(search: Search, frame: Supermodel, constant: Weighed) -> Own:
     """Each record with base parameters of its own.
 
     Law
@@ -147,40 +147,37 @@ def own_values(search: Search, scales: Scales, frame: Supermodel) -> Own:
     ``theta_r = reference exp(eta_r)``, ``eta_r ~ N(0, BASE_SD^2)``; the evidence is Laplace's.
     """
     context = search.context
-    unknowns = unknowns_of(frame, context, (), scales.reference)
+    unknowns = unknowns_of(frame, context, (), search.scales.reference)
     held = unknowns.scattering
     lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
     lower[held] = upper[held] = 0.0
     unknowns = replace(unknowns, lower=lower, upper=upper)
-    local = _alone(search, frame)
+    local = _alone(search, frame, absent(frame, constant.frame, constant.local))
     free = replace(unknowns, lower=np.full_like(lower, -np.inf), upper=np.full_like(upper, np.inf))
     eta = free.coordinate(local[:, unknowns.shared])[:, held]
     start = place_of(unknowns, local, eta)
     start = start._replace(z=np.where(np.isin(np.arange(len(lower)), held), 0.0, start.z))
-    sigma = np.full(len(held), BASE_SD)
-    found = mode(unknowns, start, kept_records(scales, frame, np.ones(len(local))), sigma)
+    found = mode(unknowns, start, search.scales.secant(frame), np.full(len(held), BASE_SD))
     return Own(found, log_evidence(found), frame)
 
 
-def _alone(search: Search, frame: Supermodel) -> np.ndarray:
-    """Values of each record fitted by itself, over horizons that grow."""
+def _alone(search: Search, frame: Supermodel, near: np.ndarray) -> np.ndarray:
+    """Values of each record fitted by itself, from what suits all together.
+
+    Where that leaves more than noise, horizons grow from what the record suggests, too.
+    """
     context, own = search.context, search.context.subset(())
-    base = search.base
-    local = base.fit.local if base.frame is frame else None
-    blank = absent(frame, base.frame, base.fit.local) if local is None else local
-    found = blank.copy()
-    for r in range(len(blank)):
-        ends = []
-        for way, start in (
-            (context.counts, _suggested(frame, blank, context.data_start)),
-            (context.counts[-1:], blank),
-        ):
-            for counts in way:
-                only = np.where(np.arange(len(blank)) == r, counts, 0)
-                end = refit(frame, own, np.repeat(start[r : r + 1], len(blank), axis=0), only)
-                start = end.local
-            ends.append(end)
-        found[r] = min(ends, key=lambda end: end.cost).local[r]
+    suggested, found = _suggested(frame, near, context.data_start), near.copy()
+    for r in range(len(near)):
+        mine = np.arange(len(near)) == r
+        best = refit(frame, own, np.repeat(near[r : r + 1], len(near), axis=0), np.where(mine, context.whole, 0))
+        if not slopes_tell(float(np.sqrt(best.cost / frame.samples[r]))):
+            local = np.repeat(suggested[r : r + 1], len(near), axis=0)
+            for counts in context.counts:
+                end = refit(frame, own, local, np.where(mine, counts, 0))
+                local = end.local
+            best = min(best, end, key=lambda one: one.cost)
+        found[r] = best.local[r]
     return found
 
 
@@ -194,16 +191,6 @@ def _suggested(frame: Supermodel, blank: np.ndarray, suggested: dict[str, np.nda
     for name, column in suggested.items():
         values[:, frame.names.index(name)] = column
     return values
-
-
-def kept_records(scales: Scales, frame: Supermodel, kept: np.ndarray) -> Callable[..., np.ndarray]:
-    """What a Gauss-Newton search asks of records, those with a zero in `kept` ``(n_record,)`` saying nothing."""
-    seen = scales.yardstick.on(frame)
-
-    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        return seen.grams(local, columns, targets, scales.context.whole) * kept[:, None, None]
-
-    return gram
 
 
 def log_evidence(found: PosteriorMode, kept: np.ndarray | None = None) -> float:
