@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 from typing import Any
 
 import jax.numpy as jnp
@@ -51,6 +53,26 @@ def test_it_is_found_again_without_tracing(folder: Path) -> None:
     np.testing.assert_array_equal(again["of"][0], [1.0, 4.0, 9.0])
     np.testing.assert_array_equal(again["root"], 2.0 * np.eye(2))
     assert again["of"][1] is None
+
+
+@pytest.mark.usefixtures("told", "folder")
+def test_programs_are_made_side_by_side_and_each_of_them_once() -> None:
+    traced: list[int] = []
+    both = Barrier(2)
+
+    def function(times: Any) -> Any:
+        traced.append(times.size)
+        both.wait(30.0)
+        return 2.0 * times
+
+    program = KeptProgram(function)
+    calls = [np.arange(3.0), np.arange(4.0)] * 2
+    with ThreadPoolExecutor(len(calls)) as pool:
+        found = list(pool.map(program, calls))
+    # Neither of the two would come past the barrier alone.
+    assert sorted(traced) == [3, 4]
+    for call, result in zip(calls, found, strict=True):
+        np.testing.assert_array_equal(result, 2.0 * call)
 
 
 @pytest.mark.usefixtures("told")

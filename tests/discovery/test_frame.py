@@ -180,7 +180,9 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     yardstick = yardstick_of(frame, slow)
     local = np.asarray(task.problem.layout.local(task.start * 1.0002))
     left = whitened(yardstick.whitening, np.asarray(residual_rows(frame, local, whole))[None])[0, 0]
-    rows = whitened(yardstick.whitening, np.asarray(plain.rows, dtype=float)[0][:, None])[:, 0]
+    directions = plain.records[0]
+    every = directions.imitated(np.eye(len(directions.rows)), left.size)
+    rows = whitened(yardstick.whitening, every[:, None])[:, 0]
     # The best errors, each with a prior of variance one, from one dense solve.
     wave = np.linalg.solve(rows @ rows.T + np.eye(len(rows)), rows @ left)
     cost = np.sum((left - wave @ rows) ** 2) + wave @ wave

@@ -14,6 +14,7 @@ from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.problem.estimate.gauss_newton import SETTLED, mode
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams
+from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -129,12 +130,13 @@ def test_corrected_slopes_foretell_where_the_step_led() -> None:
     pulled, other = random.standard_normal((2, 4, 3)), random.standard_normal((2, 1, 3))
     way = random.standard_normal((2, 3))
     led = Slopes(old, pulled).led_to(Slopes(new, other), way)
-    for before, after, corrected in ((old, new, led.rows), (pulled, other, led.pulled)):
-        assert corrected is not None
+    assert led.pulled is not None
+    after_all = np.array(led.pulled)
+    for before, after, corrected in ((old, new, led.rows), (pulled, other, after_all)):
         np.testing.assert_allclose(before[:, 0] + np.einsum("rj,rjk->rk", way, corrected[:, 1:]), after[:, 0])
     # Across the step nothing was learnt, and nothing changes.
     across = np.cross(way, random.standard_normal((2, 3)))
-    for before, corrected in ((old, led.rows), (pulled, led.pulled)):
+    for before, corrected in ((old, led.rows), (pulled, after_all)):
         np.testing.assert_allclose(
             np.einsum("rj,rjk->rk", across, corrected[:, 1:]), np.einsum("rj,rjk->rk", across, before[:, 1:])
         )
@@ -144,7 +146,11 @@ def test_errors_of_inputs_are_eliminated() -> None:
     random = np.random.default_rng(3)
     pulls = 0.3 * random.standard_normal((4, 2, 40))
     inverse = np.linalg.inv(np.eye(2) + pulls @ np.swapaxes(pulls, 1, 2))
-    bench = Bench(Linear.drawn(1, TRUTH), 0.0, SimpleNamespace(rows=pulls.astype(np.float32), inverse=inverse))
+    records = [
+        Directions(np.eye(2), each.astype(np.float32)[:, None], of) for each, of in zip(pulls, inverse, strict=True)
+    ]
+    seen = InputSensitivities({}, np.ones((4, 1, 40)), np.zeros((4, 40)), tuple(records))
+    bench = Bench(Linear.drawn(1, TRUTH), 0.0, seen)
     local, columns = begun(unknowns()).rest, np.arange(2)
     slopes = bench.slopes(local, columns, local[:, :2] + 1e-3, COUNTS)
     left = np.eye(40) - np.swapaxes(pulls, 1, 2) @ inverse @ pulls

@@ -161,7 +161,8 @@ def test_directions_that_the_readings_hardly_show_are_left_to_the_noise(
     parts = expanded(task.problem, known, task.start, quiet)
     reactions, whole = [rows for _, _, rows in parts], np.ones((len(parts), *parts[0][0].shape))
     every, most = (weighted_sensitivities(quiet, reactions, whole, least) for least in (0.0, NEGLIGIBLE))
-    assert most.rows.shape[1] < 0.8 * every.rows.shape[1]
+    numbers = np.array([[len(record.inverse) for record in seen.records] for seen in (every, most)])
+    assert np.all(numbers[1] < 0.8 * numbers[0])
     random = np.random.default_rng(5)
     rows = random.standard_normal((len(parts), 3, whole[0].size))
     costs = []
@@ -170,13 +171,35 @@ def test_directions_that_the_readings_hardly_show_are_left_to_the_noise(
         costs.append(np.sum(left**2, axis=-1) + np.sum(waves**2, axis=-1))
     # Of noise each direction that is left out would have taken less than a share of one.
     lost = costs[1] - costs[0]
-    number = every.rows.shape[1] - most.rows.shape[1]
     assert np.all(lost > 0.0)
-    assert np.all(lost < 1.5 * NEGLIGIBLE * number)
+    assert np.all(lost < 1.5 * NEGLIGIBLE * (numbers[0] - numbers[1])[:, None])
     # What is not known of the coefficients is what the prior and all reactions leave.
     for r, root in enumerate(most.roots()):
         exact = np.linalg.inv(np.eye(len(root)) + reactions[r] @ reactions[r].T)
         assert np.linalg.norm(root @ root.T - exact, 2) < 1.1 * NEGLIGIBLE
+
+
+def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
+    task: Task, known: dict[str, InputErrors]
+) -> None:
+    quiet = no_errors(known)
+    parts = expanded(task.problem, known, task.start, quiet)
+    weight = np.ones((len(parts), *parts[0][0].shape))
+    weight[0, :, 100:] = 0.0
+    seen = weighted_sensitivities(quiet, [rows for _, _, rows in parts], weight)
+    first, *others = seen.records
+    assert first.rows.shape[2] == 100
+    assert all(len(first.inverse) < 0.5 * len(other.inverse) for other in others)
+    # What is held of a record are all products with what counts of it.
+    rows = np.random.default_rng(6).standard_normal((len(parts), 2, weight[0].size)) * weight.reshape(len(parts), 1, -1)
+    for record, own, (_, _, every), of in zip(seen.records, rows, parts, weight, strict=True):
+        whole = record.basis.T @ (every * of.ravel())
+        size = np.linalg.norm(whole, axis=1) * np.linalg.norm(own, axis=1).max()
+        np.testing.assert_allclose(record.products(own) / size, own @ whole.T / size, atol=SINGLE)
+        one = np.eye(len(whole))[:1]
+        np.testing.assert_allclose(
+            record.imitated(one, own.shape[1])[0], whole[0], atol=SINGLE * np.abs(whole[0]).max()
+        )
 
 
 def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:

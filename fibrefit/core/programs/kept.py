@@ -89,6 +89,7 @@ class KeptProgram(Generic[R]):
         self._traced = eqx.filter_jit(function)
         self._programs: OrderedDict[Any, Program] = OrderedDict()
         self._lock = threading.Lock()
+        self._making: dict[Any, threading.Lock] = {}
         _ALL.add(self)
 
     def __get__(self, instance: Any, owner: type) -> Any:
@@ -104,15 +105,22 @@ class KeptProgram(Generic[R]):
         shapes = tuple(map(_shape, arrays))
         fixed = [None if eqx.is_array(leaf) else leaf for leaf in leaves]
         key = (tree, tuple(fixed), tuple(places), shapes)
-        program = self._programs.get(key)
-        if program is None:
-            with self._lock:
-                program = self._programs.get(key) or self._found(Call(fixed, tree, places, shapes), arrays)
-                self._programs[key] = program
-                while len(self._programs) > MOST_IN_MEMORY:
-                    self._programs.popitem(last=False)
+        program = self._programs.get(key) or self._made(key, Call(fixed, tree, places, shapes), arrays)
         found: R = program(arrays)
         return found
+
+    def _made(self, key: Any, call: Call, arrays: list[Any]) -> Program:
+        """The program of a call; one thread makes it, while others make others: compilers run side by side."""
+        with self._lock:
+            mine = self._making.setdefault(key, threading.Lock())
+        with mine:
+            program = self._programs.get(key) or self._found(call, arrays)
+            with self._lock:
+                self._programs[key] = program
+                self._making.pop(key, None)
+                while len(self._programs) > MOST_IN_MEMORY:
+                    self._programs.popitem(last=False)
+        return program
 
     def forget(self) -> None:
         """Forget all programs that are in memory."""
@@ -235,17 +243,22 @@ def _compile(lowered: Any, file: Path | None) -> tuple[Any, bool]:
     return compiled, fresh
 
 
+_SETTING = threading.RLock()
+"""Held while a setting of JAX, which all threads see, is another one."""
+
+
 @contextmanager
 def _without_cache() -> Iterator[None]:
     from jax.experimental.compilation_cache import compilation_cache
 
-    jax.config.update("jax_enable_compilation_cache", False)
-    compilation_cache.reset_cache()
-    try:
-        yield
-    finally:
-        jax.config.update("jax_enable_compilation_cache", True)
+    with _SETTING:
+        jax.config.update("jax_enable_compilation_cache", False)
         compilation_cache.reset_cache()
+        try:
+            yield
+        finally:
+            jax.config.update("jax_enable_compilation_cache", True)
+            compilation_cache.reset_cache()
 
 
 class _Hits(threading.local):

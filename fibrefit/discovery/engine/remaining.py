@@ -58,11 +58,10 @@ def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, dra
         return np.asarray(rows).reshape(1, *shape)
     white = innovations_of(yardstick.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
     random, found = np.random.default_rng(0), []
-    for r, row in enumerate(rows):
-        best = sensitivities.inverse[r] @ (sensitivities.rows[r] @ white[r])
-        root = np.linalg.cholesky(np.asarray(sensitivities.inverse[r]))
-        drawn = drawn_about(np.asarray(best), root, draws, random)
-        found.append(np.asarray(row) - drawn @ np.asarray(frame.sensitivities.rows[r]))
+    pairs = zip(sensitivities.records, frame.sensitivities.records, strict=True)
+    for row, own, (seen, raw) in zip(np.asarray(rows), np.asarray(white), pairs, strict=True):
+        drawn = drawn_about(seen.best(own[None])[0], np.linalg.cholesky(seen.inverse), draws, random)
+        found.append(row - raw.imitated(drawn, len(row)))
     return np.stack(found, axis=1).reshape(draws, *shape)
 
 
@@ -94,7 +93,6 @@ def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np
     if known is not None and raw is not None:
         white = innovations_of(yardstick.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
         seen = np.swapaxes(np.asarray(white), 0, 1).reshape(moved.shape)
-        for r in range(len(moved)):
-            followed = np.asarray(known.inverse[r]) @ (np.asarray(known.rows[r]) @ seen[r].T)
-            moved[r] -= followed.T @ np.asarray(raw.rows[r])
+        for own, change, of, plain in zip(moved, seen, known.records, raw.records, strict=True):
+            own -= plain.imitated(of.best(change), own.shape[1])
     return np.swapaxes(moved.reshape(shape), 0, 1)

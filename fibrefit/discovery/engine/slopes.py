@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,36 +17,43 @@ class Slopes(NamedTuple):
     ----------
     rows : (n_record, 1 + n_column, n_row)
         Residuals first.
-    pulled : (n_record, 1 + n_column, n_wave) or None
+    pulled : sequence of (1 + n_column, n_direction), one for each record, or None
         Products with the sensitivities to errors of inputs.
     """
 
     rows: np.ndarray
-    pulled: np.ndarray | None
+    pulled: Sequence[np.ndarray] | None
 
     def grams(self, sensitivities: InputSensitivities | None) -> np.ndarray:
         """Products ``(n_record, n_column + 1, n_column + 1)``, errors of inputs eliminated; residuals come last."""
         grams = self.rows @ np.swapaxes(self.rows, 1, 2)
         if self.pulled is not None and sensitivities is not None:
-            grams = grams - self.pulled @ np.asarray(sensitivities.inverse) @ np.swapaxes(self.pulled, 1, 2)
+            grams = sensitivities.eliminated(grams, self.pulled)
         keep = np.r_[1 : grams.shape[1], 0]
         return grams[:, keep][:, :, keep]
 
+    def left(self, sensitivities: InputSensitivities | None) -> np.ndarray:
+        """The rows without what errors of inputs can imitate of them, ``(n_record, 1 + n_column, n_row)``."""
+        if self.pulled is None or sensitivities is None:
+            return self.rows
+        return sensitivities.left(self.rows, self.pulled)
+
     def columns(self, places: np.ndarray) -> Slopes:
         """Some of the rows."""
-        return Slopes(self.rows[:, places], None if self.pulled is None else self.pulled[:, places])
+        return Slopes(self.rows[:, places], None if self.pulled is None else [part[places] for part in self.pulled])
 
     def beside(self, further: Slopes) -> Slopes:
         """With further rows after them."""
         both = None
         if self.pulled is not None and further.pulled is not None:
-            both = np.concatenate([self.pulled, further.pulled], axis=1)
+            both = [np.concatenate(parts) for parts in zip(self.pulled, further.pulled, strict=True)]
         return Slopes(np.concatenate([self.rows, further.rows], axis=1), both)
 
     def scaled(self, factor: np.ndarray) -> Slopes:
         """Changes ``(n_record, n_column)`` times as large; the residuals stay."""
         whole = np.concatenate([np.ones((len(factor), 1)), factor], axis=1)[:, :, None]
-        return Slopes(self.rows * whole, None if self.pulled is None else self.pulled * whole)
+        pulled = self.pulled and [part * by for part, by in zip(self.pulled, whole, strict=True)]
+        return Slopes(self.rows * whole, pulled)
 
     def led_to(self, residuals: Slopes, way: np.ndarray) -> Slopes:
         """Slopes that predict the residuals to which a step led.
@@ -58,12 +66,11 @@ class Slopes(NamedTuple):
             The step, in units of the changes that the columns stand for.
         """
         along = way / np.maximum(np.sum(way**2, axis=1), TINY)[:, None]
-        corrected = [
-            None if old is None or new is None else _broyden(old, new[:, 0], way, along)
-            for old, new in zip(self, residuals, strict=True)
-        ]
-        assert corrected[0] is not None
-        return Slopes(corrected[0], corrected[1])
+        led = [_broyden(*each) for each in zip(self.rows, residuals.rows, way, along, strict=True)]
+        pulled = None
+        if self.pulled is not None and residuals.pulled is not None:
+            pulled = [_broyden(*each) for each in zip(self.pulled, residuals.pulled, way, along, strict=True)]
+        return Slopes(np.array(led), pulled)
 
 
 TINY = 1e-300
@@ -71,5 +78,6 @@ TINY = 1e-300
 
 
 def _broyden(old: np.ndarray, new: np.ndarray, way: np.ndarray, along: np.ndarray) -> np.ndarray:
-    missed = new - old[:, 0] - np.einsum("rj,rjk->rk", way, old[:, 1:])
-    return np.concatenate([new[:, None], old[:, 1:] + along[:, :, None] * missed[:, None]], axis=1)
+    """Rows ``(1 + n_column, n)`` that predict the residuals ``(1, n)`` to which a way ``(n_column,)`` led."""
+    missed = new[0] - old[0] - way @ old[1:]
+    return np.concatenate([new, old[1:] + along[:, None] * missed])

@@ -16,13 +16,12 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.programs.products import row_products
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.laws.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
@@ -51,12 +50,8 @@ def coefficients_at(task: Task, values: np.ndarray, sensitivities: InputSensitiv
     """Errors of the inputs that suit values ``(n_free,)`` in SI units best, as far as sensitivities predict them."""
     known = input_errors(task)
     left = residuals(downweighted(task.problem, sensitivities.downweight), known, values, sensitivities.coefficients)
-    flat = []
-    for r, rows in enumerate(sensitivities.rows):
-        best = -sensitivities.inverse[r] @ (rows @ (left[r].ravel() + sensitivities.offset[r]))
-        flat.append(sensitivities.basis[r] @ np.asarray(best))
-    ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
-    return dict(zip(known, np.split(np.array(flat), ends, axis=1), strict=True))
+    whole = left.reshape(len(left), 1, -1) + sensitivities.offset[:, None]
+    return sensitivities.named([-record.best(own)[0] for record, own in zip(sensitivities.records, whole, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -118,15 +113,6 @@ class Supermodel:
         return Problem(self.problem.model, layout, self.problem.observations)
 
     @property
-    def pulls(self) -> tuple[jax.Array, jax.Array] | None:
-        """Sensitivities to the errors of inputs, and the inverse of their matrix; see `InputSensitivities`."""
-        return (
-            None
-            if self.sensitivities is None
-            else (jnp.asarray(self.sensitivities.rows), jnp.asarray(self.sensitivities.inverse))
-        )
-
-    @property
     def _offset(self) -> jax.Array | None:
         return None if self.sensitivities is None else jnp.asarray(self.sensitivities.offset)
 
@@ -169,7 +155,7 @@ class Supermodel:
         rows = self.rows(local, columns, targets, counts)
         white = whitened_rows(rows, len(self.problem.observations.weight), self.whitening)
         kept = np.asarray(white)[:, : 1 + len(columns)]
-        return Slopes(kept, None if self.sensitivities is None else pulled_by(self.sensitivities, kept))
+        return Slopes(kept, None if self.sensitivities is None else self.sensitivities.products(kept))
 
     def rows(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> jax.Array:
         """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``; padded with zero, not whitened.
@@ -227,18 +213,15 @@ def stretch_products(
     squares : (n_record, n_active, n_active)
         Sums over all stretches of the products of each two changes and the squared residual.
     """
-    active = len(columns)
-    width = max(next(width for width in WIDTHS if width >= active), *frame.compiled)
-    padded = np.zeros(1 + width, dtype=np.int32)
-    padded[1 : 1 + active] = columns
-    values = np.zeros((len(local), 1 + width))
-    values[:, 0] = local[:, 0]
-    values[:, 1 : 1 + active] = targets
-    varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
-    rows = _rows(frame._bare, jnp.asarray(local), varied, jnp.asarray(counts, dtype=jnp.int32), frame._offset)
-    kept = frame.in_steps(rows[:, : 1 + active])[:, jnp.asarray([*range(1, 1 + active), 0])]
-    parts = _within_stretches(kept, len(frame.problem.observations.weight), frame.pulls, frame.whitening)
-    return np.asarray(parts[0]), np.asarray(parts[1])
+    left = frame.slopes(local, columns, targets, counts).left(frame.sensitivities)[:, np.r_[1 : 1 + len(columns), 0]]
+    channels = len(frame.problem.observations.weight)
+    whole = left.reshape(*left.shape[:2], channels, -1)
+    size = -(-whole.shape[-1] // STRETCHES)
+    whole = np.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
+    parts = whole.reshape(*whole.shape[:3], STRETCHES, size).transpose(0, 3, 1, 2, 4)
+    parts = parts.reshape(*parts.shape[:3], channels * size)
+    scores = left[:, :-1] * left[:, -1:]
+    return parts @ np.swapaxes(parts, 2, 3), scores @ np.swapaxes(scores, 1, 2)
 
 
 def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> jax.Array:
@@ -355,22 +338,3 @@ def whitened_rows(rows: jax.Array, number: int, whitening: BlockFilter | None) -
         return rows
     split = jnp.moveaxis(rows.reshape(*rows.shape[:2], number, -1), 1, 0)
     return jnp.moveaxis(whitening.whiten_rows(split), 0, 1).reshape(rows.shape)
-
-
-@kept_program
-def _within_stretches(
-    rows: jax.Array, number: int, sensitivities: tuple[jax.Array, jax.Array] | None, whitening: BlockFilter | None
-) -> tuple[jax.Array, jax.Array]:
-    rows = whitened_rows(rows, number, whitening)
-    if sensitivities is not None:
-        pulls, inverse = sensitivities[0].astype(float), sensitivities[1]
-        pulled = row_products(rows, pulls)
-        rows = rows - jnp.einsum("rkw,rwv,rvn->rkn", pulled, inverse, pulls)
-    whole = rows.reshape(*rows.shape[:2], number, -1)
-    size = -(-whole.shape[-1] // STRETCHES)
-    whole = jnp.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
-    parts = whole.reshape(*whole.shape[:3], STRETCHES, size)
-    products = jnp.einsum("rkcst,rlcst->rskl", parts, parts)
-    scores = (rows[:, :-1] * rows[:, -1:]).reshape(len(rows), rows.shape[1] - 1, -1)
-    squares = row_products(scores, scores)
-    return products, squares

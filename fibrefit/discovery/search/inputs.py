@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from threading import Lock
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
@@ -28,11 +27,8 @@ def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | Non
     """
     if (sensitivities := weighed.frame.sensitivities) is None:
         return None
-    left = np.asarray(residual_rows(weighed.frame, weighed.local, search.context.whole))
-    directions = zip(sensitivities.basis, sensitivities.inverse, sensitivities.rows, left, strict=True)
-    flat = [-basis @ np.asarray(inverse @ (rows @ own)) for basis, inverse, rows, own in directions]
-    ends = np.cumsum([wave.shape[1] for wave in sensitivities.coefficients.values()])[:-1]
-    return dict(zip(sensitivities.coefficients, np.split(np.array(flat), ends, axis=1), strict=True))
+    left = np.asarray(residual_rows(weighed.frame, weighed.local, search.context.whole))[:, None]
+    return sensitivities.named([-record.best(own)[0] for record, own in zip(sensitivities.records, left, strict=True)])
 
 
 def residuals_left(search: Search, weighed: Weighed) -> np.ndarray:
@@ -43,7 +39,7 @@ def residuals_left(search: Search, weighed: Weighed) -> np.ndarray:
     frame, coefficients = weighed.frame, coefficients_of(search, weighed)
     if coefficients is not None and (seen := frame.sensitivities) is not None:
         whole = seen._replace(
-            coefficients=coefficients, downweight=np.ones_like(seen.downweight), offset=jnp.zeros_like(seen.offset)
+            coefficients=coefficients, downweight=np.ones_like(seen.downweight), offset=np.zeros_like(seen.offset)
         )
         frame = supermodel_of(search.task, frame.effects, whole)
     rows = np.asarray(residual_rows(frame, weighed.local, search.context.whole))

@@ -26,7 +26,7 @@ from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, without_input_errors
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
@@ -202,10 +202,9 @@ def noise_left(task: Task, found: WithInputErrors) -> np.ndarray:
             for draw in noise:
                 wave = task.noise[channel].draw(2 * size, rate, random)[:size]
                 draw[r, c, :size] = wave / max(wave.std(), 1e-300)
-    flat = random.standard_normal((DRAWS, *found.sensitivities.rows.shape[:2]))
-    drawn = np.where(seen, noise, 0.0) * weights
-    rows = np.einsum("drw,rwn->rdn", flat, np.asarray(found.sensitivities.rows, dtype=float))
-    rows += np.moveaxis(drawn, 0, 1).reshape(rows.shape)
-    left = without_input_errors(found.sensitivities, rows)[0].reshape(len(weights), DRAWS, *weights.shape[1:])
+    rows = np.moveaxis(np.where(seen, noise, 0.0) * weights, 0, 1).reshape(len(weights), DRAWS, -1)
+    for own, record in zip(rows, found.sensitivities.records, strict=True):
+        own += record.imitated(random.standard_normal((DRAWS, len(record.inverse))), own.shape[1])
+    left = found.sensitivities.left(rows).reshape(len(weights), DRAWS, *weights.shape[1:])
     counts = np.sum(np.where(seen, weights, 0.0) ** 2, axis=-1)
     return np.sqrt(np.sum(left**2, axis=-1).mean(axis=1) / np.maximum(counts, 1e-300))

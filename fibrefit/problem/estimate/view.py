@@ -21,7 +21,7 @@ from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, place_of
 from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, pulled_by, whitened_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Whitening, innovations
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -98,19 +98,11 @@ class View:
         rows = np.where(rows != 0.0, rows + offset, 0.0)
         white = rows if self.whitening is None else np.asarray(innovations(self.whitening, rows))
         random, found, best = np.random.default_rng(0), [], []
-        for r, row in enumerate(rows):
-            inverse, seen = (
-                np.asarray(self.sensitivities.inverse[r]),
-                np.asarray(self.sensitivities.rows[r], dtype=float),
-            )
-            best.append(-inverse @ (seen @ white[r].ravel()))
-            errors = drawn_about(best[-1], np.linalg.cholesky(inverse), draws, random)
-            moved = errors @ np.asarray(self.raw.rows[r], dtype=float)
-            found.append(row + moved.reshape(draws, *row.shape))
-        ends = np.cumsum([wave.shape[1] for wave in self.raw.coefficients.values()])[:-1]
-        waves = np.stack([basis @ wave for basis, wave in zip(self.raw.basis, best, strict=True)])
-        waves_found = dict(zip(self.raw.coefficients, np.split(waves, ends, axis=1), strict=True))
-        return np.stack(found, axis=1), waves_found
+        for row, own, seen, raw in zip(rows, white, self.sensitivities.records, self.raw.records, strict=True):
+            best.append(-seen.best(own.reshape(1, -1))[0])
+            errors = drawn_about(best[-1], np.linalg.cholesky(seen.inverse), draws, random)
+            found.append(row + raw.imitated(errors, row.size).reshape(draws, *row.shape))
+        return np.stack(found, axis=1), self.raw.named(best)
 
     def as_the_noise_left(self, evidence: MarginalLikelihood, draws: int = 1) -> np.ndarray:
         """Residuals that have the power of the noise, ``(n_draw, n_record, n_channel, n_time)`` in its units.
@@ -181,11 +173,7 @@ def _products(
     rows = rows if whitening is None else np.asarray(_whitened(whitening, rows))
     rows = rows.reshape(*rows.shape[:2], -1)
     grams = rows @ np.swapaxes(rows, 1, 2)
-    if sensitivities is None:
-        return grams
-    pulled = pulled_by(sensitivities, rows)
-    eliminated: np.ndarray = grams - pulled @ np.asarray(sensitivities.inverse) @ np.swapaxes(pulled, 1, 2)
-    return eliminated
+    return grams if sensitivities is None else sensitivities.eliminated(grams, sensitivities.products(rows))
 
 
 @kept_program

@@ -24,6 +24,51 @@ PRECISE = 1e7
 """The same, beyond which single precision is not enough: it loses a thousandth of what an error leaves of a slope."""
 
 
+class Directions(NamedTuple):
+    """How the readings of one record react to errors of its inputs, along the directions they show most of.
+
+    Parameters
+    ----------
+    basis : (n_wave, n_direction)
+        Orthonormal combinations of coefficients (principal components).
+    rows : (n_direction, n_channel, n_seen)
+        What each of these does to the readings up to the last one that counts; in single precision where that will do.
+    inverse : (n_direction, n_direction)
+        Of ``I + A'A``.
+    """
+
+    basis: np.ndarray
+    rows: np.ndarray
+    inverse: np.ndarray
+
+    def products(self, rows: np.ndarray) -> np.ndarray:
+        """Products ``(n_row, n_direction)`` of rows ``(n_row, n_channel * n_time)`` with what each direction does."""
+        number, channels, seen = self.rows.shape
+        # Directions are many: rows of a record that is not asked for are nothing, and cost nothing.
+        if not rows.any():
+            return np.zeros((len(rows), number))
+        whole = rows.reshape(len(rows), channels, -1)[:, :, :seen].reshape(len(rows), -1)
+        return _in_precision_of_each(whole, self.rows.reshape(number, -1).T)
+
+    def imitated(self, waves: np.ndarray, size: int) -> np.ndarray:
+        """What errors ``(n_row, n_direction)`` do to all readings, ``(n_row, n_channel * n_time)`` of that `size`."""
+        number, channels, seen = self.rows.shape
+        moved = np.zeros((len(waves), channels, size // channels))
+        moved[:, :, :seen] = _in_precision_of_each(waves, self.rows.reshape(number, -1)).reshape(-1, channels, seen)
+        return moved.reshape(len(waves), size)
+
+    def best(self, rows: np.ndarray) -> np.ndarray:
+        """Errors ``(n_row, n_direction)`` that imitate most of rows, with what is known of errors beforehand."""
+        return self.products(rows) @ self.inverse
+
+
+def _in_precision_of_each(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Product of rows, which differ by many orders of magnitude, and a matrix in a precision that is that of each."""
+    size = np.max(np.abs(rows), axis=1, keepdims=True, initial=0.0)
+    size = np.where(size > 0.0, size, 1.0)
+    return ((rows / size).astype(others.dtype) @ others).astype(float) * size
+
+
 class InputSensitivities(NamedTuple):
     """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
 
@@ -38,29 +83,43 @@ class InputSensitivities(NamedTuple):
         Factor on each sample's weight, see `downweights`.
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
-    basis : (n_record, n_wave, n_direction)
-        Orthonormal combinations of coefficients that the readings show most of (principal components).
-    rows : (n_record, n_direction, n_channel * n_time)
-        What each of these does to the readings; in single precision where that will do, as they are many.
-    inverse : (n_record, n_direction, n_direction)
-        Of ``I + A'A``.
+    records : tuple of Directions
     """
 
     coefficients: InputCoefficients
     downweight: np.ndarray
-    offset: jax.Array
-    basis: np.ndarray
-    rows: jax.Array
-    inverse: jax.Array
+    offset: np.ndarray
+    records: tuple[Directions, ...]
 
     def roots(self) -> list[np.ndarray]:
         """Of the covariance of what is not known of the coefficients, ``(n_wave, n_wave)`` for each record."""
         found = []
-        for basis, inverse in zip(self.basis, np.asarray(self.inverse), strict=True):
+        for record in self.records:
             # What no reading shows is as unknown as it was.
-            narrowed = np.linalg.cholesky(inverse) - np.eye(len(inverse))
-            found.append(np.eye(len(basis)) + basis @ narrowed @ basis.T)
+            narrowed = np.linalg.cholesky(record.inverse) - np.eye(len(record.inverse))
+            found.append(np.eye(len(record.basis)) + record.basis @ narrowed @ record.basis.T)
         return found
+
+    def products(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Products of rows ``(n_record, n_row, n_channel * n_time)`` with directions, ``(n_row, n_direction)`` each."""
+        return tuple(record.products(own) for record, own in zip(self.records, rows, strict=True))
+
+    def eliminated(self, grams: np.ndarray, products: Sequence[np.ndarray]) -> np.ndarray:
+        """Products of rows ``(n_record, n_row, n_row)``, given those with directions, with the errors at their best."""
+        pairs = zip(self.records, products, strict=True)
+        return grams - np.stack([own @ record.inverse @ own.T for record, own in pairs])
+
+    def left(self, rows: np.ndarray, products: Sequence[np.ndarray] | None = None) -> np.ndarray:
+        """Rows ``(n_record, n_row, n_channel * n_time)`` without what errors of the inputs can imitate."""
+        known = self.products(rows) if products is None else products
+        parts = zip(self.records, rows, known, strict=True)
+        return np.stack([own - record.imitated(of @ record.inverse, own.shape[1]) for record, own, of in parts])
+
+    def named(self, waves: Sequence[np.ndarray]) -> InputCoefficients:
+        """Errors along the directions of each record, ``(n_direction,)``, as coefficients of each input."""
+        whole = np.stack([record.basis @ wave for record, wave in zip(self.records, waves, strict=True)])
+        ends = np.cumsum([wave.shape[1] for wave in self.coefficients.values()])[:-1]
+        return dict(zip(self.coefficients, np.split(whole, ends, axis=1), strict=True))
 
 
 def sensitivities_of(
@@ -102,22 +161,32 @@ def weighted_sensitivities(
     least : float
         Power in the readings, in units of their noise, below which an error does not count.
     """
-    offsets, powers, bases = [], [], []
-    weighted = [part * downweight[r].ravel() for r, part in enumerate(rows)]
-    for r, wave in enumerate(np.concatenate(list(coefficients.values()), axis=1)):
-        offsets.append(-wave @ weighted[r])
-        power, basis = np.linalg.eigh(_lower_gram(weighted[r]))
-        powers.append(np.maximum(power[::-1], 0.0))
-        bases.append(basis[:, ::-1])
-    number = max(1, *(int(np.count_nonzero(power > least)) for power in powers))
-    basis = np.stack(bases)[:, :, :number]
-    kind = jnp.float32 if max(power[0] for power in powers) < PRECISE else jnp.float64
-    parts = [
-        jnp.asarray(own.T, dtype=kind) @ jnp.asarray(row, dtype=kind) for own, row in zip(basis, weighted, strict=True)
-    ]
+    offsets, found = [], []
+    for wave, part, weight in zip(
+        np.concatenate(list(coefficients.values()), axis=1), rows, np.asarray(downweight), strict=True
+    ):
+        weighted = part * weight.ravel()
+        offsets.append(-wave @ weighted)
+        found.append(_directions(weighted.reshape(len(part), len(weight), -1), least))
+    return InputSensitivities(coefficients, downweight, np.stack(offsets), tuple(found))
+
+
+def _directions(rows: np.ndarray, least: float) -> Directions:
+    """Those of a record, from what each wave does to its weighted readings ``(n_wave, n_channel, n_time)``."""
+    channels = rows.shape[1]
+    rows = rows[:, :, : _last(rows)].reshape(len(rows), -1)
+    power, basis = np.linalg.eigh(_lower_gram(rows))
+    power, basis = np.maximum(power[::-1], 0.0), basis[:, ::-1]
+    number = max(1, int(np.count_nonzero(power > least)))
+    kind = np.float32 if power[0] < PRECISE else np.float64
+    parts = np.ascontiguousarray(basis[:, :number].T, dtype=kind) @ rows.astype(kind, copy=False)
     # Principal directions do not mix: what is known of one says nothing of another.
-    inverse = jnp.stack([jnp.diag(1.0 / (1.0 + jnp.asarray(power[:number]))) for power in powers])
-    return InputSensitivities(coefficients, downweight, jnp.stack(offsets), basis, jnp.stack(parts), inverse)
+    return Directions(basis[:, :number], parts.reshape(number, channels, -1), np.diag(1.0 / (1.0 + power[:number])))
+
+
+def _last(rows: np.ndarray) -> int:
+    """Number of instants up to the last one at which any of the rows is not zero; at least one."""
+    return int(np.max(np.flatnonzero(rows.any(axis=(0, 1))), initial=0)) + 1
 
 
 def _lower_gram(rows: np.ndarray) -> np.ndarray:
@@ -127,32 +196,13 @@ def _lower_gram(rows: np.ndarray) -> np.ndarray:
     return np.asarray(dsyrk(1.0, rows.T, trans=1, lower=1))
 
 
-def _inverses(rows: jax.Array) -> jax.Array:
-    """Of ``I + A'A``, ``(n_record, n_direction, n_direction)``."""
-    return jnp.stack([_inverse(part) for part in rows])
-
-
-@jax.jit
-def _inverse(rows: jax.Array) -> jax.Array:
+def _inverse(rows: np.ndarray) -> np.ndarray:
+    """Of ``I + A'A``, from rows ``(n_direction, n)``."""
     # Directions differ by many orders of magnitude: single precision is that of each of them.
-    size = jnp.sqrt(jnp.sum(rows.astype(float) ** 2, axis=1))
-    unit = (rows / jnp.where(size > 0.0, size, 1.0)[:, None]).astype(rows.dtype)
+    size = np.sqrt(np.sum(rows.astype(float) ** 2, axis=1))
+    unit = (rows / np.where(size > 0.0, size, 1.0)[:, None]).astype(rows.dtype)
     gram = (unit @ unit.T).astype(float) * size[:, None] * size
-    return jnp.linalg.inv(gram + jnp.eye(len(gram)))
-
-
-def pulled_by(sensitivities: InputSensitivities, rows: np.ndarray) -> np.ndarray:
-    """Products ``(n_record, n_row, n_direction)`` of rows ``(n_record, n_row, n)`` with sensitivities.
-
-    Sensitivities are many: a record whose rows are nothing, as it is not asked for, costs nothing.
-    """
-    along = np.asarray(sensitivities.rows)
-    # Rows differ by many orders of magnitude: single precision is that of each row.
-    size = np.sqrt(np.einsum("rkn,rkn->rk", rows, rows))[:, :, None]
-    unit, pulled = np.where(size > 0.0, size, 1.0), np.zeros((*rows.shape[:2], along.shape[1]))
-    for r in np.flatnonzero(size.any(axis=(1, 2))):
-        pulled[r] = (rows[r] / unit[r]).astype(along.dtype) @ along[r].T * size[r]
-    return pulled
+    return np.asarray(np.linalg.inv(gram + np.eye(len(gram))))
 
 
 def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -168,40 +218,49 @@ def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) ->
     -------
     ((n_record, n_row, n_channel * n_time), (n_record, n_row, n_wave))
     """
-    left, waves = np.empty_like(rows), []
-    for r, some in enumerate(rows):
-        seen = np.asarray(sensitivities.rows[r], dtype=float)
-        best = some @ seen.T @ np.asarray(sensitivities.inverse[r])
-        left[r] = some - best @ seen
-        waves.append(best @ sensitivities.basis[r].T)
-    return left, np.array(waves)
+    left, waves = [], []
+    for record, some in zip(sensitivities.records, rows, strict=True):
+        best = record.best(some)
+        left.append(some - record.imitated(best, some.shape[1]))
+        waves.append(best @ record.basis.T)
+    return np.array(left), np.array(waves)
 
 
 def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Whitening | BlockFilter) -> InputSensitivities:
     """Sensitivities seen through a whitening; what they are before it is not changed."""
-    rows = np.asarray(sensitivities.rows)
-    channels = rows.reshape(*rows.shape[:2], sensitivities.downweight.shape[1], -1)
-    white = jnp.asarray(_whitened(whitening, channels).reshape(rows.shape), dtype=rows.dtype)
-    return sensitivities._replace(rows=white, inverse=_inverses(white))
+    white = _whitened(whitening, [record.rows for record in sensitivities.records])
+    return sensitivities._replace(
+        records=tuple(
+            record._replace(rows=rows, inverse=_inverse(rows.reshape(len(rows), -1)))
+            for record, rows in zip(sensitivities.records, white, strict=True)
+        )
+    )
 
 
-def _whitened(whitening: Any, rows: np.ndarray) -> np.ndarray:
-    """Innovations of ``(n_record, n_row, n_channel, n_time)``, which are many."""
+def _whitened(whitening: Any, records: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Innovations of the first readings of each record, ``(n_row, n_channel, n_seen)`` each."""
     if isinstance(whitening, Levelled):
-        return _whitened(whitening.whitening, rows) / np.asarray(whitening.level)[:, None]
+        level = np.asarray(whitening.level)[:, None]
+        return [(rows / level).astype(rows.dtype) for rows in _whitened(whitening.whitening, records)]
     if isinstance(whitening, Coloured):
-        return in_blocks(whitening).whiten_many(rows)
-    return whitening.whiten_many(rows) if isinstance(whitening, BlockFilter) else np.asarray(_each(whitening, rows))
+        whitening = in_blocks(whitening)
+    if isinstance(whitening, BlockFilter):
+        return whitening.whiten_many(records)
+    whole = np.zeros((max(map(len, records)), len(records), *whitening.valid.shape[1:]))
+    for r, rows in enumerate(records):
+        whole[: len(rows), r, :, : rows.shape[-1]] = rows
+    white = np.asarray(_each(whitening, jnp.asarray(whole)))
+    return [white[: len(rows), r, :, : rows.shape[-1]].astype(rows.dtype) for r, rows in enumerate(records)]
 
 
 @jax.jit
 def _each(whitening: Whitening, rows: jax.Array) -> jax.Array:
-    return jnp.moveaxis(jax.lax.map(whitening.whiten, jnp.moveaxis(rows, 1, 0)), 0, 1)
+    return jax.lax.map(whitening.whiten, rows)
 
 
 __all__ = [
+    "Directions",
     "InputSensitivities",
-    "pulled_by",
     "sensitivities_of",
     "weighted_sensitivities",
     "whitened_sensitivities",

@@ -11,6 +11,7 @@ Block recursive filters: Burrus, IEEE Trans. Audio Electroacoust. 20 (1972).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import equinox as eqx
@@ -69,16 +70,18 @@ class BlockFilter(eqx.Module):
         innovations = self.taps @ blocks + self.onto @ before
         return jnp.transpose(innovations, (4, 1, 2, 0, 3)).reshape(*rows.shape[:3], number * BLOCK)[..., :time]
 
-    def whiten_many(self, rows: np.ndarray) -> np.ndarray:
-        """Innovations of so many residuals ``(n_record, n_row, n_channel, n_time)`` that products of matrices pay.
+    def whiten_many(self, records: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Innovations of so many residuals of each record ``(n_row, n_channel, n_seen)`` that products of matrices pay.
 
-        NumPy's are several times as fast as those of a compiled program, in the precision of the rows.
+        NumPy's are several times as fast as those of a compiled program, in the precision of the rows. What is not seen
+        of the end of a record is not needed.
         """
-        number, time = len(self.taps), rows.shape[-1]
-        parts = self.taps, self.onto, self.drive, self.carry
-        taps, onto, drive, carry = (np.asarray(part, dtype=rows.dtype) for part in parts)
-        white = np.empty_like(rows)
-        for r, some in enumerate(rows):
+        white = []
+        for r, some in enumerate(records):
+            time = some.shape[-1]
+            number = -(-time // BLOCK)
+            parts = self.taps, self.onto, self.drive, self.carry
+            taps, onto, drive, carry = (np.asarray(part[:number], dtype=some.dtype) for part in parts)
             padded = np.pad(some, [(0, 0)] * 2 + [(0, number * BLOCK - time)])
             blocks = np.ascontiguousarray(padded.reshape(*some.shape[:2], number, BLOCK).transpose(2, 1, 3, 0))
             before = drive[:, r] @ blocks
@@ -89,7 +92,7 @@ class BlockFilter(eqx.Module):
                 state = block @ state + driven
             innovations = taps[:, r] @ blocks
             innovations += onto[:, r] @ before
-            white[r] = innovations.transpose(3, 1, 0, 2).reshape(padded.shape)[..., :time]
+            white.append(np.ascontiguousarray(innovations.transpose(3, 1, 0, 2).reshape(padded.shape)[..., :time]))
         return white
 
 

@@ -167,10 +167,10 @@ def _evaluate(
     best = -np.einsum("riw,ri->rw", imitated, np.concatenate([local, np.ones((len(local), 1))], axis=1))
     # What no error of the input can imitate, in the eyes of the plain estimate.
     plain = without_input_errors(seen, slopes)[0]
-    waved = np.einsum("rin,rwn->riw", plain, np.asarray(seen.rows, dtype=float))
+    waved = seen.products(plain)
     columns = np.moveaxis(plain.reshape(*plain.shape[:2], channels, -1), 1, -1)
     coloured = assembled(scattered(columns, whitening, level), layout.local_columns, layout.size)
-    middle = coloured + _sum(layout, waved, waved) + belief[:-1, :-1]
+    middle = coloured + _gathered(layout, [own @ own.T for own in waved]) + belief[:-1, :-1]
     bread = inverse(_sum(layout, slopes, plain) + belief[:-1, :-1])
     alone = inverse(_sum(layout, first, first) + belief[:-1, :-1])
     return _Evaluation(step, _named(known, best), covariance, alone, bread @ middle @ bread)
@@ -193,7 +193,12 @@ def _whitened(levelled: Levelled, rows: np.ndarray) -> jax.Array:
 
 def _sum(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Products of rows ``(n_record, n_local, n)`` in the places of the free values."""
-    return assembled(np.einsum("rin,rjn->rij", left, right), layout.local_columns, layout.size)
+    return _gathered(layout, np.einsum("rin,rjn->rij", left, right))
+
+
+def _gathered(layout: Layout, grams: np.ndarray | list[np.ndarray]) -> np.ndarray:
+    """Products ``(n_record, n_local, n_local)`` in the places of the free values."""
+    return assembled(np.asarray(grams), layout.local_columns, layout.size)
 
 
 def _named(known: Mapping[str, InputErrors], rows: np.ndarray) -> InputCoefficients:
