@@ -30,10 +30,10 @@ from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
-from fibrefit.fitting.search.multistart import collected, most_steps, search, sobol_starts
+from fibrefit.fitting.search.multistart import Searched, collected, most_steps, search, sobol_starts
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import descend, widths
+from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
@@ -62,7 +62,8 @@ class How(NamedTuple):
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
     coefficients : mapping of input to (n_record, n_wave), optional
-        Errors of measured inputs from an earlier identification, to begin with.
+        Errors of measured inputs with which a search ended at the values of the start: it is gone on from there, and
+        not searched anew.
     near : InputSensitivities, optional
         Readings linearised in these errors, near where it begins.
     rivals : bool
@@ -117,19 +118,16 @@ def identify(
     if not 1 <= starts <= MOST_STARTS:
         raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
     began, tell, how = time.perf_counter(), progress or quiet, how or How()
-    task, coefficients = _softened(task) if how.robust else task, how.coefficients
-    searched = (
-        replace(task, problem=corrected(task.problem, input_errors(task), coefficients)) if coefficients else task
-    )
+    task = _softened(task) if how.robust else task
     tell("compiling", 0.0)
-    width = cache(partial(widths, searched.problem, task.problem.layout.free(task.start)))
-    found = _search(searched, starts, seed, tell, stop)
+    width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
+    found = _as_it_ended(task, how.coefficients) if how.coefficients else _search(task, starts, seed, tell, stop)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
     if not task.noisy_inputs and not stop():
-        found = searched_nearby(searched.problem, found, task.counts[-1:])
+        found = searched_nearby(task.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
-    values, second = _settled(searched, width, found, stop)
+    values, second = (task.start, None) if how.coefficients else _settled(task, width, found, stop)
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
     if how.profile:
@@ -186,6 +184,14 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
     return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, steps))
 
 
+def _as_it_ended(task: Task, coefficients: InputCoefficients) -> Starts:
+    """The one place where a search for effects ended, as a start that is where it goes to."""
+    layout, there = task.problem.layout, corrected(task.problem, input_errors(task), coefficients)
+    cost = float(np.sum(np.square(there.linearised_at(np.asarray(layout.local(task.start))).residuals)))
+    free, none = layout.free(task.start)[None], np.zeros(1, dtype=int)
+    return collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
+
+
 def _rate(task: Task) -> float:
     """Of the first record, in Hz."""
     return 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
@@ -206,7 +212,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
-        _agreed(second, settling_unit(problem, bars)),
+        *(() if how.coefficients else (_agreed(second, settling_unit(problem, bars)),)),
         judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound.gap.passed, how.rivals)),
         sound.inside,
         judge.determined(weak),
