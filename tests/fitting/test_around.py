@@ -9,6 +9,7 @@ import pytest
 
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, Starts
+from fibrefit.fitting.search import around
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import collected, search, sobol_starts
 from fibrefit.problem.formulate.formulate import formulate
@@ -58,6 +59,18 @@ def test_what_all_starts_agree_on_is_left_for_a_lower_minimum_beside_it(
     ]
     assert np.all(away[0] < 4.0)
     assert away[1].max() > 8.0
+
+
+def test_few_of_many_samples_find_it_too(
+    led_astray: tuple[Task, dict[str, float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    task, _ = led_astray
+    alone = searched(task)
+    every = searched_nearby(task.problem, alone, task.counts[-1:])
+    monkeypatch.setattr(around, "thinning", lambda problem: 2)
+    few = searched_nearby(task.problem, alone, task.counts[-1:])
+    assert few.cost.min() == pytest.approx(every.cost.min(), abs=0.01)
+    assert FEW < few.planned < every.planned
 
 
 def test_a_fit_says_that_starts_ended_in_several(led_astray: tuple[Task, dict[str, float]]) -> None:

@@ -12,9 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.multistart import CHUNK, basins_of
-from fibrefit.fitting.search.solve import EXACT, Care, descend_all, gram_at, widths
+from fibrefit.fitting.search.multistart import CHUNK, SAME_PLACE, basins_of
+from fibrefit.fitting.search.solve import EXACT, Care, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.thinned import thinning
 from fibrefit.fitting.thresholds import SETTLED
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem, gram_root
 
 LOOKS = 3
@@ -34,36 +36,70 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
     whole : (1, n_record) int
         Samples of each record.
     """
-    layout, counts = problem.layout, np.repeat(whole, CHUNK, axis=0)
+    layout, counts, every = problem.layout, np.repeat(whole, CHUNK, axis=0), thinning(problem)
     low, high = (np.array([getattr(slot.range, end) for slot, _ in layout.entries]) for end in ("lower", "upper"))
     for look in range(LOOKS):
         best = int(np.argmin(starts.cost))
         values, cost = starts.values[best], float(starts.cost[best])
         places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), look)
         began, width = np.clip(places, low, high), widths(problem, layout.free(values))
-        active, care = np.ones(CHUNK, dtype=bool), Care(np.asarray(EXACT))
-        found = descend_all(problem, layout.free(began), width, counts, active, care)
-        ends = np.asarray(found.cost)
-        lower = cost - ends.min() > SETTLED
+        free, active = layout.free(began), np.ones(CHUNK, dtype=bool)
+        if every > 1:
+            free, active = _lower_of_few(problem.thinned(every), np.array([layout.free(values), *free]), width, counts)
+        if not active.any():
+            break
+        found = descend_all(problem, free, width, counts, active, Care(np.asarray(EXACT)))
+        lower = cost - np.asarray(found.cost).min() > SETTLED
         if not lower and not look:
             return starts
-        shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
-        with np.errstate(invalid="ignore"):
-            ended = layout.values(np.asarray(found.free))
-        costs = np.append(starts.cost, ends)
-        starts = replace(
-            starts,
-            began=np.concatenate([starts.began, began[:, shared]]),
-            ended=np.concatenate([starts.ended, ended[:, shared]]),
-            values=np.concatenate([starts.values, ended]),
-            cost=costs,
-            steps=np.append(starts.steps, np.asarray(found.steps)),
-            basin=basins_of(costs),
-            planned=starts.planned + CHUNK,
-        )
+        starts = _joined(starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found)))
         if not lower:
             break
     return starts
+
+
+def _joined(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -> Starts:
+    """The starts with others, that began at `began` ``(n, n_free)``."""
+    shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
+    with np.errstate(invalid="ignore"):
+        ended = layout.values(found.free)
+    costs = np.append(starts.cost, found.cost)
+    return replace(
+        starts,
+        began=np.concatenate([starts.began, began[:, shared]]),
+        ended=np.concatenate([starts.ended, ended[:, shared]]),
+        values=np.concatenate([starts.values, ended]),
+        cost=costs,
+        steps=np.append(starts.steps, found.steps),
+        basin=basins_of(costs),
+        planned=starts.planned + len(began),
+    )
+
+
+def _lower_of_few(
+    thin: Problem, free: np.ndarray, width: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ends ``(CHUNK, n_free)`` of descents in few of many samples, and which lie lower than the first place's own.
+
+    Parameters
+    ----------
+    thin : Problem
+    free : (1 + CHUNK, n_free) free coordinates
+        Of the best place, and of those that are looked from.
+    width : (n_free,) unit of the steps of all samples
+    counts : (CHUNK, n_record) int, of all samples
+    """
+    fewer = np.asarray(thin.observations.experiment.count)
+    every = float(counts[0].sum() / fewer.sum())
+    wider, care = np.sqrt(every) * width, Care(np.asarray(EXACT))
+    fewer = np.repeat(fewer[None], CHUNK, axis=0)
+    own = descend_all(thin, np.resize(free[0], free[1:].shape), wider, fewer, np.arange(CHUNK) < 1, care)
+    others = descend_all(thin, free[1:], wider, fewer, np.ones(CHUNK, dtype=bool), care)
+    ends, costs = np.asarray(others.free), np.asarray(others.cost)
+    lowest = int(np.argmin(costs))
+    same = np.max(np.abs(ends - ends[lowest]) / wider, axis=-1) < SAME_PLACE
+    lower = float(np.asarray(own.cost).min()) - costs > SETTLED / every
+    return ends, lower & (~same | (np.arange(CHUNK) == lowest))
 
 
 def _signs(size: int, look: int) -> np.ndarray:

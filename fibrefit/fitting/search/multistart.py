@@ -13,6 +13,7 @@ import numpy as np
 
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.solve import EXACT, MAX_STEPS, NEAR, ROUGH_STEPS, Care, Descent, descend_all, widths
+from fibrefit.fitting.search.thinned import thinning
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
@@ -117,7 +118,50 @@ def search(
     KeyboardInterrupt
         If it is stopped before anything is known of any start.
     """
-    follow = partial(_run, problem, steps)
+    every = thinning(problem)
+    if every > 1:
+        # Once more over the whole records: only where few samples say that it is, all of them are asked.
+        longer = np.concatenate([horizons, horizons[:, -1:]], axis=1)
+        found = _searched(_Sparse(problem, every, steps), starts, longer, on_progress, stop)
+        if np.isfinite(found.descent.cost).any():
+            return found
+    return _searched(_Sparse(problem, 1, steps), starts, horizons, on_progress, stop)
+
+
+class _Sparse:
+    """A problem of which all horizons but the last see one of `every` samples.
+
+    Parameters
+    ----------
+    problem : Problem
+    every : int
+    steps : int
+        Of a start in one horizon, at the most.
+    """
+
+    def __init__(self, problem: Problem, every: int, steps: int) -> None:
+        self.problem, self._every, self._steps = problem, every, steps
+        self._thin = problem.thinned(every) if every > 1 else problem
+
+    def spacing(self, last: bool) -> int:
+        """One sample of how many a horizon sees."""
+        return 1 if last else self._every
+
+    def follow(self, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Run:
+        """Descents over horizon number `stage` of those of each start, ``(n_start, n_stage, n_record)``."""
+        last = stage == counts.shape[1] - 1
+        count = -(-counts[:, stage] // self.spacing(last))
+        problem = as_long_as_needed(self.problem if last else self._thin, count)
+        return partial(_part, problem, found.free, width, count, Care(np.asarray(EXACT if last else NEAR), self._steps))
+
+
+def _searched(
+    sparse: _Sparse,
+    starts: np.ndarray,
+    horizons: np.ndarray,
+    on_progress: Callable[[float], None],
+    stop: Callable[[], bool],
+) -> Searched:
     number, stages = len(starts), horizons.shape[1]
     way = np.arange(number) % len(horizons)
     leader = np.arange(number)
@@ -126,8 +170,10 @@ def search(
     lost = np.zeros(number, dtype=bool)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for stage in range(stages):
-            width = _widths_at_best(problem, found, horizons[way, stage])
-            run = follow(found, width, horizons[way], stage)
+            # Of fewer samples, errors are wider.
+            wider = math.sqrt(sparse.spacing(stage == stages - 1))
+            width = wider * _widths_at_best(sparse.problem, found, horizons[way, stage])
+            run = sparse.follow(found, width, horizons[way], stage)
             tell = lambda share, stage=stage: on_progress((stage + share) / stages)  # noqa: E731
             ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
             reached = lost | np.isin(leader, done)
@@ -135,12 +181,14 @@ def search(
                 known = _as_far_as_known(found, ended, leader, reached)
                 if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
                     return Searched(known, reached)
-                return _best_alone(follow, known, width, horizons[way], stage, reached)
+                return _best_alone(sparse.follow, known, width, horizons[way], stage, reached)
             found = Descent(*(leaf[leader] for leaf in ended))
+            if sparse.spacing(last=False) > 1 and not np.isfinite(found.cost).any():
+                break
             if stage < stages - 1:
                 lost |= _are_lost(found.cost / horizons[way, stage].sum(axis=-1))
                 found = found._replace(cost=np.where(lost, np.inf, found.cost))
-            leader = _leaders(found, width, way)
+            leader = _leaders(found, width, _alike(horizons, stage)[way])
     return Searched(found, np.ones(number, dtype=bool))
 
 
@@ -148,12 +196,6 @@ def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.
     """Steps that suit a horizon: where a motion bounces on, those of the whole record are far too small for a part."""
     best = int(np.argmin(found.cost))
     return widths(problem.until(counts[best]), found.free[best])
-
-
-def _run(problem: Problem, steps: int, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Run:
-    near = EXACT if stage == counts.shape[1] - 1 else NEAR
-    problem = as_long_as_needed(problem, counts[:, stage])
-    return partial(_part, problem, found.free, width, counts[:, stage], Care(np.asarray(near), steps))
 
 
 def as_long_as_needed(problem: Problem, counts: np.ndarray) -> Problem:
@@ -238,6 +280,12 @@ def _part(
 def _are_lost(cost: np.ndarray) -> np.ndarray:
     """Starts ``(n_start,)`` whose cost of a sample is far above the lowest; none where none has a cost."""
     return np.isfinite(cost.min()) & ~(cost <= LOST * cost.min())
+
+
+def _alike(horizons: np.ndarray, stage: int) -> np.ndarray:
+    """Numbers ``(n_way,)``, equal for ways that have this horizon and all further ones in common."""
+    rows = horizons[:, stage:].reshape(len(horizons), -1)
+    return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _leaders(found: Descent, width: np.ndarray, way: np.ndarray) -> np.ndarray:

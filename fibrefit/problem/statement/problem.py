@@ -220,6 +220,16 @@ class Problem(eqx.Module):
         shorter = data._replace(experiment=experiment, measured=cut(data.measured), weight=cut(data.weight))
         return eqx.tree_at(lambda problem: problem.observations, self, shorter)
 
+    def thinned(self, every: int) -> Problem:
+        """The problem of one of `every` samples of each record, the first among them; not inside compiled programs."""
+        data = self.observations
+        thin = partial(jax.tree.map, lambda rows: jax.device_put(np.asarray(rows)[:, ::every]))
+        count = jax.device_put(-(-np.asarray(data.experiment.count) // every))
+        times, inputs = thin(data.experiment.times), thin(data.experiment.inputs)
+        experiment = data.experiment._replace(times=times, count=count, inputs=inputs)
+        fewer = data._replace(experiment=experiment, measured=thin(data.measured), weight=thin(data.weight))
+        return eqx.tree_at(lambda problem: problem.observations, self, fewer)
+
     @property
     def n_measured(self) -> int:
         """Number of samples that count; not inside compiled programs."""
