@@ -119,12 +119,17 @@ def stationary(scores: Scores, rate: float) -> np.ndarray:
 
     def local(record: int) -> np.ndarray:
         count = int(scores.counts[record])
-        size = 4 << count.bit_length()
+        # Twice as many frequencies, or eight times, change error bars by a thousandth.
+        size = 2 << count.bit_length()
         frequency = np.fft.rfftfreq(size, 1.0 / rate)
-        spectra = rfft(np.moveaxis(scores.slopes[record, :, :count], -1, 0), size)
         slow = np.maximum(frequency, rate / count)
-        density = np.stack([white_level + pink_level / slow for white_level, pink_level in levels])
-        return products_of_spectra(spectra, spectra * (0.5 * rate * half_weights(size) * density))
+        found = np.zeros((scores.columns.shape[1],) * 2)
+        # Channel by channel: the transforms of all of a long record at once are beyond the fast memory.
+        for channel, (white_level, pink_level) in enumerate(levels):
+            spectra = rfft(scores.slopes[record, channel, :count].T, size)
+            spectra *= np.sqrt(0.5 * rate * half_weights(size) * (white_level + pink_level / slow))
+            found += products_of_spectra(spectra, spectra)
+        return found
 
     return scores.assembled(local)
 

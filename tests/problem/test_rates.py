@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from fibrefit.rigs.signals.rates import derivative, rates_of
+from fibrefit.rigs.signals.rates import MANY, correlated, derivative, rates_of
 
 TIMES = np.arange(400) / 2000.0
 
@@ -32,3 +32,11 @@ def test_a_parabola_is_differentiated_exactly_across_damage() -> None:
 def test_a_window_is_never_longer_than_the_record() -> None:
     short = TIMES[:7]
     np.testing.assert_allclose(derivative(5.0 * short, short, 1.0, 1), 5.0, atol=1e-9)
+
+
+def test_a_long_window_is_summed_by_transforms() -> None:
+    random = np.random.default_rng(5)
+    for count, window in ((5000, MANY), (900, 2 * MANY + 1), (3 * MANY, 3 * MANY), (40_000, 5 * MANY)):
+        values, kernel = random.normal(size=count), random.normal(size=window)
+        expected = np.correlate(values, kernel, "valid")
+        np.testing.assert_allclose(correlated(values, kernel), expected, atol=1e-11 * window)

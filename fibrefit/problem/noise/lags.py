@@ -43,10 +43,13 @@ def _transforms(decay: bytes, seen: bytes) -> np.ndarray:
 def _of_triangle(factors: np.ndarray, count: int) -> np.ndarray:
     """Those of a record without holes, which has one pair of samples fewer at each lag: the sum of a known series."""
     turn = np.exp(-2j * np.pi * np.arange(count // 2 + 1) / count)
-    # The last power of each term is that of its factor alone: a whole number of turns.
-    term, rest = factors[:, None] * turn, 1.0 / (1.0 - factors[:, None] * turn)
-    sums = (count * rest - term * (1.0 - factors[:, None] ** count) * rest**2).real - 0.5 * count
-    return np.concatenate([sums, np.full((1, len(turn)), 0.5 * count)])
+    found = np.full((len(factors) + 1, len(turn)), 0.5 * count)
+    # One after the other: of a long record, each fits into the fast memory.
+    for row, factor in zip(found, factors, strict=False):
+        # The last power of each term is that of its factor alone: a whole number of turns.
+        term, rest = factor * turn, 1.0 / (1.0 - factor * turn)
+        row[:] = (count * rest - term * (1.0 - factor**count) * rest**2).real - 0.5 * count
+    return found
 
 
 def _of_pairs(factors: np.ndarray, mask: np.ndarray) -> np.ndarray:

@@ -16,6 +16,8 @@ LATE = 0.1
 """Share of a record, at its end, whose median is where the motion comes to rest."""
 FEWEST = 32
 """Samples that a motion has to last."""
+MANY = 256
+"""Samples of a window from which transforms take less time than sums."""
 
 
 def rates_of(values: np.ndarray, times: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -59,12 +61,39 @@ def derivative(values: np.ndarray, times: np.ndarray, length: float, order: int,
     near = np.arange(-half, half + 1) / half
     fit = np.linalg.pinv(np.vander(near, degree + 1, increasing=True))
     scale = (half * step) ** -order
-    inside = np.correlate(whole, math.factorial(order) * fit[order], "valid")
+    inside = correlated(whole, math.factorial(order) * fit[order])
     first, last = (
         polynomial.polyval(near[part], polynomial.polyder(fit @ piece, order))
         for part, piece in ((slice(half), whole[: 2 * half + 1]), (slice(half + 1, None), whole[-2 * half - 1 :]))
     )
     return scale * np.concatenate([first, inside, last])
+
+
+def correlated(values: np.ndarray, kernel: np.ndarray) -> np.ndarray:
+    """`numpy.correlate` where the kernel lies within, piece by piece by transforms where it is long.
+
+    A window lasts as long whatever the rate of the samples, so that sums would grow with the square of that.
+
+    Parameters
+    ----------
+    values : (n,)
+    kernel : (m,)
+
+    Returns
+    -------
+    (n - m + 1,)
+    """
+    if len(kernel) < MANY:
+        return np.correlate(values, kernel, "valid")
+    from scipy.fft import irfft, rfft
+
+    size = 1 << (8 * len(kernel)).bit_length()
+    turned, step = np.conj(rfft(kernel, size)), size - len(kernel) + 1
+    found = np.empty(len(values) - len(kernel) + 1)
+    for begin in range(0, len(found), step):
+        piece = found[begin : begin + step]
+        piece[:] = irfft(rfft(values[begin : begin + size], size) * turned, size)[: len(piece)]
+    return found
 
 
 def period_of(values: np.ndarray, times: np.ndarray) -> float:
