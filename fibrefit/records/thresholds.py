@@ -167,3 +167,9 @@ LEAST_CERTIFICATE = 100
 """Whole number beside a calibration from which on it is that of a certificate, and no factor."""
 LONGEST_SAID = 800
 """Letters of what is taken apart at once: longer lines are cut, as every place in a word would be tried."""
+SHORTEST_NAME = 3
+"""Letters of a word from which on it names something: shorter ones are as often the coefficient of a formula."""
+LONGEST_STEP = 1.0
+"""Time in s from which on, beside words that are not of times, it is not that from one sample to the next."""
+LEAST_SERIAL = 10_000
+"""Whole number from which on it is a serial number, where it is not round."""

@@ -133,7 +133,7 @@ def believed(explained: float) -> bool:
 CASES = (
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
-    Bracket("HOLDS", scales, lambda x: not believed(x), 0.7, 0.9),
+    Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),
     Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
     Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),
     Bracket("CREEPS", phases, driven, 0.03, 0.014),

@@ -7,6 +7,7 @@ import pytest
 from tests.records.exports import KINDS
 from tests.records.exports.base import Export
 from tests.records.exports.outcome import CLEAR, RIGHT, differences, outcome
+from tests.records.exports.rounds import NOT_MET
 
 EXPORTS = [(kind, export) for kind, exports in KINDS.items() for export in exports]
 
@@ -18,7 +19,9 @@ def test_names_are_distinct() -> None:
 
 
 @pytest.mark.parametrize(("kind", "export"), EXPORTS, ids=lambda part: getattr(part, "name", part))
-def test_export(kind: str, export: Export, tmp_path) -> None:
+def test_export(kind: str, export: Export, tmp_path, request: pytest.FixtureRequest) -> None:
+    if export.name in NOT_MET:
+        request.applymarker(pytest.mark.xfail(strict=True))
     what, said = outcome(export, tmp_path)
     assert what in ((RIGHT,) if export.refused is None else (RIGHT, CLEAR)), f"{what}: {said}"
 

@@ -16,13 +16,14 @@ from fibrefit.records.clock import claimed, coarse, rates, timebase, times
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
-from fibrefit.records.columns import account, damage, declared, grouping, judged, known
+from fibrefit.records.columns import account, damage, declared, grouping, judged, known, unmoved
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import Told, binary_column
 from fibrefit.records.copies import Fingerprint
 from fibrefit.records.files import decode, keyed, text
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar import dialect, digits, facts, header, headings, numbers, rows, worth
+from fibrefit.records.grammar.claims import Amount
 from fibrefit.records.grammar.dialect import Dialect
 from fibrefit.records.grammar.header import find_header
 from fibrefit.records.grammar.headings import split_heading
@@ -449,10 +450,13 @@ def words_of(first: str, more: str, number: float) -> str:
 
 WHOLE = (
     Bracket("LONGEST_LABEL", known, lambda x: known_to_be_harmless(words_of("gain", " offset", x)), 3, 4),
-    Bracket("SHORTEST_SENTENCE", known, lambda x: not known_to_be_harmless(words_of("laser,", " quux", x)), 3, 2),
+    Bracket("SHORTEST_SENTENCE", known, lambda x: not known_to_be_harmless(words_of("temps", " quux", x)), 3, 2),
     Bracket(
         "LONGEST_NAME", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
     ),
+    Bracket("LEAST_SERIAL", unmoved, lambda x: unmoved.is_label(Amount(x, counted=True)), 15001, 7001),
+    Bracket("SHORTEST_NAME", unmoved, lambda x: known_to_be_harmless(f"{'quux'[: round(x)]}: 5"), 3, 2),
+    Bracket("LONGEST_STEP", unmoved, lambda x: known_to_be_harmless(f"quux {x} s"), 1.5, 0.7),
     Bracket("LEAST_CERTIFICATE", known, lambda x: known_to_be_harmless(f"calibration {x:.0f}"), 120, 80),
     Bracket("LONGEST_SAID", known, lambda x: not known_to_be_harmless(" " * round(x - 8) + "force x2"), 700, 1000),
     Bracket("SAME_PEAK", judged, claimed_peak, 3e-3, 7e-3),

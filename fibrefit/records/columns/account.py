@@ -9,15 +9,19 @@ lasting that is claimed is compared with the one that was read.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns
 from fibrefit.records.columns.judged import doubt_of, formula_in
-from fibrefit.records.columns.known import is_of_times, kinds_of, told_unit, unknown_in
+from fibrefit.records.columns.known import agrees, is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.columns.unmoved import opens_section
+from fibrefit.records.grammar.claims import Claim
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import score, tokens
 
@@ -65,7 +69,8 @@ def unaccounted(
                 break
     found |= _made_of_others(told, columns, roles, where)
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
-    said = [(one, claim) for one in _unlisted(told) for claim in unknown_in(one.text, mark, names)]
+    rate = _rate(columns, roles)
+    said = [(one, claim) for one, claim in _unknown(told, mark, names) if not agrees(claim, rate)]
     for one, claim in said:
         if is_of_times(claim, names):
             if roles.get("time", -1) not in answered:
@@ -96,6 +101,25 @@ def _made_of_others(
                 got = f'"{" ".join(one.text.split())[:80]}" makes it of "{column.header}"'
                 found[role] = DataError(f"{where}, {one.place}", got, f"a column of the {role}", do)
     return found
+
+
+def _rate(columns: Sequence[RawColumn], roles: Mapping[str, int]) -> float:
+    """Rate of the rows by their column of times, in Hz; 0 where it tells none."""
+    column = columns[roles["time"]] if "time" in roles else None
+    if column is None or column.clock or registry.kind_of(column.unit or "") != "time":
+        return 0.0
+    steps = np.diff(column.numbers.values)
+    step = float(np.nanmedian(steps)) * registry.to_si(column.unit or "s", "s") if np.isfinite(steps).any() else 0.0
+    return 1.0 / step if step > 0.0 else 0.0
+
+
+def _unknown(told: Sequence[Told], mark: str, names: frozenset[str]) -> Iterator[tuple[Told, Claim]]:
+    """Claims that are not known to be harmless, with what they stand in; those of a section on a channel are of it."""
+    of_channel = False
+    for one in _unlisted(told):
+        section = opens_section(one.text, names)
+        of_channel = of_channel if section is None else section
+        yield from ((one, claim) for claim in unknown_in(one.text, mark, names, of_channel))
 
 
 def _unlisted(told: Sequence[Told]) -> list[Told]:

@@ -66,7 +66,8 @@ SLOWED = words(
 )
 #: Of one number so much: "in 0.1 N".
 IN_STEPS = re.compile(
-    r"\b(?:in|units?(?: of| is)?|einheit(?:en)?|per digit|per step|increments? of|steps? of|schritt\w*)\s*[:=]?\s*"
+    r"\b(?:in|units?(?: (?:of|is|are|set|to|in))*|einheit(?:en)?|per digit|per step"
+    r"|increments? of|steps? of|schritt\w*)\s*[:=]?\s*"
     r"(\d+(?:[.,/]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
     re.I,
 )
@@ -77,6 +78,8 @@ FORMULA = re.compile(
     r"([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"
     r"|(?<![^\W_])(m)\s*=\s*[\d.]+\W+(b)\s*=",
 )
+#: What is another quantity turned round.
+NEGATED = re.compile(r"([^\W\d]\w*)\s*=\s*-\s*[^\W\d]")
 #: That it was done.
 DONE = re.compile(
     r"\b(?:applied|subtracted|removed|compensated|included|already|in engineering units|corrected for|considered"
@@ -128,7 +131,7 @@ NEUTRAL = re.compile(
     re.I,
 )
 SUBJECT = words(
-    "all|values?|data|readings?|numbers|channels?|signals?|columns?|measure*|results?|werte|daten|kanal"
+    "anzeige|display|indicator|all|values?|data|readings?|numbers|channels?|signals?|columns?|measure*|results?|werte|daten|kanal"
     "|kan(?:\u00e4|ae)le|messwerte|signale"
     "|sign|polari*|vorzeichen|load ?cell|loadcell|laser|encoder|ch\\d*|ai\\d*"
 )
@@ -161,7 +164,8 @@ NUMBERED = words(
 )
 #: Of a weight that was hung up to see what is shown.
 CHECKED = words(
-    "software|entered|gave|says|file|indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
+    "software|stamped|left (?:on|at)|set as|set to|entered|configur*|assum*|typed|programmed"
+    "|gave|says|file|indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
     "|tats(?:\u00e4|ae)chlich*"
 )
 #: What rows are made of, where they are counted by a rate that the head names.

@@ -24,6 +24,7 @@ from fibrefit.records.columns.bearing import (
     IN_UNIT,
     LATE,
     MISTAKEN,
+    NEGATED,
     NEUTRAL,
     NO_STATISTIC,
     NOT_YET,
@@ -208,6 +209,9 @@ def formula_in(line: str) -> tuple[str, str]:
 
 def _formula(line: str, one: Told, read: ReadColumn) -> str:
     """A line that multiplies: of what is read already, or of nobody knows what."""
+    turned = NEGATED.search(line)
+    if turned and read.named(turned[1]):
+        return "may turn the sign of"
     left, right = formula_in(line)
     if not right or (read.settled and not read.named(line)):
         return ""

@@ -11,38 +11,48 @@ import itertools
 import re
 
 from fibrefit.core import units as registry
-from fibrefit.records.columns.bearing import CONSTANT, DONE, HALVES, OF_OTHERS, UNDONE
+from fibrefit.records.columns.bearing import CHECKED, CONSTANT, DONE, HALVES, OF_OTHERS, UNDONE
 from fibrefit.records.columns.lexicon import (
     CERTIFIED,
     CHANGES,
     GLUE,
     LABELS,
-    NAMES,
     NOT_READ,
     OF_TIMES,
-    OWNERS,
     PHRASES,
     SWITCHED,
     TECHNICAL,
     lexicon,
 )
-from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
+from fibrefit.records.columns.unmoved import (
+    COUNTS,
+    DESIGNATION,
+    OWNER,
+    SHARES,
+    is_label,
+    is_measured,
+    is_name_behind_key,
+    is_quantity,
+    is_told_twice,
+    may_bear,
+    moves_nothing,
+    tells_change,
+    without_units,
+)
+from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import contradicted
-from fibrefit.records.thresholds import LEAST_CERTIFICATE, LONGEST_LABEL, LONGEST_NAME, LONGEST_SAID, SHORTEST_SENTENCE
+from fibrefit.records.thresholds import (
+    LEAST_CERTIFICATE,
+    LONGEST_LABEL,
+    LONGEST_NAME,
+    LONGEST_SAID,
+    SAME_LENGTH,
+    SHORTEST_SENTENCE,
+)
 
-_OWNER = lexicon(*OWNERS)
 _GLUE = lexicon(*GLUE)
 _NOT_READ = lexicon(NOT_READ)
-#: Words of measuring: of what is read, if not of something that is named beside them.
-_MEASURED = lexicon(
-    "compression compressive pull push signal* channel* kanal* kanale reading* measure* messwert* wert* value* data"
-    " daten sensor* *zelle cell* record* sample* samples row* rows column* number* scan* laser* encoder* lvdt"
-    " loadcell results transducer* *aufnehmer capteur* sensore* snimac* czujnik* celda celula cella canal* recorder*"
-    " logger* amplifier* verstarker everything all alles tout todo tutto vse wszystko *signal *sensor *kanal"
-    " *messung wegmess* wegaufnehmer bridge brucke pont most gauge* transducer"
-)
-_MEAN = lexicon("mean avg average mittelwert")
 #: What is told in per cent of a quantity and changes nothing.
 _INACCURACY = lexicon(
     "accuracy genauigkeit uncertainty tolerance* linearity nonlinearity hysteresis noise resolution* limit* class"
@@ -59,32 +69,25 @@ _NEUTRAL = re.compile(
     r"|positive|-|)\W*$",
     re.I,
 )
+#: A key of which nothing is said.
+_NOTHING = re.compile(
+    r"([^:=;,|\t]+)[:=;,|\t]\s*(?:no|none|nothing|n/a|keine?[rsn]?|aucune?|ningun[oa]?|nessun[oa]?|zadn[aey]|brak|-+)?\W*",
+    re.I,
+)
 _SWITCHED_ON = re.compile(r"[:=;,\t ]\s*(?:yes|on|true|ja|ein|done|ok|durchgef\w*|active|enabled)\W*$|\bby\b", re.I)
-#: Numbers in words that are shares or factors wherever they stand.
-_SHARES = frozenset(("double", "doubled", "doubles", "twice", "doppelt", "doppelte", "verdoppelt", "both", "pair"))
-#: Words of a quantity that in a head are those of a part or of a supply.
-_NO_QUANTITY = frozenset(("gauge", "excitation", "motor", "rotation"))
 _NO_UNITS = frozenset(("in", "ft", "um"))
-#: Units of counts, which as words say more.
-_COUNTS = frozenset(("pulses", "pulse", "counts", "ticks", "digits", "increments", "edges", "steps"))
-#: Whole numbers without a unit that are years.
-_YEARS = (1950, 2100)
-_KEY = re.compile(r'[\W_]*([^:=;,|\t]{1,60}?)\s*[:=;,|\t]\s*"?(.*)')
+_SEPARATORS = r"[:=;|\t,]"
 _SLASH = re.compile(r" / (?=\d+(?:\.\d+)? ?[^\W\d]|\d+(?:\.\d+)? ?%)")
 #: Forces that are told in units of mass.
 _IN_MASS = re.compile(r"^(?!.*(?:mass|weight)).*\bin (?:lbs?|kgs?|kilos?|pounds?|grams?|kilograms?)\b", re.I)
-_AMOUNT_BEFORE = re.compile(r"(?<![^\W\d])\d+(?:[.,]\d+)?\s*[^\W\d]")
 #: A name with digits in it, such as U9C, S2M or drop_4.csv, and what stands in the place of a path.
 _SOMEBODY = re.compile(
     r"\b(?:by|von|par|por|da)\s+(?:(?:Dr|Mr|Ms|Prof|Ing)\.?\s+)?(?:[A-Z]\.?\s+)*[A-Z][a-z]+\b(?!\s*\d)"
 )
 _INITIALS = re.compile(r"\b[A-Z]{2,4}\b")
-_DESIGNATION = re.compile(
-    r"\b(?=[\w-]*\d)(?=[\w-]*[^\W\d_])[\w./-]*\w|\b\w+\.\w{2,4}\b|0x[0-9a-fA-F]+|\S+[/\\]\S+[/\\]\S*"
-)
 
 
-def unknown_in(line: str, mark: str, names: frozenset[str]) -> tuple[Claim, ...]:
+def unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool = False) -> tuple[Claim, ...]:
     """Claims of a line that are not known to leave the numbers as they are; none where all of it is.
 
     Parameters
@@ -95,26 +98,39 @@ def unknown_in(line: str, mark: str, names: frozenset[str]) -> tuple[Claim, ...]
         Decimal mark of the table.
     names : frozenset of str
         Words of the names of all columns.
+    of_channel : bool
+        Whether it stands in a section on one of them.
     """
     parts = [line] if len(line) <= LONGEST_SAID else re.split(r"(?<=[.;,\t|])\s*", line)
-    return tuple(claim for part in parts for claim in _unknown_in(part[:LONGEST_SAID], mark, names))
+    return tuple(claim for part in parts for claim in _unknown_in(part[:LONGEST_SAID], mark, names, of_channel))
 
 
 @functools.lru_cache(maxsize=4096)
-def _unknown_in(line: str, mark: str, names: frozenset[str]) -> tuple[Claim, ...]:
+def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -> tuple[Claim, ...]:
     unknown = []
-    key = _KEY.match(line)
+    nothing = _NOTHING.fullmatch(line)
+    if nothing and not any(tells_change(word) or TECHNICAL.fullmatch(word) for word in tokens(nothing[1])):
+        return ()
+    first, _, rest = line.partition(", ")
+    if not of_channel and is_name_behind_key(first, mark, names):
+        line = f"{re.split(_SEPARATORS, first)[0]}: {rest}"
     prose = _is_prose(line) and not has_day(line)
+    said = tokens(line) if _is_prose(line) else ()
+    plain = not (of_channel or any(may_bear(word, names) or "time" in kinds_named(word) for word in said))
     bears = prose and any(_bears(word, names) for word in tokens(line))
-    named = key is not None and not prose and _is_name(key[1], names)
-    for claim in claims_of(PHRASES.sub(" ", HALVES.sub(_noun, _SOMEBODY.sub(" ", _SLASH.sub("; ", line)))), mark):
-        about = _without_units(_DESIGNATION.sub(" ", claim.about))
+    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, _SOMEBODY.sub(" ", _SLASH.sub("; ", line)))), mark))
+    if CHECKED.search(line) and is_told_twice(claims, bare=prose):
+        return claims
+    for claim in claims:
+        about = without_units(DESIGNATION.sub(" ", claim.about))
         if not claim.amounts and about != about.upper():
             about = _INITIALS.sub(lambda m: m[0] if CHANGES.fullmatch(m[0].casefold()) else " ", about)
         found = tokens(about)
         if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
             continue  # a row of numbers is told by where it stands; names of types change nothing
-        if _harmless(claim, found, line, names, named, bears):
+        if plain and (said or len(found) <= LONGEST_NAME) and moves_nothing(claim, found, names):
+            continue
+        if _harmless(claim, found, line, names, bears):
             continue
         unknown.append(claim)
     return tuple(unknown)
@@ -134,9 +150,10 @@ def told_unit(line: str, kind: str, unit: str | None) -> bool:
         return True
     words = [w.strip(".,;:=\"'()[]") for w in re.split(r"[\s=:;,|\t]+", line)]
     units = [w for w in words if w not in _NO_UNITS and len(w) > 1 and registry.kind_of(w) == kind]
-    bare = tokens(_without_units(line))
-    others = [w for w in bare if registry.expression(w) is None and _OWNER.fullmatch(w)]
-    return bool(unit and units and not (others and not _is_prose(line))) and any(contradicted([unit, u]) for u in units)
+    if not (unit and any(contradicted([unit, u]) for u in units)):
+        return False
+    bare = tokens(without_units(line))
+    return _is_prose(line) or not any(registry.expression(w) is None and OWNER.fullmatch(w) for w in bare)
 
 
 def kinds_of(claim: Claim, names: frozenset[str]) -> frozenset[str]:
@@ -150,14 +167,36 @@ def kinds_of(claim: Claim, names: frozenset[str]) -> frozenset[str]:
         Words of the names of all columns but those of times.
     """
     words = tokens(claim.about)
-    bears = (_changes, _is_measured, TECHNICAL.fullmatch, WORDED.get)
-    if any(told(w) for w in words for told in bears) or any(_is_quantity(w, names) for w in words):
+    bears = (tells_change, is_measured, TECHNICAL.fullmatch, WORDED.get)
+    if any(told(w) for w in words for told in bears) or any(is_quantity(w, names) for w in words):
         return frozenset()
-    kinds = [amount.kind for amount in claim.amounts if not amount.factor]
+    kinds = [amount.kind for amount in claim.amounts if not amount.factor and amount.unit.casefold() not in COUNTS]
     return (
         frozenset(kind for kind in kinds if kind)
         if None not in kinds and len(kinds) == len(claim.amounts)
         else frozenset()
+    )
+
+
+def agrees(claim: Claim, rate: float) -> bool:
+    """Whether a claim tells the rate or the step of the rows as they were read, and no change.
+
+    Parameters
+    ----------
+    claim : Claim
+        Of a line.
+    rate : float
+        In Hz; nothing agrees with 0.
+    """
+    told = [a.value * registry.to_si(a.unit, "Hz") for a in claim.amounts if a.kind == "frequency"]
+    told += [1.0 / (a.value * registry.to_si(a.unit, "s") or 1.0) for a in claim.amounts if a.kind == "time"]
+    words = tokens(claim.about)
+    changed = any(tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in words)
+    return (
+        bool(told)
+        and len(told) == len(claim.amounts)
+        and not changed
+        and all(abs(t - rate) < SAME_LENGTH * rate for t in told)
     )
 
 
@@ -171,21 +210,15 @@ def is_of_times(claim: Claim, names: frozenset[str]) -> bool:
     names : frozenset of str
         Words of the names of all columns but those of times.
     """
-    found = [w for w in tokens(claim.about) if not (w == "times" and claim.amounts)]  # "times 2" multiplies
+    by = claim.amounts or claim.about.endswith("times g")
+    found = [w for w in tokens(claim.about) if not (w == "times" and by)]  # "times 2" multiplies
     rates = bool(claim.amounts) and all(amount.kind in ("frequency", "time") for amount in claim.amounts)
     named = any(OF_TIMES.fullmatch(word) or "time" in kinds_named(word) for word in found)
-    return (rates or named) and not any(_is_quantity(word, names) for word in found)
+    return (rates or named) and not any(is_quantity(word, names) for word in found)
 
 
 def _noun(match: re.Match[str]) -> str:
     return f" {re.split(r'[- ]', match[0])[-1]} "
-
-
-def _is_name(key: str, names: frozenset[str]) -> bool:
-    """Whether what stands behind a key is a name: of a person, a sensor, a file."""
-    words = tokens(_without_units(key))
-    known = bool(words) and all(_known(word, names) for word in words)
-    return known and not _AMOUNT_BEFORE.search(key) and any(map(NAMES.fullmatch, words))
 
 
 def _is_prose(line: str) -> bool:
@@ -194,56 +227,41 @@ def _is_prose(line: str) -> bool:
 
 
 def _bears(word: str, names: frozenset[str]) -> bool:
-    return _is_measured(word) or _is_quantity(word, names) or "time" in kinds_named(word)
+    return is_measured(word) or is_quantity(word, names) or "time" in kinds_named(word)
 
 
-def _is_measured(word: str) -> bool:
-    return bool(_MEASURED.fullmatch(word))
-
-
-def _changes(word: str) -> bool:
-    return bool(CHANGES.fullmatch(word)) and not _OWNER.fullmatch(word)
-
-
-def _harmless(claim: Claim, words: list[str], line: str, names: frozenset[str], named: bool, bears: bool) -> bool:
+def _harmless(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool:
     """Whether a claim does not bear on the numbers, or is known to leave them as they are."""
-    quantity = any(_is_quantity(word, names) for word in words)
-    measured = bears or any(_MEASURED.fullmatch(word) for word in words)
+    quantity = any(is_quantity(word, names) for word in words)
+    measured = bears or any(is_measured(word) for word in words)
     counted = _counted(words) if not (quantity or measured) else frozenset[str]()
-    if named and not (quantity or measured):
-        counted = frozenset(w for w in words if w in WORDED and w not in _SHARES)
     words = [word for word in words if word not in counted]
-    changes = [w for w in words if _changes(w) or w in WORDED or TECHNICAL.fullmatch(w)]
+    changes = [w for w in words if tells_change(w) or w in WORDED or TECHNICAL.fullmatch(w)]
     unknown = [w for w in words if not _known(w, names) and not TECHNICAL.fullmatch(w)]
-    amounts = [a for a in claim.amounts if a.value != 0.0 and (a.value != 1.0 or a.unit) and not _is_year(a)]
+    amounts = [a for a in claim.amounts if a.value != 0.0 and (a.value != 1.0 or a.unit) and not is_label(a)]
     if not (quantity or amounts or measured or any(w in WORDED for w in words)):
-        return not any(map(_changes, words)) or _settled(claim, words, line, names)
-    if unknown and not (named and not quantity and not changes):
+        return not any(map(tells_change, words)) or _settled(claim, words, line, names)
+    if unknown:
         return False
     if changes:
         return _settled(claim, words, line, names)
     factors = [a for a in amounts if a.factor and (not a.ratio or _RATIO.search(line))]
     if factors and not any(map(_SIZED.fullmatch, words)):
         return False
-    if any(_MEASURED.fullmatch(word) for word in words) and any(a.kind == "angle" for a in amounts):
+    if any(is_measured(word) for word in words) and any(a.kind == "angle" for a in amounts):
         return False
-    if amounts and not named and not any(map(_OWNER.fullmatch, words)):
+    if amounts and not any(map(OWNER.fullmatch, words)):
         return False
     if not (amounts and quantity):
         return True
     shares = any(a.factor or a.unit in ("%", "\u2030") for a in amounts) and not any(map(_INACCURACY.fullmatch, words))
-    means = any(map(_MEAN.fullmatch, words)) and any(a.counted and not a.unit for a in amounts)
-    return not shares and not means and any(map(_NOT_READ.fullmatch, words))
-
-
-def _is_year(amount: Amount) -> bool:
-    return amount.counted and not amount.unit and _YEARS[0] <= amount.value <= _YEARS[1]
+    return not shares and any(map(_NOT_READ.fullmatch, words))
 
 
 def _counted(words: list[str]) -> frozenset[str]:
     """Numbers in words that count something, such as three strands, or tell which one it is: rig three."""
     pairs = list(itertools.pairwise(words))
-    counts = {a for a, b in pairs if WORDED.get(a, 0.5) in range(2, 11) and a not in _SHARES and _OWNER.fullmatch(b)}
+    counts = {a for a, b in pairs if WORDED.get(a, 0.5) in range(2, 11) and a not in SHARES and OWNER.fullmatch(b)}
     return frozenset(counts | {b for a, b in pairs if WORDED.get(b, 0.5) in range(2, 11) and a in ("rig", "run", "of")})
 
 
@@ -272,7 +290,7 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         return True
     if _SWITCHED_ON.search(line) and all(map(SWITCHED.fullmatch, changes)):
         return True
-    if not claim.amounts and changes and not any(map(_changes, words)):
+    if not claim.amounts and changes and not any(map(tells_change, words)):
         return True
     if not claim.amounts and all(map(LABELS.fullmatch, changes)) and len(words) <= LONGEST_LABEL:
         return True
@@ -280,7 +298,7 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         return True
     if claim.amounts and all("/" in a.unit and not _is_ratio(a.unit) for a in claim.amounts):
         return True
-    quantity = any(_is_quantity(word, names) for word in words)
+    quantity = any(is_quantity(word, names) for word in words)
     others = OF_OTHERS.search(line if all(w.startswith("gain") for w in changes) else claim.about)
     brief = bool(claim.amounts) and len(words) <= LONGEST_NAME
     return bool(others) and brief and not quantity and not any(word in WORDED for word in words)
@@ -292,23 +310,7 @@ def _is_ratio(unit: str) -> bool:
 
 
 @functools.lru_cache(maxsize=8192)
-def _is_quantity(word: str, names: frozenset[str]) -> bool:
-    return word in names or (bool(kinds_named(word) - {"time"}) and word not in _NO_QUANTITY)
-
-
-@functools.lru_cache(maxsize=8192)
 def _known(word: str, names: frozenset[str]) -> bool:
     if word in WORDED:
         return False
-    return bool(_OWNER.fullmatch(word) or _GLUE.fullmatch(word) or word in names or kinds_named(word))
-
-
-def _is_unit(word: str) -> bool:
-    """Whether a word is a unit; words for counts, such as pulses, say more than that."""
-    return word.casefold() not in _COUNTS and registry.expression(word) is not None
-
-
-def _without_units(text: str) -> str:
-    """Words without those that are units as they are written."""
-    words = [word.strip(".,;:=") for word in re.split(r"[\s\[\]()/_]+", text)]
-    return " ".join(w for w in words if _OWNER.fullmatch(w.casefold()) or not _is_unit(w))
+    return bool(OWNER.fullmatch(word) or _GLUE.fullmatch(word) or word in names or kinds_named(word))

@@ -35,118 +35,52 @@ GLUE = (
 #: What owns a number, or is set: people, dates, places, parts, settings; and what is done without changing numbers.
 OWNERS = (
     # people, dates, papers, files
-    "operator* bediener operateur operador operatore author* autor* user* benutzer experimenter student* team group"
-    " gruppe department institut* university laborator* labor lab customer client* kunde company firma vendor"
-    " manufacturer hersteller make date* datum day* tag monday tuesday wednesday thursday friday saturday sunday"
-    " montag dienstag mittwoch donnerstag freitag fecha year month jan january januar feb february februar mar apr"
-    " april may jun* jul* aug* sep* oct* nov* dec december dez dezember hour* stunde* uhr am pm utc gmt cet cest"
-    " timezone zone created modified saved exported export printed written recorded acquired logged stored started"
-    " stopped generated measured performed carried conducted taken captured title titel name* bezeichnung file* datei"
-    " fichier archivo folder path directory project* projekt* order* auftrag* job report protocol protokoll*"
-    " prufprotokoll test* *test* versuch* *versuch prufung* pruf* *prufung essai* ensayo* prova zkouska zkousk* pokus"
-    " mereni proba pomiar run* trial* experiment* session* repeat repetition* campaign serie* no nr n number nummer"
-    " numero cislo id uuid serial s/n sn certificate* zertifikat kalibrierschein schein norm* standard* iso din astm"
-    " en uiaa ce version revision rev release firmware software program* programm driver build hardware model* modell"
-    " modelo type typ* series class klasse grade page* sheet* blatt line* zeile* row* columns record* messung*"
-    " datensatz dataset set sets block* segment* section* event* marker* trigger* triggered pretrigger posttrigger pre"
-    " post flag* status state* mode* phase* stage* cycle* zyklus step* schritt* ok ready done start* begin* end* stop*"
-    " first last next previous second third fourth fifth source origin topic host station site place ort room raum"
-    " city street web www http* mail email tel phone license copyright reserved rights drop* fall* falls catch jump*"
-    " swing* impact* impactor* release* released hit* loading unloading relaxation creep hold ramp dwell preload*"
-    " pretension* prestress vorlast vorkraft vorspann* warm* setup preset aufbau configuration config* settings"
-    " setting einstellung* parameter* info* information general summary results result ergebnis* header head kopf"
-    " footer comment* kommentar bemerkung* remark* note* notiz* poznamka description beschreibung descr text label*"
-    " legend legende key* value* wert* data daten donnees datos dati words",
+    "operator* lab date* datum day* monday am pm zone saved export printed written recorded acquired logged stored"
+    " started stopped generated measured name* file* folder path test* *test* versuch* run* no nr n number id serial"
+    " sn certificate* kalibrierschein standard* version firmware software model* type typ* class klasse line* row*"
+    " columns record* messung* dataset set block* section* trigger* pretrigger posttrigger pre status mode* cycle*"
+    " step* ok ready done start* end* stop* first last next second third room drop* fall* impact* impactor* release*"
+    " released hit* creep preload* pretension* vorkraft vorspann* warm* setting info* results comment* value* wert*"
+    " data",
     # chain of measurement
     "sensor* sensors transducer* aufnehmer *aufnehmer capteur sensore cell* *zelle loadcell* laser* encoder* lvdt"
     " potentiometer camera* kamera daq* logger* datalogger recorder* scope* oscilloscope instrument* gerat* device*"
     " module* modul amplifier* amp verstarker *verstarker preamp* bridge brucke excitation supply speisung batter*"
     " voltage spannung power mains channel* kanal* kanale canal* chan ch voie ai ao di input* output* eingang*"
     " ausgang* port pin slot cable kabel connector usb ethernet com baud bus ip address adc bit bits resolution*"
-    " auflosung accuracy genauigkeit precision linearity hysteresis uncertainty noise rauschen rms rated capacity cap"
-    " nennlast nennkraft nennwert range* bereich* messbereich *bereich measuring span limit* grenz* overload"
+    " auflosung accuracy genauigkeit precision linearity hysteresis uncertainty noise rauschen rms rated capacity"
+    " cap nennlast nennkraft nennwert range* bereich* messbereich *bereich measuring span limit* grenz* overload"
     " protection safe breaking strength alarm sensitivity kennwert empfindlichkeit bandwidth bandbreite filter*"
     " gefiltert *filter tiefpass* lowpass highpass bandpass notch low high pass cut cutoff corner bessel butterworth"
     " chebyshev anti aliasing antialias* fir iir median smoothing oversampling bandstop grenzfrequenz carrier"
-    " frequency frequenz frekvence frequence* frecuencia freq fs rate messrate abtastrate datenrate bildrate scanrate"
-    " framerate baudrate sample* sampled sampling abtast* vzorkovac* echantillonnage muestreo acquisition acquire*"
-    " erfassung scan* interval* intervall* *intervall period* periode dt delta increment* inc xinc tinc timebase"
-    " zeitbasis zeitschritt schrittweite samplerate sampletime sps ksps fps frame* bild* hz khz duration dauer *dauer"
-    " length* lange* *lange laenge points punkte anzahl size buffer memory speicher depth total values waveform*"
-    " trace* curve* signal* plot* diagram graph chart axis achse x y z horizontal vertical unit units einheit* unite*"
-    " unidad* jednotk* format decimal* separator delimiter encoding checksum crc hash terminal rse differential diff"
-    " single ended coupling dc ac impedance probe* div display refresh update screen monitor language locale region",
+    " frequency frequenz frekvence frequence* frecuencia freq fs rate messrate abtastrate datenrate bildrate"
+    " scanrate framerate baudrate sample* sampled sampling abtast* vzorkovac* echantillonnage muestreo acquisition"
+    " acquire* erfassung scan* interval* intervall* *intervall period* periode dt delta increment* inc xinc tinc"
+    " timebase zeitbasis zeitschritt schrittweite samplerate sampletime sps ksps fps frame* bild* hz khz duration"
+    " dauer *dauer length* lange* *lange laenge points punkte anzahl size buffer memory speicher depth total values"
+    " waveform* trace* curve* signal* plot* diagram graph chart axis achse x y z horizontal vertical unit units"
+    " einheit* unite* unidad* jednotk* format decimal* separator delimiter encoding checksum crc hash terminal rse"
+    " differential diff single ended coupling dc ac impedance probe* div display refresh update screen monitor"
+    " language locale region",
     # specimen, rig, surroundings
-    "specimen* *probe prufling* prufkorper muster material* werkstoff product produkt batch charge lot rope* seil*"
-    " *seil corde cuerda lano lina cord* kernmantel strap webbing sling string* fibre* fiber* faser* yarn wire* draht"
-    " chain kette spring* feder* knot* knoten splice* eye* hook* haken *haken carabiner* karabiner anchor* bolt*"
-    " schraube* screw* shackle* pulley* rolle *rolle sheave seilscheibe clamp* klemme grip* jaw* fixture* fixation"
-    " rahmen beam rig* bench *stand machine maschine tester crosshead traverse table tisch bearing lager guide*"
-    " fuhrung carriage schlitten cart* wagen track rail schiene mass* masse* *masse gewicht* weight* hmotnost poids"
-    " peso masa massa bob pendulum pendel plate* platte cylinder zylinder piston kolben damper dampfer drum motor*"
-    " height* hohe *hohe hauteur altura vyska altezza diameter* durchmesser *durchmesser prumer thickness dicke width"
-    " breite area flache *flache cross querschnitt gauge gage radius volume density dichte modulus young* stiffness"
-    " steifigkeit elongation dehnung bruchdehnung slack taut speed* velocity geschwindigkeit *geschwindigkeit vitesse"
-    " velocidad rychlost stroke energy energie torque moment temperature* temperatur* teplota humidity feuchte"
-    " *feuchte luft* air pressure *druck ambient climate weather dry dried wet nass trocken conditioned conditioning"
-    " inclination neigung incline* gravity g distance abstand arm upper lower top bottom oben unten left right links"
-    " rechts front rear middle ends inner outer colour color red blue green yellow black white nylon polyamide pa"
-    " polyester pes dyneema aramid kevlar steel stahl edelstahl alu* aluminium aluminum static dynamic semi"
-    " halbstatisch statisch dynamisch braid* braided strands twisted laid kern coated sheath core mantle kg lb kistler"
-    " hbm hbk futek mts zwick* roell instron shimadzu keyence micro epsilon national instruments ni labview matlab"
-    " python numpy arduino esp teensy raspberry spider mgc* catman quantum* catmanfile qb dewesoft dewetron hioki"
-    " yokogawa tektronix keysight rigol siglent lecroy picoscope campbell vernier phyphox",
+    "*probe batch rope* seil* cord* webbing knot* screw* clamp* rig* machine crosshead table bearing guide* rail"
+    " mass* masse* weight* pendulum height* diameter* thickness width gauge slack taut speed* velocity stroke energy"
+    " temperature* temperatur* teplota humidity pressure ambient dried trocken conditioned upper lower top bottom"
+    " oben unten left right links rechts front rear middle ends inner outer colour polyester static dynamic"
+    " halbstatisch strands kg kistler hbm shimadzu python numpy arduino teensy catmanfile",
     # what instruments print
-    "tolerance* celda zoom words tot chan std stdev index idx subject relative ts sr e kp ki kd d l annotation* log"
-    " timed column columns count storing energy energie atf seq sequence samples usec exported thu thurs* mon tue wed"
-    " fri sat sun vision vom col spalte third point trig determined first º zmk trace lsb j controller* pid regler"
-    " meta history down downwards up upwards excel variable* fc order milliseconds microseconds seconds minutes hours"
-    " len mso dso msox dsox oscilloscop* amplitude* nyquist due valid until expires expiry unused included total used"
-    " duty gps fmin fmax max* min minimum mean avg peak* valley tup lift missing nodata nan xorg xstart xstop stamp"
-    " stamps smp rst boot reset poweron daylight saving shear pin inch see drawing laboratory model root quality local"
-    " timecode degrees factory auto autom* fast reference strand leg analog analogue digital volt volts newton newtons"
-    " long infinii lecroy* scopy bio ware toa mpt enu wf hresolution timeaxis hoffset hunit vunit voffset dkd"
-    " ruckfuhrung dakks ukas traceab* accredited person weighed aborted spec specs divisions secs msec carga cellule"
-    " chute usi acq dxd csv txt tdms bin linear interp interpolation vertical noise kommastellen nachkommastellen"
-    " hersteller messprinzip principle method methode verfahren purpose zweck goal aim objective ziel humid* rel rh"
-    " degc weather wind window open closed quiet vibration* isolation base floor ground earth cpu ram os windows linux"
-    " mac uptime init initial final checks passed pass go calibre cond supply mounted montiert befestigt installed"
-    " placed hanging vertically horizontally attached fixed fastened tied traction zug druckseite compression"
-    " pretensioned visually inspected",
-    "throughput measurement* measur* bearbeiter mitarbeiter raumtemperatur umgebungstemperatur excel variable* fc"
-    " order milliseconds microseconds seconds minutes hours len mso dso oscilloscop* amplitude* nyquist due valid"
-    " until expires expiry unused",
-    "longueur diametre longitud lunghezza diametro caida caduta chute delka dlugosc srednica wysokosc hloubka sirka"
-    " prurez zkusebni teplota data heure hora ora hmotnost masa massa waga ciezar zavazi obsluha datum zkouska lana"
-    " lano lina liny corde corda cuerda neuf neuve nueva nuevo nuova nuovo nova novy nove c p cislo mistnost laborator"
-    " vlhkost humidite humedad umidita wilgotnosc tlak pression presion pressione cisnienie ambient* okoli otoczenia"
-    " essai prueba prova proba echantillon muestra provino vzorek probka machine maquina macchina stroj maszyna"
-    " fichier archivo plik soubor vitesse velocidad velocita rychlost predkosc frequence frecuencia frequenza"
-    " czestotliwosc kmitocet filtre filtro filtr capteur sensore czujnik snimac cella etendue portee portata rozsah"
-    " zakres plage gamme poulie polea puleggia kladka krazek electromagnet elektromagnet elektromagnes solenoid latch"
-    " dummy climber belay* device quickdraw* karabina uzel wezel noeud nudo nodo temperatura altura altezza hauteur"
-    " vyska",
-    "labview view",
-    "code temp strain ohm free figure eyelet loop initials institute centre center facility plant hall halle"
-    " raumnummer building floor weather sky sunny rain cloudy",
-    "build sw hw video videos photo* foto* image* picture* mp jpg rssi dbm license licence oil refilled iso vg"
-    " disabled enabled bungee bowline differential kept inspector teensy sps fps attempt meters metres stopper hits"
-    " clamp jaws satellite altitude latitude longitude lat lon alt bluetooth wifi channelname elapsed since speed head"
-    " grip separation iepe rg booster beal mammut edelrid petzl tendon lanex svk",
-    "bm img",
-    "sag internal external complete completed messkanal kraftaufnehmer wegaufnehmer laborator zkusebni zdm vut"
-    " messkette einspannlange einspann* betriebsart prufstelle auftragsnummer seriennummer gerat geratenummer",
-    "wa",
-    "pandas host computer pc *sensor rows written degrees",
-    "gestartet beendet gemessen",
-    "logging months month age hpa mbar rh campionamento hersteller contact phone stopwatch melting extensometer none"
-    " mtd admin",
-    "h",
-    "location comma list witness tags interface wiederholung* fallweg federweg bremsweg hall messgerat messrate"
-    " seiltyp reepschnur prufmasse machine quasar galdabini",
-    "genauigkeitsklasse nennkraft nennweg",
-    "mittelwert maximalwert minimalwert standardabweichung",
-    "rest nano arduino",
+    "excel header footer label* legend fc g h trace* index xstart xstop tot capture subject usec max* min minimum speed"
+    " rel plate* setup frame* head chain end* link* point* celda zoom std relative ts sr e kp ki kd d l annotation* log"
+    " timed column count atf sequence samples vision vom point trig determined zmk trace lsb j controller* meta"
+    " history down downwards up order milliseconds microseconds seconds minutes hours len due unused included used"
+    " gps fmin fmax mean avg peak* valley tup missing nodata xorg stamp daylight saving see model root quality"
+    " degrees auto analog analogue digital long infinii scopy bio ware wf hresolution timeaxis ruckfuhrung aborted"
+    " carga linear principle method humid* mounted montiert befestigt installed placed hanging vertically"
+    " horizontally attached fixed fastened tied full measurement* measur* c ambient* frequence filtre filtro czujnik"
+    " snimac cella electromagnet device view temp strain ohm loop video photo* rssi disabled bungee attempt stopper"
+    " hits clamp elapsed since bm internal complete messkanal kraftaufnehmer wegaufnehmer wa pandas *sensor rows"
+    " gestartet gemessen logging campionamento none list fallweg genauigkeitsklasse mittelwert maximalwert"
+    " minimalwert standardabweichung rest nano",
 )
 #: What of a quantity owns a number that is no reading of it, in the same claim as its name.
 NOT_READ = (
@@ -159,21 +93,6 @@ NOT_READ = (
     " unit units einheit* acquisition points number bereich messbereich *bereich aufnehmer *aufnehmer nennwert"
     " kennwert sensitivity kraftaufnehmer wegaufnehmer class klasse frame* plate* id nr no serial model* type typ*"
     " laser* encoder* lvdt camera* logger* period* header*"
-)
-#: Positions of a key behind which names stand.
-NAMES = lexicon(
-    "operator* bediener operateur operador operatore author* autor* user* benutzer student* institut* university"
-    " laborator* labor lab customer client* kunde company firma vendor manufacturer hersteller make title titel name*"
-    " bezeichnung file* datei fichier archivo folder path project* projekt* auftrag* order specimen* *probe prufling*"
-    " material* werkstoff product produkt rope* seil* *seil corde cuerda lano lina cord* knot* machine maschine"
-    " sensor* transducer* cell* *zelle aufnehmer *aufnehmer capteur laser* encoder* camera* daq* logger* recorder*"
-    " scope* instrument* gerat* device* module* modul amplifier* amp *verstarker verstarker model* modell type typ*"
-    " software program* programm firmware version revision serial id source origin topic host station site place ort"
-    " room raum city rig* *stand bench prufer pruefer tester hook* anchor* clamp* grip* event* marker* status state*"
-    " label* subject format normen norm* prufnorm standard* no nr filter* channel* ch signal* trace* fixture* plate*"
-    " test* versuch* essai* ensayo* run* job created by written stroj maszyna maquina macchina zarizeni laboratorium"
-    " trigger* mode* phase* segment* terminal fecha mts* hbm hbk toa lecroy* infinii kistler futek instron zwick*"
-    " yokogawa hioki keysight tektronix rigol siglent gps"
 )
 #: Words of a change that are at home in a head, where something else says what becomes of it.
 TECHNICAL = lexicon(
@@ -189,7 +108,8 @@ TECHNICAL = lexicon(
 )
 #: Words of a change wherever they stand, with nothing else known in a sentence.
 CHANGES = lexicon(
-    "scal* rescal* factor* faktor* multipl* divid* divis* convert* calibrat* uncalib* gain* amplif* attenuat* lever*"
+    "scal* rescal* factor* faktor* fact mult mul korr att pulses"
+    " multipl* divid* divis* convert* calibrat* uncalib* gain* amplif* attenuat* lever*"
     " offset* zero* tare* untared bias* shift* drift* subtract* deduct* invert* inverted negat* negativ* revers* flip*"
     " mirror* opposite upside swap* swopp* exchang* interchang* confus* wrong* mistak* erron* incorrect* error* should"
     " must instead half* halv* doubl* twice tripl* percent* averag* decimat* thinn* skip* omit* missing lost delay*"
@@ -255,5 +175,5 @@ OF_THE_RATE = lexicon(
     "sample* sampling rate frequency freq interval period scan scanning acquisition logging logger log data daq"
     " recording record measuring measurement samplerate abtastrate abtastfrequenz abtastintervall abtastzeit abtastung"
     " messrate messintervall messfrequenz fs dt ts delta t campionamento frequence frequenza frecuencia muestreo"
-    " echantillonnage vzorkovaci vzorkovani speed time step of at was the is with"
+    " echantillonnage vzorkovaci vzorkovani speed time step of at was the is with frames"
 )

@@ -44,8 +44,16 @@ _DAY = re.compile(
 _AMOUNT = re.compile(
     r"(?<![^\W_])(?P<sign>[x*\u00d7/]\s?(?=[\d.+-]))?(?P<number>[+-]?(?:\d+(?:[.,]\d+)?|\.\d+)(?:[eE][+-]?\d+)?)"
     r"(?:\s*:\s*(?P<to>\d+(?:\.\d+)?)(?![\d:]))?(?P<times>\s?[x\u00d7](?![^\W_]))?"
-    r"(?:\s*[\[(]?(?P<unit>[^\W\d_][^\s;,\t\])=:]{0,14}(?:/\([^)]*\))?|[%\u2030\u00b0\"]C?|1/[^\W\d_]+)[\])]?)?"
+    r"(?:\s*[\[(]?(?P<unit>N[ \u00b7*]m(?![^\W_])"
+    r"|[^\W\d_][^\s;,\t\])=:]{0,14}(?:/\([^)]*\))?|[%\u2030\u00b0\"]C?|1/[^\W\d_]+)[\])]?)?"
 )
+#: Of a name with digits in it, whose digits are no amounts: `4be1c2a`, `KX-88`, `4711-9`, `2024-03-14T09:12:44Z`.
+_NAME = re.compile(
+    r"(?<![\w.,/+*-])(?:\d{4}-\d\d-\d\dT[\d:.]+Z?|10\.\d{4,}/\S+\d|\d+(?:\.\d+)+[ab]|(?!0x)\d+[^\W\d_]+\d\w*(?:-\w+)*|\d{3,}(?:-\d+)+"
+    r"|[A-Z][A-Z\d]+(?:-[A-Z\d]+)*-\d+[A-Z\d]*|[A-Z]-\d{3,}|[A-Z][a-z]+-\d+)(?![\w.])"
+)
+_EXPONENT = re.compile(r"\d+e\d+", re.I)
+_PREFIX = re.compile(r"\b(pre)-(?=[a-z])", re.I)
 _JOINT = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z]{2})")
 _KEY = re.compile(r"\W*([^:=;,|\t\d]{3,60}):\s")
 _PIECE = re.compile(r"[;|\t]|,(?=\D|$)|(?<=\D),|,(?=\s)|(?<=[^\W\d])\.\s|\s-\s")
@@ -107,6 +115,8 @@ def claims_of(line: str, mark: str = ".") -> Iterator[Claim]:
     mark : str
         Decimal mark of the table: with a point, a comma between digits separates two numbers.
     """
+    line = _NAME.sub(lambda m: m[0] if _EXPONENT.fullmatch(m[0]) else " ", line)
+    line = _PREFIX.sub(r"\1", line)
     line = _JOINT.sub(" ", _DAY.sub(" ", line.replace('"', " ").replace("+/-", "\u00b1")))
     about: list[str] = []
     amounts: list[Amount] = []
@@ -148,7 +158,8 @@ def _amounts(piece: str) -> Iterator[Amount]:
         value = float(match["number"].replace(",", "."))
         if match["to"]:
             value = value / (float(match["to"]) or 1.0)
-        unit = match["unit"] if _is_unit(match["unit"]) and not match["to"] else ""
+        unit = "degC" if match["unit"] == "C" else match["unit"]
+        unit = unit if _is_unit(unit) and not match["to"] else ""
         yield Amount(
             value,
             unit or "",

@@ -16,6 +16,10 @@ from tests.records.exports.rounds.sixteenth import SIXTEENTH
 from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.thirtieth import THIRTIETH
+from tests.records.exports.rounds.thirtyfirst import THIRTYFIRST
+from tests.records.exports.rounds.thirtyfourth import THIRTYFOURTH
+from tests.records.exports.rounds.thirtysecond import THIRTYSECOND
+from tests.records.exports.rounds.thirtythird import THIRTYTHIRD
 from tests.records.exports.rounds.twelfth import TWELFTH
 from tests.records.exports.rounds.twentieth import TWENTIETH
 from tests.records.exports.rounds.twentyeighth import TWENTYEIGHTH
@@ -53,4 +57,23 @@ ROUNDS: dict[str, list[Export]] = {
     "twenty-eighth": TWENTYEIGHTH,
     "twenty-ninth": TWENTYNINTH,
     "thirtieth": THIRTIETH,
+    "thirty-first": THIRTYFIRST,
+    "thirty-second": THIRTYSECOND,
+    "thirty-third": THIRTYTHIRD,
+    "thirty-fourth": THIRTYFOURTH,
 }
+
+NOT_MET = frozenset(
+    (
+        "nasty: deadband of indicator: shows every second newton",
+        "nasty: The amp was left on range 2; the table is for range 1",
+        "nasty: Anzeige in kp",
+        "ordinary: <meta operator='Ivy' lab='B12' shift='night'/>",
+        "ordinary: LineScale 3 - 30 kN",
+        "ordinary: Tester,J. Ortiz",
+        "ordinary: Room lights off, laser class 2, goggles on",
+        "ordinary: Load cell hangs from the I-beam, laser looks up from the floor",
+        "ordinary: Kraftaufnehmer am Tr\u00e4ger, Laser am Boden",
+    )
+)
+"""Layouts that are still read wrongly, or asked about without need: no rule of form tells them from others."""
