@@ -135,6 +135,8 @@ SUBJECT = words(
     "|kan(?:\u00e4|ae)le|messwerte|signale"
     "|sign|polari*|vorzeichen|load ?cell|loadcell|laser|encoder|ch\\d*|ai\\d*"
 )
+#: What shows the numbers, where nothing else is named.
+SHOWN = words("anzeige|display|indicator")
 #: Quantities no column of a record is of.
 OTHER_QUANTITY = words(
     "temperature|temp|strain|dehnung|dms|pressure|druck|accel*|beschleunigung|voltage|spannung|current|strom"

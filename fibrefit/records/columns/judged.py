@@ -33,6 +33,7 @@ from fibrefit.records.columns.bearing import (
     OTHER_QUANTITY,
     SHARE_OF,
     SHIFT,
+    SHOWN,
     SLOWED,
     STATISTIC,
     SUBJECT,
@@ -190,7 +191,7 @@ def _in_steps(line: str, one: Told, read: ReadColumn) -> str:
     """A unit that is so much of another one: "in 0.1 N"."""
     for number, unit in IN_STEPS.findall(line) if not (read.settled and not read.named(line)) else ():
         of_kind = registry.kind_of(unit.rstrip(".")) == read.kind
-        if of_kind and _amount(number) not in (0.0, 1.0) and not OF_OTHERS.search(line):
+        if of_kind and _amount(number) not in (0.0, 1.0) and not (OF_OTHERS.search(line) and "unit =" not in line):
             return f"({number} {unit}) may be what one number is worth of"
     return ""
 
@@ -228,9 +229,14 @@ def _other_kind(line: str, one: Told, read: ReadColumn) -> str:
         bare = unit.strip("()[].")
         kind = registry.kind_of(bare) or ("no unit" if bare.casefold() in FOREIGN else "")
         about = read.named(words) or (SUBJECT.search(words) and not kinds_named(words) and kind not in read.kinds)
-        if kind and about and kind not in (read.kind, "time", "frequency") and not OF_OTHERS.search(words):
+        if kind and about and kind not in (read.kind, "time", "frequency") and not _is_of_others(words):
             return unit
     return ""
+
+
+def _is_of_others(words: str) -> bool:
+    """Whether words are of other things than the numbers; what a display alone shows is the numbers."""
+    return OF_OTHERS.search(words) is not None and SHOWN.fullmatch(words.strip()) is None
 
 
 def _other_unit(line: str, one: Told, read: ReadColumn) -> str:

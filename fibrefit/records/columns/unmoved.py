@@ -68,8 +68,8 @@ def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool
     """
     if any(may_bear(word, names) for word in words):
         return False
-    timed = not all(amount.unit and amount.kind not in (None, "time", "frequency") for amount in claim.amounts)
-    if timed and any(map(OF_TIMES.fullmatch, words)):
+    timed = not all((a.unit and a.kind not in (None, "time", "frequency")) or _is_long(a) for a in claim.amounts)
+    if (timed or "unit" in words) and any(map(OF_TIMES.fullmatch, words)):
         return False
     return any(len(word) >= SHORTEST_NAME for word in words) and all(_is_of_itself(amount) for amount in claim.amounts)
 
@@ -80,9 +80,14 @@ def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     return len(told) > len({unit for unit, _ in told})
 
 
+def _is_long(amount: Amount) -> bool:
+    """Whether a time is too long to be that from one sample to the next."""
+    return amount.kind == "time" and amount.value * registry.to_si(amount.unit, "s") >= LONGEST_STEP
+
+
 def _is_of_itself(amount: Amount) -> bool:
     """Whether a number cannot be a factor, a zero or a step of others: a count, a length, a temperature, an hour."""
-    if amount.kind == "time" and amount.value * registry.to_si(amount.unit, "s") >= LONGEST_STEP:
+    if _is_long(amount):
         return True
     if amount.factor or amount.kind in ("force", "time", "frequency") or (amount.kind is None and "/" in amount.unit):
         return False
