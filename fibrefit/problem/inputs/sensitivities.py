@@ -62,6 +62,7 @@ class Directions(NamedTuple):
         return self.products(rows) @ self.inverse
 
 
+@np.errstate(invalid="ignore", over="ignore")  # where a motion is lost there are no numbers
 def _in_precision_of_each(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Product of rows, which differ by many orders of magnitude, and a matrix in a precision that is that of each."""
     size = np.max(np.abs(rows), axis=1, keepdims=True, initial=0.0)
