@@ -7,13 +7,17 @@ import json
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pandas
 import pytest
 from click.testing import CliRunner
 
 from fibrefit.cli.main import group
 from fibrefit.core.errors import StudyError
+from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.laws.functions_of_speed import DampingSpeedExponent
+from fibrefit.problem.estimate.evidence import laplace
+from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.report.any import report_of
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study
@@ -133,3 +137,22 @@ def test_what_is_not_to_be_asked_is_refused(tmp_path: Path, more: str, match: st
 def test_two_records_are_no_series(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="a series of 3 or more"):
         series_study(made.study(tmp_path))
+
+
+def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(lawful: SeriesResult) -> None:
+    found = lawful.verdict.models
+    at, whole = found.law.evidence.mode, found.search.context.whole
+    for r in range(len(LIFTS)):
+        gram = SecantGram(
+            found.search.scales.yardstick.on(found.law.frame), np.where(np.arange(len(LIFTS)) == r, 0, whole)
+        )
+        alone = laplace(mode(at.unknowns, at.place, gram, at.sigma))
+        said = found.law.log - lawful.verdict.left_out["speed_law"].foresight[r]
+        assert said == pytest.approx(alone.log, abs=0.5)
+
+
+def test_constant_parameters_beside_a_law_are_no_worse_than_the_law_left_out_at_once(lawful: SeriesResult) -> None:
+    found = lawful.verdict.models
+    scales, at_once = found.search.scales, found.search.scales.without(found.law, ())
+    assert scales.faded(found.law, ()).log > at_once.log - 0.5
+    assert found.constant.log > at_once.log - 0.5
