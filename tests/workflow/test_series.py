@@ -14,11 +14,13 @@ from click.testing import CliRunner
 
 from fibrefit.cli.main import group
 from fibrefit.core.errors import StudyError
+from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.laws.functions_of_speed import DampingSpeedExponent
 from fibrefit.problem.estimate.evidence import laplace
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.report.any import report_of
+from fibrefit.series.together.models import _at_its_mode
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study
 from fibrefit.study.summaries.series import SeriesSummary
@@ -118,6 +120,18 @@ def test_where_there_is_no_law_none_is_preferred(tmp_path: Path) -> None:
     assert found.answer == "constant"
     assert found.verdict.logs["speed_law"] < 0.0
     assert "serves all 4 records" in found.sentence
+    assert np.isfinite(found.verdict.models.law.evidence.spread).all()
+    assert max(map(len, found.report().splitlines())) <= 80
+
+
+def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(lawful: SeriesResult) -> None:
+    found = lawful.verdict.models
+    scales, effects = found.search.scales, found.law.effects[:1]
+    blank = scales.absent(found.constant, found.law.frame, effects, -1.0)
+    assert not np.isfinite(blank.evidence.spread).any()
+    told = _at_its_mode(Comparison(found.search, found.constant, (blank,)))
+    assert np.isfinite(told.evidence.spread).all()
+    assert told.log > found.constant.log
 
 
 @pytest.mark.parametrize(

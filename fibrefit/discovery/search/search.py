@@ -215,9 +215,8 @@ class Search:
         least : float
             Nats that slopes have to promise of an effect that is followed, where fewer would do otherwise.
         """
-        plain = self.plain(parent)
-        far = not slopes_tell(self.gap(plain))
-        follow = partial(self._by_promise, parent, plain) if far else partial(self._from_slopes, parent)
+        near = slopes_tell(self.gap(plain := self.plain(parent)))
+        follow = partial(self._from_slopes, parent) if near else partial(self._by_promise, parent, plain)
         found = follow(effects, what, least)
         reached = {one.effects[-1] for one in found}
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
@@ -313,22 +312,24 @@ class Search:
         among those that they promise much of.
         """
         promises = self._promises(parent, self.scales.slopes(parent), effects, what)
-        ranked = sorted(promises, key=lambda effect: -promises[effect].gain)
+        ranked, found, gain = sorted(promises, key=lambda effect: -promises[effect].gain), list[Weighed](), 0.0
         far = [effect for effect in ranked if promises[effect].gain < least and not effect.singular]
-        ranked, found = [effect for effect in ranked if effect not in far], list[Weighed]()
-        gain = 0.0
+        left = self.in_turn([effect for effect in ranked if effect not in far])
         # From afar slopes promise too much: what they promise less of than was found is not what is missing.
-        while ranked and (gain <= NAMED or promises[ranked[0]].gain > gain):
-            now, ranked = ranked[:FOLLOWED], ranked[FOLLOWED:]
-            found += self._from_plain_squares(parent, plain, {effect: promises[effect] for effect in now}, what)
+        while left and (gain <= NAMED or promises[left[0][0]].gain > gain):
+            now = {each: promises[each] for each in left.pop(0)}
+            found += self._from_plain_squares(parent, plain, now, what)
             gain = max((one.log - parent.log for one in found), default=0.0)
-        rest = [self._as_promised(parent, effect, min(promises[effect].gain, 0.0)) for effect in (*ranked, *far)]
-        return [*found, *rest]
+        behind = (*(each for group in left for each in group), *far)
+        return [*found, *(self._as_promised(parent, each, min(promises[each].gain, 0.0)) for each in behind)]
+
+    def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
+        """Effects, the most promising first, in groups: after each it is asked whether the next may do better."""
+        return [list(ranked[i : i + FOLLOWED]) for i in range(0, len(ranked), FOLLOWED)]
 
     def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
         """A parent with an effect that is not there: its slopes promise too little to look any further."""
-        frame = self.supermodel_for(effect, parent.effects)
-        return self.scales.absent(parent, frame, (effect,), gain)
+        return self.scales.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
 
     def _from_plain_squares(self, parent: Weighed, plain: Hypothesis, promises: Promises, what: str) -> list[Weighed]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""

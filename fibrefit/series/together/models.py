@@ -101,7 +101,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     while (found := _simplest(look)) and _may_grow(found):
         search, found = _about(look.search, found)
         look = looked(SpeedSearch.of(search), found, "trying a further law of speed")
-    law = look.parent if look.parent.effects else look.found[0]
+    law = look.parent if look.parent.effects else _at_its_mode(look)
     tell("weighing constant parameters, and parameters of each record", None)
     constant = _constant(look, law, base)
     return ThreeModels(look.search, before, constant, law, own_values(look.search, law.frame, constant), first.found)
@@ -113,6 +113,15 @@ def _simplest(look: Comparison) -> Weighed | None:
         return None
     near = [one for one in look.found if one.log > look.found[0].log - SIMPLER_LAW]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
+
+
+def _at_its_mode(look: Comparison) -> Weighed:
+    """The most probable law where it is best, also where its slopes promised too little for a search to look there."""
+    first = look.found[0]
+    if first.evidence.mode.steps:
+        return first
+    old = first.evidence.mode
+    return look.search.scales.weigh(first.frame, first.effects, first.local, old.sigma, old.place.eta)
 
 
 def _may_grow(found: Weighed) -> bool:

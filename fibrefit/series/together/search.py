@@ -26,6 +26,11 @@ class SpeedSearch(Search):
         taken = {parameter_of(effect) for effect in (*self.task.problem.model.effects, *parent.effects)}
         return tuple(effect for effect in self.effects if parameter_of(effect) not in taken)
 
+    def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
+        """All forms of a law together, that of the parameter first of which slopes promise most."""
+        parameters = dict.fromkeys(map(parameter_of, ranked))
+        return [[effect for effect in ranked if parameter_of(effect) == name] for name in parameters]
+
     def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
         """The one frame that holds all laws: they are few and quick, and one program serves every round."""
         with self.lock:

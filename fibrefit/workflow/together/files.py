@@ -59,7 +59,7 @@ def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
 
 
 def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
-    """Every law that was tried by itself."""
+    """Every law by itself: at its best, or by what slopes promise of it, without values, where that is too little."""
     base = found.models.constant.log
     summaries = []
     for one in found.models.ranked:
