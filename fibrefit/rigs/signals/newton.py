@@ -25,6 +25,8 @@ TURNS = 0.02
 """Share of the largest speed within which friction turns round."""
 FEWEST_STRETCHES = 6
 """Stretches of a record that tell how surely they agree: more than there are sizes."""
+MOST_STRETCHES = 4000
+"""Stretches of a long record that are enough, spread over all of it."""
 SINGULAR = 1e-10
 """Eigenvalue over the largest below which sizes are not told apart."""
 
@@ -109,7 +111,8 @@ def _stretches(signals: np.ndarray, times: np.ndarray, seen: np.ndarray, number:
     halves = [rows[:, start:] for start in (0, number // 2)]  # those of the second lie across the ends of the first's
     whole = [half[:, : half.shape[1] // number * number].reshape(len(rows), -1, number) for half in halves]
     parts = np.concatenate(whole, axis=1).swapaxes(0, 1)
-    return parts[(parts[:, 3].mean(axis=1) >= SLIDES) & (parts[:, 4].min(axis=1) > 0.0), :3]
+    told = np.flatnonzero((parts[:, 3].mean(axis=1) >= SLIDES) & (parts[:, 4].min(axis=1) > 0.0))
+    return parts[told[:: len(told) // MOST_STRETCHES + 1], :3]
 
 
 def _fitted(parts: np.ndarray, step: float, pull: Pull) -> Sizes | None:
