@@ -46,4 +46,4 @@ PROVEN = 5.0
 """Standard errors that such a factor has to be away from 1, by how stretches of a record differ."""
 HOLDS = 0.5
 """Share of the squares of the positions that Newton's law with other sizes has to explain, for these to be believed: of
-clean records 0.7 at the least."""
+480 clean records two have less."""
