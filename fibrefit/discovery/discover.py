@@ -16,6 +16,7 @@ from fibrefit.discovery.engine.thresholds import AT_A_KINK
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
+from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, minima_weighed
@@ -28,6 +29,8 @@ from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Unexplained
 
 STARTS = 8
+APART = 2
+"""How often readings are linearised again where records differ: at first each record is at values of the others."""
 
 
 def discover(
@@ -70,7 +73,13 @@ def _started(
     task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None
 ) -> tuple[Search, Weighed, Identification]:
     search, base = begun(task, before, effects, tell, folder)
-    return search, *minima_weighed(search, base, before)
+    base, before = minima_weighed(search, base, before)
+    # The first fit takes records for alike, and what they differ by for errors of their inputs.
+    for _ in range(APART):
+        if not base.evidence.mode.sigma.any() or (anew := relinearised(search, base)) is None:
+            break
+        search, base = anew
+    return search, base, before
 
 
 def _broken(before: Identification) -> tuple[Check, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unk
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import DRAWS, View, apart
-from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -39,7 +40,22 @@ LOOKS = 2
 """How often readings are linearised in the errors of inputs."""
 
 
-def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, local: np.ndarray | None = None) -> GlsEstimate | None:
+class Ended(NamedTuple):
+    """Where a search ended that let records differ.
+
+    Parameters
+    ----------
+    local : (n_record, n_local) in SI units
+        Values of each record.
+    coefficients : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs.
+    """
+
+    local: np.ndarray
+    coefficients: InputCoefficients | None = None
+
+
+def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | None = None) -> GlsEstimate | None:
     """The estimate of the likelihood, from a plain one; None where no mode is reached from there.
 
     Parameters
@@ -48,9 +64,9 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, local: np.ndarray 
     plain : Optimum
     bars : ErrorBars
         Of the plain estimate.
-    local : (n_record, n_local) in SI units, optional
-        Values of each record from which to begin as well: where records differ, the plain estimate may lie in another
-        minimum.
+    ended : Ended, optional
+        From which to begin as well: where records differ, the plain estimate may lie in another minimum, and take what
+        they differ by for errors of their inputs.
     """
     layout = plain.problem.layout
     unknowns = fit_unknowns(layout, plain.values, bars.errors["white"])
@@ -59,8 +75,11 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, local: np.ndarray 
     place = place_of(unknowns, layout.local(plain.values))
     if not len(unknowns.columns):
         return None
-    if len(unknowns.scattering):
-        further = () if local is None else (place_of(unknowns, local),)
+    if ended is not None and ended.coefficients:
+        seen = linearised_in_errors(task.problem, input_errors(task), ended.local, ended.coefficients)
+        seen, place = replace(seen, beforehand=seen), place_of(unknowns, ended.local)
+    elif len(unknowns.scattering):
+        further = () if ended is None else (place_of(unknowns, ended.local),)
         place = apart(unknowns, (place, *further), seen, task.horizons)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
@@ -81,7 +100,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     there = corrected(with_steps(task.problem, steps), known, coefficients)
     whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
     roots = seen.raw.roots()
-    return replace(linearised_in_errors(whole, known, plain.values, coefficients, roots), beforehand=seen.beforehand)
+    return replace(linearised_in_errors(whole, known, local, coefficients, roots), beforehand=seen.beforehand)
 
 
 def _settled(bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
@@ -124,7 +143,7 @@ def _seen(task: Task, found: GlsEstimate) -> View:
     roots = found.seen.sensitivities.roots()
     problem = with_noise_before_rounding(problem_at(task, found), found.local)
     whole = with_steps(task.problem, problem.observations.steps)
-    view = linearised_in_errors(whole, input_errors(task), found.values, found.coefficients, roots)
+    view = linearised_in_errors(whole, input_errors(task), found.local, found.coefficients, roots)
     return replace(view, beforehand=found.seen.beforehand)
 
 

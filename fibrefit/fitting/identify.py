@@ -20,7 +20,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
 from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.gls import cost_with_one_held
+from fibrefit.fitting.gls import Ended, cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.alternative import best_alternative
@@ -69,8 +69,8 @@ class How(NamedTuple):
     rivals : bool
         Whether to see, where inputs are noisy, what other minima and models with one law more are worth, which takes
         as long as all the rest.
-    local : (n_record, n_local) in SI units, optional
-        Values of each record where a search ended that let records differ, for the likelihood to begin from as well.
+    ended : Ended, optional
+        Where a search ended that let records differ, for the likelihood to begin from as well.
     """
 
     robust: bool = False
@@ -79,7 +79,7 @@ class How(NamedTuple):
     coefficients: InputCoefficients | None = None
     near: InputSensitivities | None = None
     rivals: bool = True
-    local: np.ndarray | None = None
+    ended: Ended | None = None
 
 
 def identify(
@@ -201,7 +201,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     plain = optimum(task, values, how.coefficients, how.near)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))
-    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.local)
+    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
     problem, seen, sound = best.problem, best.seen, best.sound
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
     force = force_balance(task, best.values)

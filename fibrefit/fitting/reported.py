@@ -14,7 +14,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
-from fibrefit.fitting.gls import gls_estimate, problem_at
+from fibrefit.fitting.gls import Ended, gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
@@ -99,7 +99,7 @@ class Reported:
 
 
 def reported(
-    task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True, local: np.ndarray | None = None
+    task: Task, plain: Optimum, bars: ErrorBars, success: bool, whiten: bool = True, ended: Ended | None = None
 ) -> Reported:
     """Go from a plain estimate to that of the likelihood, if there is one to be believed.
 
@@ -113,12 +113,12 @@ def reported(
         Whether the search found an end at all.
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
-    local : (n_record, n_local) in SI units, optional
+    ended : Ended, optional
         See `gls_estimate`.
     """
     doubt = _doubt(task, success, whiten or not plain.input_errors)
     checks: tuple[Check, ...] = ()
-    gls, came = (None, True) if doubt else in_time(partial(gls_estimate, task, plain, bars, local), None)
+    gls, came = (None, True) if doubt else in_time(partial(gls_estimate, task, plain, bars, ended), None)
     doubt = doubt if came else Why("no_time")
     if gls is not None:
         found = _of_gls(task, plain, gls)

@@ -136,6 +136,19 @@ def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[s
         assert np.linalg.norm(missed) < DIFFERENCES * np.linalg.norm(plain[r])
 
 
+def test_each_record_may_be_linearised_at_values_of_its_own(task: Task, known: dict[str, InputErrors]) -> None:
+    quiet, stiffer = no_errors(known), task.start.copy()
+    stiffer[0] *= 1.02
+    local = np.array(task.problem.layout.local(task.start))
+    local[1] = task.problem.layout.local(stiffer)[1]
+    here, there = (expanded(task.problem, known, values, quiet) for values in (task.start, stiffer))
+    for part, of in zip(expanded(task.problem, known, local, quiet), (here[0], there[1]), strict=True):
+        for found, expected in zip(part, of, strict=True):
+            np.testing.assert_array_equal(found, expected)
+    # The negative control: at the values of the other record it is another matter.
+    assert np.linalg.norm(there[1][2] - here[1][2]) > 0.01 * np.linalg.norm(here[1][2])
+
+
 def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[str, InputErrors]) -> None:
     quiet = no_errors(known)
     parts = expanded(task.problem, known, task.start, quiet)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, alone_by_record, carried
 from fibrefit.discovery.engine.effort import lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
@@ -65,15 +65,20 @@ def linearised_about(search: Search, weighed: Weighed) -> About | None:
     if (coefficients := coefficients_of(search, weighed)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    task, values = search.task_with(weighed)
-    sensitivities = sensitivities_of(task, values, coefficients, search.gap(search.plain(weighed)) > FAR)
-    frame, own = (
-        supermodel_of(search.task, (), sensitivities),
-        supermodel_of(search.task, weighed.effects, sensitivities),
-    )
+    plain = search.plain(weighed)
+    # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
+    sensitivities = sensitivities_of(*alone_by_record(search.task, plain), coefficients, search.gap(plain) > FAR)
+    frame = supermodel_of(search.task, (), sensitivities)
+    own = supermodel_of(search.task, weighed.effects, sensitivities) if weighed.effects else frame
     base = refit(frame, search.context.subset(()), search.base.fit.local, search.context.whole)
     scales = Scales(search.context, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
-    anew = replace(search, base=Hypothesis((), base, frame), scales=scales, frames=[frame, own], lock=Lock())
+    anew = replace(
+        search,
+        base=Hypothesis((), base, frame),
+        scales=scales,
+        frames=[frame, own] if weighed.effects else [frame],
+        lock=Lock(),
+    )
     return About(anew, own)
 
 

@@ -164,7 +164,7 @@ def linearised_in_errors(
     problem : Problem
         With its inputs as measured.
     known : mapping of input to InputErrors
-    values : (n_free,) in SI units
+    values : (n_free,) or, where records differ, (n_record, n_local) in SI units
     coefficients : mapping of input to (n_record, n_wave)
     roots : list of (n_wave, n_wave), optional
         See `downweights`.

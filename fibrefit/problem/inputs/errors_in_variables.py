@@ -121,8 +121,8 @@ def expanded(
     Parameters
     ----------
     problem, known, values, coefficients
-        The problem has its inputs as measured; values ``(n_free,)`` are in SI units; coefficients are a mapping of
-        input to ``(n_record, n_wave)``.
+        The problem has its inputs as measured; values are in SI units, the free ones ``(n_free,)`` or those of each
+        record ``(n_record, n_local)``, which may differ; coefficients are a mapping of input to ``(n_record, n_wave)``.
 
     Returns
     -------
@@ -130,19 +130,25 @@ def expanded(
         ``(n_channel, n_time)``, ``(n_local_free, n_channel * n_time)`` and ``(n_wave, n_channel * n_time)``,
         the coefficients of all inputs one after the other.
     """
-    return _each_record(problem, lambda r: _linear(problem, known, values, coefficients, r))
+    local = values_by_record(problem, values)
+    return _each_record(problem, lambda r: _linear(problem, known, local[r], coefficients, r))
 
 
 def residuals(
     problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
 ) -> np.ndarray:
-    """Residuals ``(n_record, n_channel, n_time)`` with the errors taken off the inputs."""
-    return np.asarray(_residuals(corrected(problem, known, coefficients), jnp.asarray(values)))
+    """Residuals ``(n_record, n_channel, n_time)`` with the errors taken off the inputs; parameters as `expanded`."""
+    return np.asarray(_residuals(corrected(problem, known, coefficients), values_by_record(problem, values)))
 
 
 @kept_program
-def _residuals(problem: Problem, values: Any) -> jax.Array:
-    return problem.residuals(values)
+def _residuals(problem: Problem, local: Any) -> jax.Array:
+    return problem.residuals_at(local)
+
+
+def values_by_record(problem: Problem, values: np.ndarray) -> jax.Array:
+    """Values of each record ``(n_record, n_local)``, from these or from the free ones ``(n_free,)``."""
+    return jnp.asarray(values if np.ndim(values) == 2 else problem.layout.local(values))
 
 
 def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
@@ -151,12 +157,11 @@ def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
 
 
 def _linear(
-    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients, r: int
+    problem: Problem, known: Mapping[str, InputErrors], local: jax.Array, coefficients: InputCoefficients, r: int
 ) -> tuple:
     """Residuals ``(n_channel, n_time)``, slopes ``(n_local_free, n)`` and sensitivities ``(n_wave, n)`` of a record."""
     data, *rows = jax.tree.map(lambda rows: rows[r], (problem.observations, dict(known), dict(coefficients)))
     record = Problem(problem.model, problem.layout, data, problem.soft_beyond)
-    local = jnp.asarray(problem.layout.local(values)[r])
     return tuple(np.asarray(part) for part in _linearised(record, local, *_arrays(*rows)))
 
 

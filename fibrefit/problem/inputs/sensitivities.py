@@ -131,7 +131,7 @@ def sensitivities_of(
     Parameters
     ----------
     task : Task
-    values : (n_free,) in SI units
+    values : (n_free,) or, where records differ, (n_record, n_local) in SI units
     coefficients : mapping of input to (n_record, n_wave)
     far : bool
         Whether the model lacks so much that a right one moves otherwise after the first bounce of a record: only what
