@@ -160,6 +160,17 @@ class Study(Shown, StudyTable):
         header = record.header or self.files.header
         return said | {"header": self.path_of(header) if header else None}
 
+    def refuse_without_records(self) -> None:
+        """Refuse a study that lists no record, where a command asks for some.
+
+        Raises
+        ------
+        StudyError
+        """
+        if not self.records:
+            do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be asked."
+            raise StudyError(self._place("records"), "none is listed", "at least one record", do)
+
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
         """What the study says about each declared parameter, in SI.
 

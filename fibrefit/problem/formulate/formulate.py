@@ -54,10 +54,11 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     Raises
     ------
     StudyError
-        If the study names a parameter the model does not have, or lacks a condition.
+        If the study names a parameter the model does not have, lacks a condition or lists no record.
     DataError
         If a record does not show what the rig's starting values are taken from.
     """
+    study.refuse_without_records()
     declared = {parameter.name: parameter for parameter in model.parameters}
     settings = study.settings(declared)
     stated = [stated_of(record) for record in study.records]

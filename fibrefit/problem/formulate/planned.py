@@ -52,9 +52,10 @@ def formulate_planned(study: Study, model: Model) -> Task:
     Raises
     ------
     StudyError
-        If a parameter has no initial value, a record lacks a condition or an excitation, one is too short, or all
-        together are too long.
+        If there is no record, a parameter has no initial value, a record lacks a condition or an excitation, one is
+        too short, or all together are too long.
     """
+    study.refuse_without_records()
     if model.rig.anchor is not None or model.rig.derived:
         do = "Name a file for each record."
         raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)

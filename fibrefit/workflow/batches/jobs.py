@@ -110,6 +110,7 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
         return [(name, origin, None)]
     try:
         study = loaded(origin)
+        study.refuse_without_records()
     except FibrefitError:
         if not several:
             raise
