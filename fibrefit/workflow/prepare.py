@@ -122,7 +122,8 @@ def _whole(record: Any, parts: Sequence[Record]) -> Record:
 def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
     """Why a record that was read cannot be one of its rig, by Newton's law; empty where nothing speaks against it.
 
-    What a study lacks is told by the commands that need it.
+    What a study lacks is told by the commands that need it. Laws are asked for their names alone: code that a study
+    names is not run where it is looked at.
 
     Parameters
     ----------
@@ -133,12 +134,12 @@ def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
         Its files as read, the one beside them last.
     """
     try:
-        model = model_of(study)
-        trace = trace_of(_whole(record, parts), model.rig, stated_of(record))
+        rig = _rig(study)
+        trace = trace_of(_whole(record, parts), rig, stated_of(record))
     except FibrefitError:
         return ""
     try:
-        refuse_misread([trace], model.rig, [effect.name for effect in model.effects])
+        refuse_misread([trace], rig, study.model.effects)
     except DataError as error:
         return str(error)
     return ""
