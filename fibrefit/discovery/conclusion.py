@@ -232,9 +232,9 @@ def _outdone(
     search: Search, base: Weighed, best: Weighed, before: Identification
 ) -> tuple[Weighed, list[Reading]] | None:
     """The base and its curves, where one of them makes the records more probable than what was named."""
-    if best.frame.sensitivities is not base.frame.sensitivities:
-        local = carried(search.base.frame, search.base.fit.local, base.frame, base.local)
-        base = search.scales.weigh(search.base.frame, (), local)
+    if best.supermodel.sensitivities is not base.supermodel.sensitivities:
+        local = carried(search.base.supermodel, base.supermodel, base.local, search.base.fit.local)
+        base = search.scales.weigh(search.base.supermodel, (), local)
     else:
         base = search.scales.again(base)
     readings = probe_all(search, base, before, best.log - base.log + NAMED, NAMED)
@@ -300,7 +300,7 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
     coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())
     # Where much is missing, readings count up to the first bounce alone: a fit takes them whole. And it begins with
     # records that are alike: where they differ, it is at another place than these readings.
-    near = None if differ or search.gap(search.plain(best)) > FAR else best.frame.sensitivities
+    near = None if differ or search.gap(search.plain(best)) > FAR else best.supermodel.sensitivities
     # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.
     whiten = differ or time_for_gls(budget.left, budget.seconds)
     # Readings linearised in errors of inputs about one place serve records that do not differ.

@@ -337,7 +337,7 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
 def remaining_residuals(search: Search, weighed: Weighed) -> ResidualSet:
     """What a hypothesis leaves, the errors of noisy inputs taken off them."""
     task, values = search.task_with(weighed)
-    problem, sensitivities = task.problem, weighed.frame.sensitivities
+    problem, sensitivities = task.problem, weighed.supermodel.sensitivities
     if sensitivities is not None:
         problem = corrected(problem, input_errors(task), coefficients_at(task, values, sensitivities))
     return residual_set_at(problem, values, search.task.noise)
@@ -348,7 +348,7 @@ def _changes(parent: Weighed, chosen: Weighed) -> tuple[tuple[str, float, float,
     after = chosen.shared
     moved = [(name, old, after.get(name, old)) for name, old in parent.shared.items()]
     return tuple(
-        (name, old, new, chosen.frame.declared[name].unit)
+        (name, old, new, chosen.supermodel.declared[name].unit)
         for name, old, new in moved
         if abs(new - old) > CARRIED * abs(old)
     )

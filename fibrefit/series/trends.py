@@ -112,26 +112,21 @@ class Trend:
         return self.corrected < SIGNIFICANT
 
 
-def trends(names: Sequence[str], parameters: Sequence[Quantity], conditions: Sequence[Quantity]) -> tuple[Trend, ...]:
-    """Every parameter against every condition that varies.
+def trends(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> tuple[Trend, ...]:
+    """Trends of parameters with conditions.
 
     Parameters
     ----------
     names : sequence of str
         Of the records.
-    parameters, conditions : sequence of Quantity
-        With the records in that order.
+    pairs : sequence of (Quantity, Quantity)
+        Parameter and condition, with the records in that order.
 
     Returns
     -------
     tuple of Trend
         The surest first.
     """
-    return trends_of_pairs(names, [(y, x) for y in parameters for x in conditions])
-
-
-def trends_of_pairs(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> tuple[Trend, ...]:
-    """As `trends`, of chosen pairs of a parameter and a condition."""
     from statsmodels.stats.multitest import multipletests
 
     found = [line for y, x in pairs if (line := trend_of(names, y, x)) is not None]

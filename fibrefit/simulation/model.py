@@ -120,10 +120,6 @@ class Model:
             return response
         return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
 
-    def answer(self, values: Values, experiment: Experiment) -> Response:
-        """Earlier name of `respond_single`."""
-        return self.respond_single(values, experiment)
-
     def stretched(
         self, values: Values, experiment: Experiment, solution: Solution
     ) -> tuple[tuple[jax.Array, jax.Array], ...]:

@@ -14,9 +14,9 @@ from fibrefit.problem.task import Task
 
 def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task) -> None:
     resonance = find_effect("sensor.gauge_resonance")
-    frame = supermodel_of(task, (resonance,))
-    starts = _starts(frame, absent_values(frame, 1), (resonance,))
-    begun = {float(start[0, frame.names.index("sensor.gauge_resonance.natural_frequency")]) for start in starts}
+    supermodel = supermodel_of(task, (resonance,))
+    starts = _starts(supermodel, absent_values(supermodel, 1), (resonance,))
+    begun = {float(start[0, supermodel.names.index("sensor.gauge_resonance.natural_frequency")]) for start in starts}
     screened = {value for way in directions(resonance) for _, value in way.strengths}
     assert len(starts) > MANY
     for tried in (begun, screened):
@@ -42,12 +42,12 @@ def test_an_effect_is_screened_weakly_with_each_shape(name: str) -> None:
 
 def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> None:
     viscous = CATALOGUE["guide.viscous_friction"]
-    frame, name = supermodel_of(task, (viscous,)), "guide.viscous_friction.viscous_coefficient"
+    supermodel, name = supermodel_of(task, (viscous,)), "guide.viscous_friction.viscous_coefficient"
     weak = WEAK * viscous.parameters[0].typical
-    assert starting_strength(frame, name, weak, 3.0) == pytest.approx(3.0 * weak)
+    assert starting_strength(supermodel, name, weak, 3.0) == pytest.approx(3.0 * weak)
     # A strength that cannot be negative enters weakly whatever slopes say, and none enters beyond its typical size.
-    assert starting_strength(frame, name, weak, -5.0) == pytest.approx(weak)
-    assert starting_strength(frame, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)
+    assert starting_strength(supermodel, name, weak, -5.0) == pytest.approx(weak)
+    assert starting_strength(supermodel, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_slopes_are_taken_over_little_of_a_weak_strength_unless_it_changes_the_m
     task: Task, name: str, strength: str, share: float
 ) -> None:
     effect = CATALOGUE[name]
-    frame, null = supermodel_of(task, (effect,)), {p.name: p.null for p in effect.parameters}[strength]
+    supermodel, null = supermodel_of(task, (effect,)), {p.name: p.null for p in effect.parameters}[strength]
     weak = next(value for way in directions(effect) for found, value in way.strengths if found == strength)
-    there = slightly(frame, effect, f"{name}.{strength}", weak)
+    there = slightly(supermodel, effect, f"{name}.{strength}", weak)
     assert there == (weak if share == 1.0 else pytest.approx(null + share * (weak - null), rel=1e-12))

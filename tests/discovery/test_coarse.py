@@ -39,20 +39,20 @@ def coarse(tmp_path_factory: pytest.TempPathFactory) -> Task:
 def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task) -> None:
     assert set(coarse.steps) == {"force", "position"}
     problem, values = coarse.problem, jnp.asarray(coarse.start)
-    local, frame = np.asarray(problem.layout.local(values)), supermodel_of(coarse, ())
+    local, supermodel = np.asarray(problem.layout.local(values)), supermodel_of(coarse, ())
     shape = (len(local), 2, -1)
     fine = np.asarray(problem.residuals(values))
     np.testing.assert_allclose(
-        np.asarray(residual_rows(frame, local, coarse.counts[-1])).reshape(shape), fine, rtol=1e-6, atol=1e-9
+        np.asarray(residual_rows(supermodel, local, coarse.counts[-1])).reshape(shape), fine, rtol=1e-6, atol=1e-9
     )
-    steps = steps_at(frame, local, coarse.counts[-1])
+    steps = steps_at(supermodel, local, coarse.counts[-1])
     whole = with_noise_before_rounding(with_steps(problem, dict(coarse.steps)), local)
     for channel, known in whole.observations.steps.items():
         np.testing.assert_allclose(steps[channel].noise, known.noise, rtol=1e-6)
-    stepped = replace(frame, steps=steps)
+    stepped = replace(supermodel, steps=steps)
     seen = np.asarray(residual_rows(stepped, local, coarse.counts[-1])).reshape(shape)
     np.testing.assert_allclose(seen, np.asarray(whole.residuals(values)), rtol=1e-6, atol=1e-9)
-    place = frame.names.index("friction")
+    place = supermodel.names.index("friction")
     columns, targets = np.array([place]), local[:, [place]] * (1.0 + 1e-6)
     change = np.asarray(stepped.rows(local, columns, targets, coarse.counts[-1]))[:, 1].reshape(shape)
     free = np.asarray(problem.layout.local_free)
@@ -62,12 +62,12 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
 
 
 def test_noise_of_coarse_channels_is_white_whatever_is_said_of_it(coarse: Task) -> None:
-    frame, channels = supermodel_of(coarse, ()), coarse.problem.model.rig.channels
+    supermodel, channels = supermodel_of(coarse, ()), coarse.problem.model.rig.channels
     steps = coarse.steps
-    yardstick = yardstick_of(frame, [coarse.noise[channel] for channel in channels], steps)
+    yardstick = yardstick_of(supermodel, [coarse.noise[channel] for channel in channels], steps)
     residuals = np.random.default_rng(0).standard_normal(np.asarray(coarse.problem.residuals(coarse.start)).shape)
-    found = noise_of_residuals(with_steps(frame.problem, dict(steps)), residuals)
+    found = noise_of_residuals(with_steps(supermodel.problem, dict(steps)), residuals)
     assert [noise.white for noise in yardstick.noise] == [noise.white for noise in found]
     white = np.asarray(yardstick.whitening.whiten_rows(jnp.asarray(residuals)[None])[0])
-    counted = np.stack([np.asarray(w) > 0.0 for w in frame.problem.observations.weight.values()], axis=1)
+    counted = np.stack([np.asarray(w) > 0.0 for w in supermodel.problem.observations.weight.values()], axis=1)
     np.testing.assert_allclose(white[counted], residuals[counted], rtol=1e-6)

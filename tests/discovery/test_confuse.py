@@ -77,14 +77,16 @@ def read_from(problem: Problem, values: np.ndarray) -> Problem:
 def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Search) -> None:
     found = detectable(laid)
     assert [one.effect for one in found] == [effect.name for effect in laid.effects]
-    frame, context, viscous = laid.base.frame, laid.context, laid.effects[0]
+    supermodel, context, viscous = laid.base.supermodel, laid.context, laid.effects[0]
     name = f"{viscous.name}.{found[0].parameter}"
-    column = frame.names.index(name)
+    column = supermodel.names.index(name)
     # Readings of a model with that friction, without noise: what the base model leaves of them is what it gains.
     made = laid.base.fit.local.copy()
     made[:, column] = found[0].smallest_detectable
-    quiet = read_from(frame.problem, frame.problem.layout.pack(dict(zip(frame.names, made.T, strict=True))))
-    without = laid.scales.yardstick.on(replace(frame, task=replace(frame.task, problem=quiet)))
+    quiet = read_from(
+        supermodel.problem, supermodel.problem.layout.pack(dict(zip(supermodel.names, made.T, strict=True)))
+    )
+    without = laid.scales.yardstick.on(replace(supermodel, task=replace(supermodel.task, problem=quiet)))
     left = refit(without, context.subset(()), laid.base.fit.local, context.whole, enough=1e-9).cost
     # The slope of readings that jump is good to some tens of percent over such a change.
     assert 1.0 / 2.0 < left / gate(len(viscous.parameters)) < 2.0

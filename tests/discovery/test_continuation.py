@@ -43,46 +43,46 @@ def search(task: Task) -> Search:
 @pytest.fixture(scope="module")
 def parent(search: Search) -> Hypothesis:
     """The base model at its minimum."""
-    fit = refit(search.base.frame, search.context.subset(()), search.base.fit.local, search.context.whole)
-    return Hypothesis((), fit, search.base.frame)
+    fit = refit(search.base.supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
+    return Hypothesis((), fit, search.base.supermodel)
 
 
 def test_a_start_that_blows_up_is_made_weaker_and_no_other(search: Search, parent: Hypothesis) -> None:
-    frame, context = parent.frame, search.context
-    column = frame.names.index(STRENGTH)
+    supermodel, context = parent.supermodel, search.context
+    column = supermodel.names.index(STRENGTH)
     strong = parent.fit.local.copy()
     strong[:, column] = 60.0
     most = BLOWN * parent.fit.cost
-    assert frame.costs(strong, context.whole).sum() > most
-    weak = _gentle(frame, context, strong, (VISCOUS,), most)
-    assert frame.costs(weak, context.whole).sum() <= most
+    assert supermodel.costs(strong, context.whole).sum() > most
+    weak = _gentle(supermodel, context, strong, (VISCOUS,), most)
+    assert supermodel.costs(weak, context.whole).sum() <= most
     assert weak[0, column] in (60.0 * SMALL, 60.0 * SMALL**2, 60.0 * SMALL**3)
     # Once is enough for it, and what is gentle stays as it is.
-    assert _gentle(frame, context, weak, (VISCOUS,), most) is weak
+    assert _gentle(supermodel, context, weak, (VISCOUS,), most) is weak
 
 
 def test_strengths_grow_from_nothing_and_towards_it(search: Search) -> None:
-    frame = search.base.frame
-    for start in _starts(frame, search.base.fit.local, (VISCOUS, STIFFENING)):
+    supermodel = search.base.supermodel
+    for start in _starts(supermodel, search.base.fit.local, (VISCOUS, STIFFENING)):
         for effect in (VISCOUS, STIFFENING):
             (name,) = effect.strength
-            column = frame.names.index(f"{effect.name}.{name}")
-            null = frame.declared[frame.names[column]].null
-            grown = strengthened(frame, start, (effect,), GROWTH)
+            column = supermodel.names.index(f"{effect.name}.{name}")
+            null = supermodel.declared[supermodel.names[column]].null
+            grown = strengthened(supermodel, start, (effect,), GROWTH)
             np.testing.assert_allclose(grown[:, column] - null, GROWTH * (start[:, column] - null))
-            others = np.arange(len(frame.names)) != column
+            others = np.arange(len(supermodel.names)) != column
             np.testing.assert_array_equal(grown[:, others], start[:, others])
 
 
 def test_other_values_make_up_for_a_change_as_a_refit_does(search: Search, parent: Hypothesis) -> None:
-    frame, context = parent.frame, search.context
+    supermodel, context = parent.supermodel, search.context
     subset, held = context.subset((VISCOUS,)), context.subset(())
     goal = parent.fit.local.copy()
-    goal[:, frame.names.index(STRENGTH)] = 0.05
-    led = predictor_step(frame, held, subset, parent.fit.local, goal, context.whole)
-    np.testing.assert_allclose(led[:, frame.names.index(STRENGTH)], 0.05)
-    best = refit(frame, held, goal, context.whole, enough=1e-9)
-    costs = [frame.costs(values, context.whole).sum() for values in (goal, led, best.local)]
+    goal[:, supermodel.names.index(STRENGTH)] = 0.05
+    led = predictor_step(supermodel, held, subset, parent.fit.local, goal, context.whole)
+    np.testing.assert_allclose(led[:, supermodel.names.index(STRENGTH)], 0.05)
+    best = refit(supermodel, held, goal, context.whole, enough=1e-9)
+    costs = [supermodel.costs(values, context.whole).sum() for values in (goal, led, best.local)]
     # To first order: what is left to gain is little beside what leading has gained.
     assert costs[1] - costs[2] < 0.1 * (costs[0] - costs[2])
 
@@ -90,10 +90,10 @@ def test_other_values_make_up_for_a_change_as_a_refit_does(search: Search, paren
 def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent: Hypothesis) -> None:
     context, subset = search.context, search.context.subset((VISCOUS,))
     weak = parent.fit.local.copy()
-    weak[:, parent.frame.names.index(STRENGTH)] = 0.5
-    begun = refit(parent.frame, Subset(context.base, context.each), weak, context.whole)
-    led = _continuation(parent.frame, context, subset, begun, (VISCOUS,))
-    strengths = np.array([fit.local[0, parent.frame.names.index(STRENGTH)] for fit in led])
+    weak[:, parent.supermodel.names.index(STRENGTH)] = 0.5
+    begun = refit(parent.supermodel, Subset(context.base, context.each), weak, context.whole)
+    led = _continuation(parent.supermodel, context, subset, begun, (VISCOUS,))
+    strengths = np.array([fit.local[0, parent.supermodel.names.index(STRENGTH)] for fit in led])
     np.testing.assert_allclose(strengths, 0.5 * GROWTH ** np.arange(1, len(led) + 1))
     costs = np.array([fit.cost for fit in led])
     best = int(costs.argmin())
@@ -105,9 +105,9 @@ def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent
 def test_a_scout_goes_on_where_its_start_would_have_blown_up(
     search: Search, parent: Hypothesis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = scouted(parent.frame, search.context, parent, (VISCOUS,))
+    found = scouted(parent.supermodel, search.context, parent, (VISCOUS,))
     monkeypatch.setattr(importlib.import_module("fibrefit.discovery.engine.candidates"), "BLOWN", 0.5)
-    followed = scouted(parent.frame, search.context, parent, (VISCOUS,))
+    followed = scouted(parent.supermodel, search.context, parent, (VISCOUS,))
     assert followed.refitted(search.context).fit.cost == pytest.approx(
         found.refitted(search.context).fit.cost, rel=1e-3
     )

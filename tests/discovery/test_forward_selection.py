@@ -61,14 +61,14 @@ class Case:
         values = task.problem.layout.pack({name: np.full(len(task.traces), BASE[name]) for name in BASE})
         plain = replace(self.before.plain, values=values)
         search = set_up(task, None, (VISCOUS, DRAG, DELAY), quiet)
-        frame = search.base.frame
-        local = np.zeros((len(task.traces), len(frame.names)))
+        supermodel = search.base.supermodel
+        local = np.zeros((len(task.traces), len(supermodel.names)))
         random = np.random.default_rng(seed)
         for name, value in (BASE | {COEFFICIENT: coefficient}).items():
-            local[:, frame.names.index(name)] = value
+            local[:, supermodel.names.index(name)] = value
         for name in search.context.scattering:
-            local[:, frame.names.index(name)] *= np.exp(scatter * random.standard_normal(len(local)))
-        readings = frame.problem.predict(jnp.asarray(local), frame.problem.observations.experiment)
+            local[:, supermodel.names.index(name)] *= np.exp(scatter * random.standard_normal(len(local)))
+        readings = supermodel.problem.predict(jnp.asarray(local), supermodel.problem.observations.experiment)
         data = task.problem.observations
         measured = {
             channel: readings[channel] + random.standard_normal(readings[channel].shape) / data.weight[channel].max()
@@ -168,8 +168,8 @@ def both(made: Case) -> Weighed:
 
 def with_effect(made: Case, parent: Weighed, effect: type[Effect]) -> Weighed:
     """An effect on a parent, from where slopes promise most of it."""
-    scales, frame = made.search.scales, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
-    return scales.extended(parent, frame, effect, scales.screened(parent, frame, [effect])[effect])
+    scales, supermodel = made.search.scales, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
+    return scales.extended(parent, supermodel, effect, scales.screened(parent, supermodel, [effect])[effect])
 
 
 def test_an_effect_that_has_become_needless_is_taken_out(case: Callable[..., Case]) -> None:
@@ -287,7 +287,7 @@ def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[...
     made = case(0.0)
     assert (made.base.moved_to(-1.0).log, made.base.moved_to(-1.0).names) == (-1.0, ())
     twice = [noise.scaled(2.0) for noise in made.search.scales.yardstick.noise]
-    wrong = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.frame, twice))
+    wrong = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, twice))
     right = Scales(made.search.context, made.search.scales.reference, wrong.refined(wrong.again(made.base)))
     fresh, stale = right.innovations(right.again(made.base)), wrong.innovations(wrong.again(made.base))
     valid = fresh != 0.0
@@ -302,7 +302,7 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
     effects = (*made.search.effects, *(CATALOGUE[name] for name in others))
     for factor in (1.0, 0.8):
         noise = [one.scaled(factor) for one in made.search.scales.yardstick.noise]
-        scales = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.frame, noise))
+        scales = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, noise))
         search = replace(made.search, effects=effects).weighed_with(scales)
         look = looked(search, scales.again(made.base), "trying")
         found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])

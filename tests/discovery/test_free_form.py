@@ -72,14 +72,14 @@ def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
     # What is planted has white noise, of the level the weights stand for.
     weights, band = task.problem.observations.weight, 0.5 / float(np.diff(task.traces[0].times).mean())
     white = [Noise(float(weights[c].max()) ** -2 / band, 0.0, 0.0, 1000) for c in task.problem.model.rig.channels]
-    yardstick = yardstick_of(search.base.frame, white)
+    yardstick = yardstick_of(search.base.supermodel, white)
     return search.weighed_with(Scales(search.context, search.scales.reference, yardstick))
 
 
 def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:
     """The records a model with a curve would make, with white noise."""
     base = begun_at(task, (probe,)).base
-    layout, data, local = base.frame.problem.layout, task.problem.observations, base.fit.local.copy()
+    layout, data, local = base.supermodel.problem.layout, task.problem.observations, base.fit.local.copy()
     ends = _range(probe.variable, in_motion(found)[probe.variable][0])
     for name, value in zip(("low", "high", *probe.heights), (*ends, *heights), strict=True):
         local[:, layout.names.index(f"{probe.name}.{name}")] = value
@@ -87,16 +87,16 @@ def planted(task: Task, found: Identification, probe: type[Curve], heights: np.n
     random = np.random.default_rng(4)
     measured = {
         channel: readings + random.standard_normal(readings.shape) / data.weight[channel].max()
-        for channel, readings in base.frame.problem.readings(jnp.asarray(values)).items()
+        for channel, readings in base.supermodel.problem.readings(jnp.asarray(values)).items()
     }
     return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
 
 
 def probed(task: Task, found: Identification, worth: float) -> tuple[list[Reading], tuple[FreeCurve, ...]]:
     search = begun_at(task)
-    frame, context = search.base.frame, search.context
-    fit = refit(frame, context.subset(()), search.base.fit.local, context.whole)
-    readings = probe_all(search, search.scales.weigh(frame, (), fit.local), found, worth)
+    supermodel, context = search.base.supermodel, search.context
+    fit = refit(supermodel, context.subset(()), search.base.fit.local, context.whole)
+    readings = probe_all(search, search.scales.weigh(supermodel, (), fit.local), found, worth)
     return readings, drawn(readings, found, search.samples)
 
 
@@ -136,10 +136,10 @@ def test_a_planted_curve_gains_as_much_about_itself(
     """What is linear in its inputs is the same about any model: the gain is that over the model without the curve."""
     probes = (FrictionOfSpeed, TensionOfRate)
     monkeypatch.setattr(free_form, "PROBES", probes)
-    monkeypatch.setattr(free_form, "linearised_about", lambda search, weighed: About(search, weighed.frame))
+    monkeypatch.setattr(free_form, "linearised_about", lambda search, weighed: About(search, weighed.supermodel))
     heights = 0.02 * np.sin(np.linspace(0.0, 2.0 * np.pi, FrictionOfSpeed.knots))
     search = begun_at(planted(task, found, FrictionOfSpeed, heights))
-    parent = search.scales.weigh(search.base.frame, (), search.base.fit.local)
+    parent = search.scales.weigh(search.base.supermodel, (), search.base.fit.local)
     ends: list[Any] = []
 
     def held(found: Sequence[Any], worth: float, gain: Any) -> Sequence[Any]:
@@ -171,14 +171,16 @@ def test_slopes_of_the_parent_promise_what_simulated_ones_do(task: Task, found: 
         begun_at(planted(task, found, FrictionOfPosition, 0.4 * np.ones(FrictionOfPosition.knots))),
         PROBES[0],
     )
-    parent = search.scales.weigh(search.base.frame, (), search.base.fit.local)
-    frame = supermodel_of(search.task, PROBES)
-    start = _prepared(frame, parent, PROBES, {name: _range(name, of) for name, (of, _) in in_motion(found).items()})
+    parent = search.scales.weigh(search.base.supermodel, (), search.base.fit.local)
+    supermodel = supermodel_of(search.task, PROBES)
+    start = _prepared(
+        supermodel, parent, PROBES, {name: _range(name, of) for name, (of, _) in in_motion(found).items()}
+    )
     names = tuple(f"{probe.name}.{height}" for height in probe.heights)
-    known, simulated = search.scales.secant(frame, search.scales.slopes(parent)), search.scales.secant(frame)
+    known, simulated = search.scales.secant(supermodel, search.scales.slopes(parent)), search.scales.secant(supermodel)
     for walk in WALKS:
         curve = Heights(names, probe.size, walk)
-        one, other = (search.scales.promise_of(curve, parent, frame, start, gram) for gram in (known, simulated))
+        one, other = (search.scales.promise_of(curve, parent, supermodel, start, gram) for gram in (known, simulated))
         assert one == pytest.approx(other, abs=0.01)
 
 
@@ -199,10 +201,10 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     coefficients = {
         name: 0.5 * random.standard_normal(wave.shape) for name, wave in no_errors(input_errors(task)).items()
     }
-    frame = supermodel_of(task, (), sensitivities_of(task, task.start, coefficients))
+    supermodel = supermodel_of(task, (), sensitivities_of(task, task.start, coefficients))
     local, whole = np.asarray(task.problem.layout.local(task.start)), task.counts[-1]
-    cost = float(frame.costs(local, whole).sum())
-    parent = cast(Any, SimpleNamespace(effects=(), frame=frame, local=local, log=0.0))
+    cost = float(supermodel.costs(local, whole).sum())
+    parent = cast(Any, SimpleNamespace(effects=(), supermodel=supermodel, local=local, log=0.0))
     began: list[float] = []
 
     def fitted(

@@ -40,7 +40,7 @@ def error_left(truth: np.ndarray, search: Search, base: Weighed) -> float:
         anew = inputs.relinearised(search, base)
         assert anew is not None
         search, base = anew
-    return float(np.abs(base.local[:, base.frame.names.index("stiffness")] / truth - 1.0).max())
+    return float(np.abs(base.local[:, base.supermodel.names.index("stiffness")] / truth - 1.0).max())
 
 
 def test_what_records_differ_by_is_not_taken_for_errors_of_their_inputs(

@@ -32,11 +32,11 @@ def search(task: Task) -> Search:
 
 def model(search: Search, effect: type, name: str, value: float, **shift: float) -> Hypothesis:
     """The base model with one effect, its values as they are given."""
-    frame, local = search.base.frame, search.base.fit.local.copy()
-    local[:, frame.names.index(name)] = value
+    supermodel, local = search.base.supermodel, search.base.fit.local.copy()
+    local[:, supermodel.names.index(name)] = value
     for own, change in shift.items():
-        local[:, frame.names.index(own)] += change
-    return Hypothesis((effect,), replace(search.base.fit, local=local), frame)
+        local[:, supermodel.names.index(own)] += change
+    return Hypothesis((effect,), replace(search.base.fit, local=local), supermodel)
 
 
 def test_rivals_part_where_the_weight_is_fast(search: Search) -> None:

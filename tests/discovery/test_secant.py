@@ -25,7 +25,7 @@ CURVED = 0.3
 
 
 class Bench:
-    """A frame whose readings are a known function, and which counts what is asked of it."""
+    """A supermodel whose readings are a known function, and which counts what is asked of it."""
 
     names = NAMES
     whitening = None

@@ -23,13 +23,13 @@ def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], 
     """Cost at the end, where descents over whole records end with `costs` one after the other."""
     ahead = iter(costs)
 
-    def descend(frame: Any, subset: Any, local: Any, counts: np.ndarray, *limits: float) -> Refit:
+    def descend(supermodel: Any, subset: Any, local: Any, counts: np.ndarray, *limits: float) -> Refit:
         return ends(next(ahead)) if counts[0] == WHOLE else ends(1.0)
 
     monkeypatch.setattr(candidates, "refit", descend)
     context = SearchContext((), (), (), np.array([[stage] for stage in stages]), {})
-    frame: Any = SimpleNamespace(sensitivities=sensitivities)
-    return rescued_by_short_horizons(frame, Subset((), ()), ends(1000.0), context).cost
+    supermodel: Any = SimpleNamespace(sensitivities=sensitivities)
+    return rescued_by_short_horizons(supermodel, Subset((), ()), ends(1000.0), context).cost
 
 
 def test_it_goes_on_as_long_as_that_leads_lower(monkeypatch: pytest.MonkeyPatch) -> None:

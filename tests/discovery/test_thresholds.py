@@ -89,9 +89,9 @@ def test_an_effect_is_expected_to_be_named_at_its_gate() -> None:
 def weighed(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     """A hypothesis by what is asked of it."""
     mode = SimpleNamespace(objective=0.0)
-    frame = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
+    supermodel = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
     return SimpleNamespace(
-        log=log, effects=effects, shared=shared, frame=frame, evidence=SimpleNamespace(log=log, mode=mode),
+        log=log, effects=effects, shared=shared, supermodel=supermodel, evidence=SimpleNamespace(log=log, mode=mode),
         moved_to=lambda other: weighed(other, effects),
     )  # fmt: skip
 

@@ -65,7 +65,7 @@ class Bench:
 
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
         look = Comparison(cast(Any, None), cast(Any, parent), ())
-        base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), frame=SimpleNamespace(sensitivities=None)))
+        base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
         return unnamed(look, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
 
 

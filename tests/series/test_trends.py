@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -23,7 +25,7 @@ def parameter(slope: float, seed: int, scatter: float = 0.3, error: float = 0.2,
 
 
 def test_a_trend_is_found_with_its_slope_and_scatter() -> None:
-    found = trends(NAMES, [parameter(200.0, 1)], [LIFT, ORDER, MASS])
+    found = trends(NAMES, list(product([parameter(200.0, 1)], [LIFT, ORDER, MASS])))
     assert [line.condition for line in found if line.found] == ["lift"]
     line = found[0]
     assert line.slope_interval[0] < 200.0 < line.slope_interval[1]
@@ -42,7 +44,7 @@ def test_chance_is_not_taken_for_a_trend() -> None:
     alarms = 0
     for seed in range(40):
         several = [parameter(0.0, 10 * seed + n, name=str(n)) for n in range(3)]
-        alarms += any(line.found for line in trends(NAMES, several, [LIFT, ORDER, MASS]))
+        alarms += any(line.found for line in trends(NAMES, list(product(several, [LIFT, ORDER, MASS]))))
     # One in twenty is expected; without the correction for nine looks it would be one in three.
     assert alarms <= 6
 
@@ -71,4 +73,4 @@ def test_an_uncertain_condition_widens_what_is_said_of_the_slope() -> None:
 def test_what_does_not_vary_or_is_not_known_gives_no_trend() -> None:
     assert trend_of(NAMES, parameter(0.0, 1), Quantity("mass", "kg", np.ones(NUMBER), np.zeros(NUMBER))) is None
     lost = np.full(NUMBER, np.nan)
-    assert trends(NAMES, [Quantity("damping", "N s/m", lost, lost)], [LIFT]) == ()
+    assert trends(NAMES, [(Quantity("damping", "N s/m", lost, lost), LIFT)]) == ()

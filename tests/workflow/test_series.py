@@ -127,7 +127,7 @@ def test_where_there_is_no_law_none_is_preferred(tmp_path: Path) -> None:
 def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(lawful: SeriesResult) -> None:
     found = lawful.verdict.models
     scales, effects = found.search.scales, found.law.effects[:1]
-    blank = scales.absent(found.constant, found.law.frame, effects, -1.0)
+    blank = scales.absent(found.constant, found.law.supermodel, effects, -1.0)
     assert not np.isfinite(blank.evidence.spread).any()
     told = _at_its_mode(Comparison(found.search, found.constant, (blank,)))
     assert np.isfinite(told.evidence.spread).all()
@@ -158,7 +158,7 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
     at, whole = found.law.evidence.mode, found.search.context.whole
     for r in range(len(LIFTS)):
         gram = SecantGram(
-            found.search.scales.yardstick.on(found.law.frame), np.where(np.arange(len(LIFTS)) == r, 0, whole)
+            found.search.scales.yardstick.on(found.law.supermodel), np.where(np.arange(len(LIFTS)) == r, 0, whole)
         )
         alone = laplace(mode(at.unknowns, at.place, gram, at.sigma))
         said = found.law.log - lawful.verdict.left_out["speed_law"].foresight[r]

@@ -15,20 +15,13 @@ BLOCK = 128
 to 400 rows is."""
 
 
-def row_products(rows: jax.Array, others: jax.Array) -> jax.Array:
-    """Products of each row with each other one, ``(..., k, n)`` and ``(..., l, n)`` to ``(..., k, l)``."""
-    return jnp.sum(jnp.einsum("...kbn,...lbn->...bkl", _in_blocks(rows, -1), _in_blocks(others, -1)), axis=-3)
-
-
 def column_products(columns: jax.Array, others: jax.Array) -> jax.Array:
     """Products of each column with each other one, ``(..., n, k)`` and ``(..., n, l)`` to ``(..., k, l)``."""
-    return jnp.sum(jnp.einsum("...bnk,...bnl->...bkl", _in_blocks(columns, -2), _in_blocks(others, -2)), axis=-3)
+    return jnp.sum(jnp.einsum("...bnk,...bnl->...bkl", _in_blocks(columns), _in_blocks(others)), axis=-3)
 
 
-def _in_blocks(array: jax.Array, axis: int) -> jax.Array:
-    """An array whose long axis ``(n,)`` has become two, ``(n_block, BLOCK)``, padded with zeros."""
-    place = array.ndim + axis
-    number = -(-array.shape[place] // BLOCK)
-    padding = [(0, 0)] * array.ndim
-    padding[place] = (0, number * BLOCK - array.shape[place])
-    return jnp.pad(array, padding).reshape(*array.shape[:place], number, BLOCK, *array.shape[place + 1 :])
+def _in_blocks(columns: jax.Array) -> jax.Array:
+    """Columns ``(..., n, k)`` as ``(..., n_block, BLOCK, k)``, padded with zeros."""
+    *before, n, k = columns.shape
+    padding = [(0, 0)] * len(before) + [(0, -n % BLOCK), (0, 0)]
+    return jnp.pad(columns, padding).reshape(*before, -(-n // BLOCK), BLOCK, k)

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
-from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, carried, fit_all
+from fibrefit.discovery.engine.candidates import Hypothesis, carried, fit_all
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
@@ -86,10 +86,10 @@ def probe_all(
     probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
     if not probes:
         return []
-    frame = supermodel_of(search.task, (*parent.effects, *probes), parent.frame.sensitivities)
-    start = _prepared(frame, parent, probes, ranges)
+    supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
+    start = _prepared(supermodel, parent, probes, ranges)
     slopes = search.scales.slopes(parent)
-    jobs = [partial(_fit, search, parent, probe, (frame, start, slopes), promising) for probe in probes]
+    jobs = [partial(_fit, search, parent, probe, (supermodel, start, slopes), promising) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
     # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
     price = float(np.log(len(probes) * len(WALKS)))
@@ -120,15 +120,17 @@ def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Cu
     """What a curve gains where readings are linearised about it, see `confirmed`; None without noisy inputs."""
     if (about := linearised_about(search, end.weighed)) is None:
         return None
-    frame = supermodel_of(search.task, (*parent.effects, *probes), about.frame.sensitivities)
+    supermodel = supermodel_of(search.task, (*parent.effects, *probes), about.supermodel.sensitivities)
     scales, old = about.search.scales, parent.evidence.mode
     # The ranges of the variables stay: a curve without any is no curve of no height.
-    with_it = carried(frame, absent_values(frame, len(parent.local)), end.weighed.frame, end.weighed.local)
+    with_it = carried(supermodel, end.weighed.supermodel, end.weighed.local)
     flat = with_it.copy()
-    flat[:, [frame.names.index(f"{end.probe.name}.{height}") for height in end.probe.heights]] = 0.0
-    local = carried(frame, flat, parent.frame, parent.local)
-    lesser = scales.weigh(frame, parent.effects, local, old.sigma, old.place.eta)
-    return scales.with_curve(lesser, frame, with_it, end.probe, end.curve, scales.secant(frame)).log - lesser.log
+    flat[:, [supermodel.names.index(f"{end.probe.name}.{height}") for height in end.probe.heights]] = 0.0
+    local = carried(supermodel, parent.supermodel, parent.local, flat)
+    lesser = scales.weigh(supermodel, parent.effects, local, old.sigma, old.place.eta)
+    return (
+        scales.with_curve(lesser, supermodel, with_it, end.probe, end.curve, scales.secant(supermodel)).log - lesser.log
+    )
 
 
 def curve_facts(reading: Reading) -> dict[str, Any]:
@@ -184,14 +186,14 @@ def _fit(
 
     A curve of no height is its parent: of the slopes, only those along the heights are simulated.
     """
-    (frame, start, slopes), scales = begun, search.scales
-    gram, names = scales.secant(frame, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
+    (supermodel, start, slopes), scales = begun, search.scales
+    gram, names = scales.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
-    promised = [scales.promise_of(curve, parent, frame, start, gram) for curve in curves]
+    promised = [scales.promise_of(curve, parent, supermodel, start, gram) for curve in curves]
     best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
     if not promised[best] - parent.log > worth - HOPE:
         return None
-    return _End(probe, scales.with_curve(parent, frame, start, probe, curves[best], gram), curves[best])
+    return _End(probe, scales.with_curve(parent, supermodel, start, probe, curves[best], gram), curves[best])
 
 
 HOPE = 3.0
@@ -199,14 +201,14 @@ HOPE = 3.0
 
 
 def _prepared(
-    frame: Supermodel, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
+    supermodel: Supermodel, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
 ) -> np.ndarray:
-    values = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+    values = carried(supermodel, parent.supermodel, parent.local)
     for probe in probes:
         for name in probe.heights:
-            values[:, frame.names.index(f"{probe.name}.{name}")] = 0.0
+            values[:, supermodel.names.index(f"{probe.name}.{name}")] = 0.0
         for name, limit in zip(("low", "high"), ranges[probe.variable], strict=True):
-            values[:, frame.names.index(f"{probe.name}.{name}")] = limit
+            values[:, supermodel.names.index(f"{probe.name}.{name}")] = limit
     return values
 
 

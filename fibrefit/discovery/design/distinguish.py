@@ -20,7 +20,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import check_time
-from fibrefit.discovery.engine.candidates import SMALL, SearchContext, absent_values, carried, fit_all
+from fibrefit.discovery.engine.candidates import SMALL, SearchContext, carried, fit_all
 from fibrefit.discovery.engine.effort import strengths_settled
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
@@ -85,22 +85,22 @@ class Confusion:
 
 
 def confusion(
-    frame: Supermodel,
+    supermodel: Supermodel,
     context: SearchContext,
     local: np.ndarray,
     effects: Sequence[type[Effect]],
     limit: Callable[[int], float],
 ) -> Confusion:
-    """Compare what effects of a frame would do to its records.
+    """Compare what effects of a supermodel would do to its records.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
     context : SearchContext
     local : (n_record, n_local) in SI units
         Values of the base model, with every effect that may be missing absent.
     effects : sequence of Effect classes
-        Those of the frame that may be missing.
+        Those of the supermodel that may be missing.
     limit : callable
         Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `gate`.
     """
@@ -110,8 +110,8 @@ def confusion(
     # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
     floor = np.array([effect.singular for effect in effects]) * most / SMALL
     for _ in range(ROUNDS):
-        columns, targets = changed_values(frame, context, local, strengths, sizes)
-        norms, unique, cosine = likeness(frame.grams(local, columns, targets, context.whole)[:, :-1, :-1], context)
+        columns, targets = changed_values(supermodel, context, local, strengths, sizes)
+        norms, unique, cosine = likeness(supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1], context)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
@@ -135,16 +135,16 @@ def confusion(
 
 
 def detectable(search: Search) -> tuple[Detectable, ...]:
-    """Smallest strength of each effect that a search with nothing to find would have found, in its frames.
+    """Smallest strength of each effect that a search with nothing to find would have found, in its supermodels.
 
-    An effect without a frame was not tried, as there was nothing left for it to explain.
+    An effect without a supermodel was not tried, as there was nothing left for it to explain.
     """
     jobs, seen = [], set[type[Effect]]()
-    for frame in search.frames:
-        effects = [effect for effect in search.effects if frame.holds([effect]) and effect not in seen]
+    for supermodel in search.supermodels:
+        effects = [effect for effect in search.effects if supermodel.holds([effect]) and effect not in seen]
         seen |= set(effects)
         if effects:
-            jobs.append(partial(_detectable_in, search, frame, effects))
+            jobs.append(partial(_detectable_in, search, supermodel, effects))
     parts = fit_all(jobs, lambda done: None)
     check_time()  # what was not looked at in time is not known to be invisible
     found = {direction.effect: direction for part in parts for direction in part}
@@ -152,10 +152,9 @@ def detectable(search: Search) -> tuple[Detectable, ...]:
 
 
 def _detectable_in(search: Search, plain: Supermodel, effects: Sequence[type[Effect]]) -> tuple[Detectable, ...]:
-    frame = search.scales.yardstick.on(plain)
-    blank = absent_values(frame, len(search.context.whole))
-    local = carried(frame, blank, search.base.frame, search.base.fit.local)
-    return confusion(frame, search.context, local, effects, gate).directions
+    supermodel = search.scales.yardstick.on(plain)
+    local = carried(supermodel, search.base.supermodel, search.base.fit.local)
+    return confusion(supermodel, search.context, local, effects, gate).directions
 
 
 FACTORS = (0.5, 2.0)
@@ -185,16 +184,16 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
     """
     if not (menu := menu_of(search.task)):
         return None
-    held = next((frame for frame in search.frames if frame.holds(pair)), None)
-    frame = supermodel_of(search.task, pair) if held is None else replace(held, sensitivities=None, whitening=None)
-    local = carried(frame, absent_values(frame, len(search.context.whole)), search.base.frame, search.base.fit.local)
+    held = next((supermodel for supermodel in search.supermodels if supermodel.holds(pair)), None)
+    supermodel = supermodel_of(search.task, pair) if held is None else replace(held, sensitivities=None, whitening=None)
+    local = carried(supermodel, search.base.supermodel, search.base.fit.local)
     columns, targets = changed_values(
-        frame, search.context, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
+        supermodel, search.context, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
     )
-    at_hand = as_simulated(frame, local, search.context.whole)
+    at_hand = as_simulated(supermodel, local, search.context.whole)
     grams = at_hand.grams(local, columns, targets, search.context.whole)[:, :-1, :-1]
     before = float(likeness(grams, search.context)[2][0, 1])
-    further = menu_grams(frame, search.context, local, columns, targets, menu)
+    further = menu_grams(supermodel, search.context, local, columns, targets, menu)
     after = [float(likeness(np.concatenate([grams, gram[None]]), search.context)[2][0, 1]) for gram in further]
     best = int(np.argmin(after))
     record = search.task.problem.layout.records[menu[best].record]
@@ -203,7 +202,7 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
 
 
 def menu_grams(
-    frame: Supermodel,
+    supermodel: Supermodel,
     context: SearchContext,
     local: np.ndarray,
     columns: np.ndarray,
@@ -214,37 +213,37 @@ def menu_grams(
     found: list[np.ndarray] = []
     for batch in batches(menu, len(local)):
         rows = [choice.record for choice in batch]
-        data = records_of(frame.problem.observations, batch)
-        problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
-        elsewhere = replace(frame, task=replace(frame.task, problem=problem))
+        data = records_of(supermodel.problem.observations, batch)
+        problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
+        elsewhere = replace(supermodel, task=replace(supermodel.task, problem=problem))
         elsewhere = as_simulated(elsewhere, local[rows], context.whole[rows])
         same = local[rows], columns, targets[rows], context.whole[rows]
         found += list(elsewhere.grams(*same)[:, :-1, :-1])
     return found[: len(menu)]
 
 
-def as_simulated(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> Supermodel:
-    """A frame whose records have measured what it says of them itself.
+def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Supermodel:
+    """A supermodel whose records have measured what it says of them itself.
 
     Beside a jump what a change does to a residual hangs on the reading; where nothing is fitted, or nothing measured,
     that says nothing.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
         Its inputs known.
     local : (n_record, n_local) in SI units
     counts : (n_record,) int
     """
-    data, channels = frame.problem.observations, frame.problem.model.rig.channels
-    rows = np.asarray(residual_rows(frame, local, counts)).reshape(len(local), len(channels), -1)
+    data, channels = supermodel.problem.observations, supermodel.problem.model.rig.channels
+    rows = np.asarray(residual_rows(supermodel, local, counts)).reshape(len(local), len(channels), -1)
     measured = dict(data.measured)
     for c, channel in enumerate(channels):
         weight = np.asarray(data.weight[channel])
         away = np.divide(rows[:, c], weight, out=np.zeros_like(rows[:, c]), where=weight > 0.0)
         measured[channel] = jnp.asarray(np.asarray(data.measured[channel]) + away)
-    problem = eqx.tree_at(lambda p: p.observations, frame.problem, data._replace(measured=measured))
-    return replace(frame, task=replace(frame.task, problem=problem))
+    problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data._replace(measured=measured))
+    return replace(supermodel, task=replace(supermodel.task, problem=problem))
 
 
 def batches(menu: Sequence[Choice], records: int) -> Iterator[list[Choice]]:
@@ -320,7 +319,7 @@ def sizes_of(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
 
 
 def changed_values(
-    frame: Supermodel,
+    supermodel: Supermodel,
     context: SearchContext,
     local: np.ndarray,
     strengths: Sequence[tuple[str, Parameter]],
@@ -328,10 +327,10 @@ def changed_values(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Columns, and the values they are set to: effects are given their `sizes`."""
     names = [*context.base, *context.each, *(f"{effect}.{parameter.name}" for effect, parameter in strengths)]
-    columns = np.array([frame.names.index(name) for name in names])
+    columns = np.array([supermodel.names.index(name) for name in names])
     targets = local[:, columns].copy()
     n = len(context.base) + len(context.each)
-    scale = np.array([abs(frame.declared[name].typical) for name in names[:n]])
+    scale = np.array([abs(supermodel.declared[name].typical) for name in names[:n]])
     targets[:, :n] += difference_steps(targets[:, :n], scale)
     for i, (_, parameter) in enumerate(strengths):
         sign = np.sign(parameter.typical - parameter.null)

@@ -128,16 +128,16 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
     Parameters
     ----------
     search : Search
-        With all effects whose detection limits count in one frame, see `set_up`.
+        With all effects whose detection limits count in one supermodel, see `set_up`.
     rivals : sequence of Explanation
         Two, or none.
     choices : sequence of Choice
     """
-    frame, local, context = _plain(search.base.frame), search.base.fit.local, search.context
+    supermodel, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
     strengths = strengths_of(search.effects)
-    columns, targets = changed_values(frame, context, local, strengths, LITTLE * sizes_of(strengths))
-    grams = frame.grams(local, columns, targets, context.whole)[:, :-1, :-1]
-    added = menu_grams(frame, context, local, columns, targets, choices)
+    columns, targets = changed_values(supermodel, context, local, strengths, LITTLE * sizes_of(strengths))
+    grams = supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1]
+    added = menu_grams(supermodel, context, local, columns, targets, choices)
     errors = _errors(grams, len(context.base), len(context.each))
     norms = likeness(grams, context)[0]
     now, further = _apart(search, rivals, choices) if rivals else (float("nan"), [float("nan")] * len(choices))
@@ -154,9 +154,9 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
     return found, now
 
 
-def _plain(frame: Supermodel) -> Supermodel:
-    """A frame with white noise and known inputs: what further records would be like is not known better."""
-    return replace(frame, sensitivities=None, whitening=None)
+def _plain(supermodel: Supermodel) -> Supermodel:
+    """A supermodel with white noise and known inputs: what further records would be like is not known better."""
+    return replace(supermodel, sensitivities=None, whitening=None)
 
 
 def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
@@ -187,15 +187,15 @@ def _missed(
     The rival is fitted to what the true model says of the records at hand, without noise. Of a further record it is
     fitted to both by its slopes there.
     """
-    frame, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
-    truth, start = (_values(frame, search.task, rival) for rival in (true, other))
-    data = frame.problem.observations
-    at_hand = _with(frame, data._replace(measured=_readings(frame.problem, truth, data.experiment)))
+    supermodel, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
+    truth, start = (_values(supermodel, search.task, rival) for rival in (true, other))
+    data = supermodel.problem.observations
+    at_hand = _with(supermodel, data._replace(measured=_readings(supermodel.problem, truth, data.experiment)))
     subset = context.subset((other.effect,))
     found = refit(at_hand, subset, start, context.whole, enough=ENOUGH).local
     names = (*subset.shared, *subset.each)
-    columns = np.array([frame.names.index(name) for name in names])
-    size = np.array([abs(frame.declared[name].typical) for name in names])
+    columns = np.array([supermodel.names.index(name) for name in names])
+    size = np.array([abs(supermodel.declared[name].typical) for name in names])
     targets = found[:, columns] + difference_steps(found[:, columns], size)
     grams = at_hand.grams(found, columns, targets, context.whole)
     shared, own = len(subset.shared), len(subset.each)
@@ -207,15 +207,15 @@ def _missed(
     for batch in batches(choices, len(found)):
         rows = [choice.record for choice in batch]
         taken = records_of(data, batch)
-        there = _with(frame, taken._replace(measured=_readings(frame.problem, truth[rows], taken.experiment)))
+        there = _with(supermodel, taken._replace(measured=_readings(supermodel.problem, truth[rows], taken.experiment)))
         further += list(there.grams(found[rows], columns, targets[rows], context.whole[rows]))
     return left(grams), [left(np.concatenate([grams, gram[None]])) for gram in further[: len(choices)]]
 
 
-def _with(frame: Supermodel, data: Observations) -> Supermodel:
-    """A frame with other records."""
-    problem = eqx.tree_at(lambda p: p.observations, frame.problem, data)
-    return replace(frame, task=replace(frame.task, problem=problem))
+def _with(supermodel: Supermodel, data: Observations) -> Supermodel:
+    """A supermodel with other records."""
+    problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
+    return replace(supermodel, task=replace(supermodel.task, problem=problem))
 
 
 @eqx.filter_jit
@@ -228,10 +228,10 @@ def _readings(problem: Problem, local: np.ndarray, experiment: Experiment) -> di
     return {channel: readings[channel] for channel in problem.observations.measured}
 
 
-def _values(frame: Supermodel, task: Task, rival: Explanation) -> np.ndarray:
-    """Values ``(n_record, n_local)`` of a frame that are those of a rival, the other one absent."""
-    local = absent_values(frame, len(task.problem.layout.records))
-    for j, name in enumerate(frame.names):
+def _values(supermodel: Supermodel, task: Task, rival: Explanation) -> np.ndarray:
+    """Values ``(n_record, n_local)`` of a supermodel that are those of a rival, the other one absent."""
+    local = absent_values(supermodel, len(task.problem.layout.records))
+    for j, name in enumerate(supermodel.names):
         if name in rival.values:
             local[:, j] = rival.values[name]
     return local

@@ -50,13 +50,13 @@ class Hypothesis:
     effects : tuple of Effect classes
         Added to the model the search began with, in the order they were found.
     fit : Refit
-    frame : Supermodel
+    supermodel : Supermodel
         The one it was fitted in.
     """
 
     effects: tuple[type[Effect], ...]
     fit: Refit
-    frame: Supermodel
+    supermodel: Supermodel
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -104,20 +104,22 @@ class SearchContext:
         return Subset(self.base + added, self.each)
 
 
-def absent_values(frame: Supermodel, records: int) -> np.ndarray:
+def absent_values(supermodel: Supermodel, records: int) -> np.ndarray:
     """Values ``(n_record, n_local)`` with every effect at its null and nothing else set."""
-    local = np.zeros((records, len(frame.names)))
-    for j, name in enumerate(frame.names):
-        declared = frame.declared[name]
+    local = np.zeros((records, len(supermodel.names)))
+    for j, name in enumerate(supermodel.names):
+        declared = supermodel.declared[name]
         reachable = declared.lower <= declared.null <= declared.upper
         local[:, j] = declared.null if reachable or declared.reciprocal else declared.typical
     return local
 
 
-def carried(frame: Supermodel, onto: np.ndarray, source: Supermodel, local: np.ndarray) -> np.ndarray:
-    """Values of one frame put in place in another."""
-    values = onto.copy()
-    for j, name in enumerate(frame.names):
+def carried(
+    supermodel: Supermodel, source: Supermodel, local: np.ndarray, onto: np.ndarray | None = None
+) -> np.ndarray:
+    """Values of one supermodel put in place in another; what the first one lacks as in `onto`, or else absent."""
+    values = absent_values(supermodel, len(local)) if onto is None else onto.copy()
+    for j, name in enumerate(supermodel.names):
         if name in source.names:
             values[:, j] = local[:, source.names.index(name)]
     return values
@@ -125,11 +127,11 @@ def carried(frame: Supermodel, onto: np.ndarray, source: Supermodel, local: np.n
 
 def without(hypothesis: Hypothesis, kept: Sequence[type[Effect]]) -> np.ndarray:
     """Values ``(n_record, n_local)`` of a hypothesis with those of its effects at their nulls that are not kept."""
-    local, frame = hypothesis.fit.local.copy(), hypothesis.frame
-    blank = absent_values(frame, len(local))
+    local, supermodel = hypothesis.fit.local.copy(), hypothesis.supermodel
+    blank = absent_values(supermodel, len(local))
     for effect in hypothesis.effects:
         if effect not in kept:
-            columns = [frame.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
+            columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
             local[:, columns] = blank[:, columns]
     return local
 
@@ -151,9 +153,7 @@ def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
 def alone_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """The same with the values of each record, ``(n_record, n_local)`` in SI units, which may differ."""
     own = supermodel_of(task, hypothesis.effects).task
-    layout = own.problem.layout
-    blank = np.zeros((len(layout.records), len(layout.names)))
-    return own, carried(Supermodel(own), blank, hypothesis.frame, hypothesis.fit.local)
+    return own, carried(Supermodel(own), hypothesis.supermodel, hypothesis.fit.local)
 
 
 @dataclass(frozen=True)
@@ -162,39 +162,41 @@ class Trial:
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
     effects : tuple of Effect classes
         Those of the hypothesis and the further ones.
     scouts : tuple of Refit
         The best few ends of short refits, best first.
     """
 
-    frame: Supermodel
+    supermodel: Supermodel
     effects: tuple[type[Effect], ...]
     scouts: tuple[Refit, ...]
 
     def as_it_is(self) -> Hypothesis:
         """The hypothesis without a full refit."""
-        return Hypothesis(self.effects, self.scouts[0], self.frame)
+        return Hypothesis(self.effects, self.scouts[0], self.supermodel)
 
     def refitted(self, context: SearchContext) -> Hypothesis:
         """The hypothesis refitted in full, from the best few ends."""
         subset = context.subset(self.effects)
-        ends = [refit(self.frame, subset, scout.local, context.whole) for scout in self.scouts]
+        ends = [refit(self.supermodel, subset, scout.local, context.whole) for scout in self.scouts]
         best = min(ends, key=lambda found: found.cost)
-        return Hypothesis(self.effects, rescued_by_short_horizons(self.frame, subset, best, context), self.frame)
+        return Hypothesis(
+            self.effects, rescued_by_short_horizons(self.supermodel, subset, best, context), self.supermodel
+        )
 
 
-def rescued_by_short_horizons(frame: Supermodel, subset: Subset, found: Refit, context: SearchContext) -> Refit:
+def rescued_by_short_horizons(supermodel: Supermodel, subset: Subset, found: Refit, context: SearchContext) -> Refit:
     """A refit led once more from what can be predicted to whole records, as long as that leads lower.
 
     Where later bounces are matched in the wrong order, the first ones still tell the way out.
     """
-    while frame.sensitivities is None and len(context.counts) > 1:
+    while supermodel.sensitivities is None and len(context.counts) > 1:
         early = found
         for counts in context.counts[:-1]:
-            early = refit(frame, subset, early.local, counts, SCOUTING, 1e-3)
-        other = refit(frame, subset, early.local, context.whole)
+            early = refit(supermodel, subset, early.local, counts, SCOUTING, 1e-3)
+        other = refit(supermodel, subset, early.local, context.whole)
         if not other.cost < (1.0 - RETIMED) * found.cost:
             break
         found = other
@@ -202,7 +204,7 @@ def rescued_by_short_horizons(frame: Supermodel, subset: Subset, found: Refit, c
 
 
 def scouted(
-    frame: Supermodel,
+    supermodel: Supermodel,
     context: SearchContext,
     parent: Hypothesis,
     added: Sequence[type[Effect]],
@@ -212,7 +214,7 @@ def scouted(
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
         One that holds all effects.
     context : SearchContext
     parent : Hypothesis
@@ -222,25 +224,24 @@ def scouted(
     """
     effects = (*parent.effects, *added)
     subset = context.subset(effects)
-    blank = absent_values(frame, len(parent.fit.local))
-    before = carried(frame, blank, parent.frame, parent.fit.local)
+    before = carried(supermodel, parent.supermodel, parent.fit.local)
     most = BLOWN * parent.fit.cost
-    plain = [_put(frame, before, values) for values in begun] or _starts(frame, before, added)
-    starts = [_gentle(frame, context, start, added, most) for start in plain]
+    plain = [_put(supermodel, before, values) for values in begun] or _starts(supermodel, before, added)
+    starts = [_gentle(supermodel, context, start, added, most) for start in plain]
     weakened = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
         first = sorted(
-            (refit(frame, subset, start, context.whole, 1) for start in starts), key=lambda found: found.cost
+            (refit(supermodel, subset, start, context.whole, 1) for start in starts), key=lambda found: found.cost
         )
         starts = [found.local for found in first[:KEPT]]
-    scouts = [refit(frame, subset, start, context.whole, SCOUTING, 1e-3) for start in starts]
+    scouts = [refit(supermodel, subset, start, context.whole, SCOUTING, 1e-3) for start in starts]
     if weakened:
-        scouts += _continuation(frame, context, subset, min(scouts, key=lambda found: found.cost), added)
+        scouts += _continuation(supermodel, context, subset, min(scouts, key=lambda found: found.cost), added)
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
-    near = frame.sensitivities is not None and parent.fit.cost < FAR**2 * frame.samples.sum()
+    near = supermodel.sensitivities is not None and parent.fit.cost < FAR**2 * supermodel.samples.sum()
     if not parent.effects and not near:
-        scouts += [_from_data(frame, context, subset, _suggested(frame, start, context)) for start in starts]
-    return Trial(frame, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
+        scouts += [_from_data(supermodel, context, subset, _suggested(supermodel, start, context)) for start in starts]
+    return Trial(supermodel, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
 
 
 def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
@@ -275,13 +276,13 @@ def _in_time(job: Callable[[], Any]) -> Any:
 
 
 def _gentle(
-    frame: Supermodel, context: SearchContext, start: np.ndarray, added: Sequence[type[Effect]], most: float
+    supermodel: Supermodel, context: SearchContext, start: np.ndarray, added: Sequence[type[Effect]], most: float
 ) -> np.ndarray:
     """A start, or a weaker one where it costs more than `most`."""
     for _ in range(GENTLER):
-        if frame.costs(start, context.whole).sum() <= most:
+        if supermodel.costs(start, context.whole).sum() <= most:
             break
-        weaker = strengthened(frame, start, added, SMALL)
+        weaker = strengthened(supermodel, start, added, SMALL)
         if np.array_equal(weaker, start):
             break
         start = weaker
@@ -289,7 +290,7 @@ def _gentle(
 
 
 def _continuation(
-    frame: Supermodel, context: SearchContext, subset: Subset, weak: Refit, added: Sequence[type[Effect]]
+    supermodel: Supermodel, context: SearchContext, subset: Subset, weak: Refit, added: Sequence[type[Effect]]
 ) -> list[Refit]:
     """Continuation (homotopy): refits at strengths that grow step by step, the other values led along.
 
@@ -300,14 +301,14 @@ def _continuation(
     held = replace(subset, shared=tuple(name for name in subset.shared if name not in strengths))
     local, led, best = weak.local, [], weak.cost
     for _ in range(GROWN):
-        goal = strengthened(frame, local, added, GROWTH)
+        goal = strengthened(supermodel, local, added, GROWTH)
         grown = goal != local
         if not (grown.any() and np.isfinite(goal[grown]).all()):
             break
-        start = predictor_step(frame, held, subset, local, goal, context.whole)
-        fit = refit(frame, held, start, context.whole, FOLLOWED, 1e-5)
+        start = predictor_step(supermodel, held, subset, local, goal, context.whole)
+        fit = refit(supermodel, held, start, context.whole, FOLLOWED, 1e-5)
         local = fit.local
-        known = {name: float(local[0, frame.names.index(name)]) for name in strengths}
+        known = {name: float(local[0, supermodel.names.index(name)]) for name in strengths}
         led.append(replace(fit, shared={**fit.shared, **known}))
         best = min(best, fit.cost)
         if not any(fit.cost <= best for fit in led[-PAST:]):
@@ -315,13 +316,15 @@ def _continuation(
     return led
 
 
-def strengthened(frame: Supermodel, values: np.ndarray, added: Sequence[type[Effect]], factor: float) -> np.ndarray:
+def strengthened(
+    supermodel: Supermodel, values: np.ndarray, added: Sequence[type[Effect]], factor: float
+) -> np.ndarray:
     """Values with added effects made stronger or weaker, inside their bounds; a frequency stays."""
     scaled = values.copy()
     for effect in added:
         for name in effect.strength:
-            j = frame.names.index(f"{effect.name}.{name}")
-            declared = frame.declared[frame.names[j]]
+            j = supermodel.names.index(f"{effect.name}.{name}")
+            declared = supermodel.declared[supermodel.names[j]]
             if declared.reciprocal:
                 scaled[:, j] /= factor
             elif declared.unit != "Hz":
@@ -330,19 +333,19 @@ def strengthened(frame: Supermodel, values: np.ndarray, added: Sequence[type[Eff
     return scaled
 
 
-def _suggested(frame: Supermodel, before: np.ndarray, context: SearchContext) -> np.ndarray:
+def _suggested(supermodel: Supermodel, before: np.ndarray, context: SearchContext) -> np.ndarray:
     values = before.copy()
     for name, column in context.data_start.items():
-        values[:, frame.names.index(name)] = column
+        values[:, supermodel.names.index(name)] = column
     return values
 
 
-def _from_data(frame: Supermodel, context: SearchContext, subset: Subset, start: np.ndarray) -> Refit:
-    early = refit(frame, subset, start, context.counts[0], SCOUTING, 1e-2)
-    return refit(frame, subset, early.local, context.whole, SCOUTING, 1e-3)
+def _from_data(supermodel: Supermodel, context: SearchContext, subset: Subset, start: np.ndarray) -> Refit:
+    early = refit(supermodel, subset, start, context.counts[0], SCOUTING, 1e-2)
+    return refit(supermodel, subset, early.local, context.whole, SCOUTING, 1e-3)
 
 
-def _starts(frame: Supermodel, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
+def _starts(supermodel: Supermodel, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:
     """Values with the added effects weakly present: each sign that makes sense, each shape."""
     choices = []
     for effect in added:
@@ -352,15 +355,15 @@ def _starts(frame: Supermodel, before: np.ndarray, added: Sequence[type[Effect]]
         values = before.copy()
         for effect, sizes in zip(added, choice, strict=True):
             for parameter, size in zip(effect.parameters, sizes, strict=True):
-                values[:, frame.names.index(f"{effect.name}.{parameter.name}")] = size
+                values[:, supermodel.names.index(f"{effect.name}.{parameter.name}")] = size
         starts.append(values)
     return starts
 
 
-def _put(frame: Supermodel, before: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+def _put(supermodel: Supermodel, before: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
     local = before.copy()
     for name, value in values.items():
-        local[:, frame.names.index(name)] = value
+        local[:, supermodel.names.index(name)] = value
     return local
 
 

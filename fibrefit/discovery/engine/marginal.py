@@ -53,7 +53,7 @@ class Scales:
 
     def weigh(
         self,
-        frame: Supermodel,
+        supermodel: Supermodel,
         effects: tuple[type[Effect], ...],
         local: np.ndarray,
         sigma: np.ndarray | None = None,
@@ -63,7 +63,7 @@ class Scales:
 
         Parameters
         ----------
-        frame : Supermodel
+        supermodel : Supermodel
         effects : tuple of Effect classes
         local : (n_record, n_local) in SI units
         sigma : (n_scattering,), optional
@@ -71,62 +71,73 @@ class Scales:
         eta : (n_record, n_scattering), optional
             Deviations to begin with.
         """
-        unknowns = unknowns_of(frame, self.context, effects, self.reference)
-        return Weighed(effects, frame, self._settled(unknowns, place_of(unknowns, local, eta), frame, sigma))
+        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+        return Weighed(effects, supermodel, self._settled(unknowns, place_of(unknowns, local, eta), supermodel, sigma))
 
-    def secant(self, frame: Supermodel, seed: Seed | None = None) -> SecantGram:
+    def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
-        return SecantGram(self.yardstick.on(frame), self.context.whole, seed)
+        return SecantGram(self.yardstick.on(supermodel), self.context.whole, seed)
 
-    def promise_of(self, curve: Heights, parent: Weighed, frame: Supermodel, local: np.ndarray, gram: Gram) -> float:
+    def promise_of(
+        self, curve: Heights, parent: Weighed, supermodel: Supermodel, local: np.ndarray, gram: Gram
+    ) -> float:
         """Logarithm of the evidence that slopes promise of a parent with a curve on top of it, at given values."""
-        unknowns, found = unknowns_of(frame, self.context, parent.effects, self.reference, curve), parent.evidence.mode
+        unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
+        found = parent.evidence.mode
         place = place_of(unknowns, local, found.place.eta)
         return laplace(PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), found.sigma, np.inf, 1)).log
 
     def with_curve(
-        self, parent: Weighed, frame: Supermodel, local: np.ndarray, probe: type[Effect], curve: Heights, gram: Gram
+        self,
+        parent: Weighed,
+        supermodel: Supermodel,
+        local: np.ndarray,
+        probe: type[Effect],
+        curve: Heights,
+        gram: Gram,
     ) -> Weighed:
         """A parent with a curve on top of it, from given values."""
-        unknowns = unknowns_of(frame, self.context, parent.effects, self.reference, curve)
+        unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
-        return Weighed((*parent.effects, probe), frame, weigh(unknowns, start, gram, found.sigma, **descent()))
+        return Weighed((*parent.effects, probe), supermodel, weigh(unknowns, start, gram, found.sigma, **descent()))
 
     def glance(
         self,
-        frame: Supermodel,
+        supermodel: Supermodel,
         effects: tuple[type[Effect], ...],
         local: np.ndarray,
         sigma: np.ndarray,
         eta: np.ndarray,
     ) -> MarginalLikelihood:
         """What the slopes at given values promise: evidence without a descent."""
-        unknowns = unknowns_of(frame, self.context, effects, self.reference)
+        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
         place = place_of(unknowns, local, eta)
-        normal = arrowhead(unknowns, place, self.secant(frame))
+        normal = arrowhead(unknowns, place, self.secant(supermodel))
         return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
 
     def at_once(
-        self, frame: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed
+        self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed
     ) -> Weighed:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
-        seen = Weighed(effects, frame, self.glance(frame, effects, local, found.sigma, np.zeros_like(found.place.eta)))
+        seen = Weighed(
+            effects, supermodel, self.glance(supermodel, effects, local, found.sigma, np.zeros_like(found.place.eta))
+        )
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
         return seen if seen.log > least else seen.moved_to(least)
 
-    def absent(self, parent: Weighed, frame: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
+    def absent(self, parent: Weighed, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
         """A parent with further effects at their nulls, and the gain that slopes promise of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
-        local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
-        unknowns = unknowns_of(frame, self.context, effects, self.reference)
+        local = carried(supermodel, parent.supermodel, parent.local)
+        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
         place, old = place_of(unknowns, local, found.place.eta), parent.evidence
         size = len(unknowns.shared)
         blank = np.full((len(old.grid), size), np.nan)
         covariance = np.full((len(old.grid), size, size), np.nan)
         at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
-        return Weighed(effects, frame, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
+        return Weighed(effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
 
     def agreeing(self, parent: Weighed) -> Weighed:
         """A parent at its mode if records do not differ: what differs between them may be what an effect would do.
@@ -136,18 +147,23 @@ class Scales:
         """
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
-        gram, sigma = self.secant(parent.frame), np.zeros_like(found.sigma)
+        gram, sigma = self.secant(parent.supermodel), np.zeros_like(found.sigma)
         return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, **descent())))
 
     def extended(
-        self, parent: Weighed, frame: Supermodel, effect: type[Effect], promise: Promise, slopes: Seed | None = None
+        self,
+        parent: Weighed,
+        supermodel: Supermodel,
+        effect: type[Effect],
+        promise: Promise,
+        slopes: Seed | None = None,
     ) -> Weighed:
         """A parent with a further effect, from where slopes promise most of it.
 
         Parameters
         ----------
         parent : Weighed
-        frame : Supermodel
+        supermodel : Supermodel
             One that holds the effect too.
         effect : Effect class
         promise : Promise
@@ -156,17 +172,17 @@ class Scales:
             Of the parent, see `slopes`.
         """
         found = parent.evidence.mode
-        local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+        local = carried(supermodel, parent.supermodel, parent.local)
         ends: list[Weighed] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
         for values in promise.starts:
             for name, value in values.items():
-                local[:, frame.names.index(name)] = value
+                local[:, supermodel.names.index(name)] = value
             effects = (*parent.effects, effect)
-            unknowns = unknowns_of(frame, self.context, effects, self.reference)
+            unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            evidence = self._settled(unknowns, start, frame, found.sigma, slopes, found.objective)
-            ends.append(Weighed(effects, frame, evidence))
+            evidence = self._settled(unknowns, start, supermodel, found.sigma, slopes, found.objective)
+            ends.append(Weighed(effects, supermodel, evidence))
             if not astray(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
@@ -177,7 +193,7 @@ class Scales:
         A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
         """
         unknowns, found = parent.evidence.mode.unknowns, parent.evidence.mode
-        seen, kept = self.yardstick.on(parent.frame), []
+        seen, kept = self.yardstick.on(parent.supermodel), []
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             kept.append(seen.slopes(local, columns, targets, self.context.whole))
@@ -187,25 +203,25 @@ class Scales:
         return Seed(unknowns.names, kept[0])
 
     def screened(
-        self, parent: Weighed, frame: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
+        self, parent: Weighed, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
     ) -> dict[type[Effect], Promise]:
         """What slopes promise of each effect on top of a parent, at the best of its shapes.
 
-        All effects of a frame are looked at together, one simulation each.
+        All effects of a supermodel are looked at together, one simulation each.
 
         Parameters
         ----------
         parent : Weighed
-        frame : Supermodel
+        supermodel : Supermodel
             One that holds all of them.
         effects : sequence of Effect classes
         slopes : Seed, optional
             Of the parent, where they are known, see `slopes`.
         """
-        unknowns, found = unknowns_of(frame, self.context, parent.effects, self.reference), parent.evidence.mode
+        unknowns, found = unknowns_of(supermodel, self.context, parent.effects, self.reference), parent.evidence.mode
         slopes = self.slopes(parent) if slopes is None else slopes
-        gram = self._beside(frame, slopes.slopes)
-        base = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+        gram = self._beside(supermodel, slopes.slopes)
+        base = carried(supermodel, parent.supermodel, parent.local)
         promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
         for number in range(max((len(ways) for ways in shapes.values()), default=0)):
@@ -213,14 +229,14 @@ class Scales:
             local = base.copy()
             for effect, direction in there.items():
                 for name, value in direction.shapes.items():
-                    local[:, frame.names.index(f"{effect.name}.{name}")] = value
-            for effect, promise in self._promises(frame, gram, unknowns, local, found, there):
+                    local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
+            for effect, promise in self._promises(supermodel, gram, unknowns, local, found, there):
                 promised[effect] = max(promised[effect], promise, key=lambda one: one.gain)
         return promised
 
     def _promises(
         self,
-        frame: Supermodel,
+        supermodel: Supermodel,
         gram: Gram,
         unknowns: Unknowns,
         local: np.ndarray,
@@ -231,9 +247,9 @@ class Scales:
         ways = [
             (effect, f"{effect.name}.{name}", weak) for effect, way in there.items() for name, weak in way.strengths
         ]
-        columns = np.array([frame.names.index(name) for _, name, _ in ways])
+        columns = np.array([supermodel.names.index(name) for _, name, _ in ways])
         place = place_of(unknowns, local, found.place.eta)
-        values = np.array([slightly(frame, *way) for way in ways])
+        values = np.array([slightly(supermodel, *way) for way in ways])
         grams = local_grams(unknowns, place, gram, (columns, values))
         score, information = score_test(unknowns, place, grams, len(columns), found.sigma)
         seen = np.where(information > 0.0, information, np.inf)
@@ -241,25 +257,25 @@ class Scales:
         found_all = []
         for (effect, name, weak), value, gain, share in zip(ways, values, gains, -score / seen, strict=True):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
-            start = {name: starting_strength(frame, name, float(value), share)}
+            start = {name: starting_strength(supermodel, name, float(value), share)}
             little = there[effect].strengths[0][1] if effect.singular else weak
-            hardly = {name: starting_strength(frame, name, little, float(np.sign(share) or 1.0))}
+            hardly = {name: starting_strength(supermodel, name, little, float(np.sign(share) or 1.0))}
             slight = {name: float(value)}
             found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
     def led(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """The first steps of a hypothesis without some of its effects, from where it is."""
-        unknowns = unknowns_of(weighed.frame, self.context, kept, self.reference)
+        unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
         found = weighed.evidence.mode
         start = place_of(unknowns, _with_absent(weighed, kept), found.place.eta)
-        gram = self.secant(weighed.frame)
-        return Weighed(kept, weighed.frame, weigh(unknowns, start, gram, found.sigma, **first_steps()))
+        gram = self.secant(weighed.supermodel)
+        return Weighed(kept, weighed.supermodel, weigh(unknowns, start, gram, found.sigma, **first_steps()))
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """A hypothesis without some of its effects, from where it is."""
         found = weighed.evidence.mode
-        return self.weigh(weighed.frame, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
+        return self.weigh(weighed.supermodel, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
 
     def faded(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """A hypothesis without some of its effects, which fade out step by step while the others are led along.
@@ -267,10 +283,11 @@ class Scales:
         Where a motion bounces, a strong effect cannot be left out at once: bounces come at other times, and what is
         left lies in a minimum of its own. Records may differ by ever more on the way.
         """
-        unknowns, gram = unknowns_of(weighed.frame, self.context, kept, self.reference), self.secant(weighed.frame)
+        unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
+        gram = self.secant(weighed.supermodel)
         gone, at = [effect for effect in weighed.effects if effect not in kept], weighed
         for share in fading():
-            start = place_of(unknowns, strengthened(at.frame, at.local, gone, share), at.evidence.mode.place.eta)
+            start = place_of(unknowns, strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
             led = weigh(unknowns, start, gram, at.evidence.mode.sigma, **first_steps())
             at = replace(at, evidence=led)
             gram.renew()
@@ -279,12 +296,12 @@ class Scales:
     def again(self, weighed: Weighed) -> Weighed:
         """A hypothesis weighed with another yardstick, from where it is."""
         found = weighed.evidence.mode
-        return self.weigh(weighed.frame, weighed.effects, weighed.local, found.sigma, found.place.eta)
+        return self.weigh(weighed.supermodel, weighed.effects, weighed.local, found.sigma, found.place.eta)
 
     def refined(self, weighed: Weighed) -> Yardstick:
         """Yardstick of the noise a hypothesis leaves."""
-        steps = steps_at(weighed.frame, weighed.local, self.context.whole)
-        return yardstick_of(weighed.frame, self.noise(weighed), steps)
+        steps = steps_at(weighed.supermodel, weighed.local, self.context.whole)
+        return yardstick_of(weighed.supermodel, self.noise(weighed), steps)
 
     def noise(self, weighed: Weighed) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
@@ -307,10 +324,10 @@ class Scales:
         White, Econometrica 50 (1982).
         """
         found, kept = weighed.evidence.mode, []
-        unknowns, frame = found.unknowns, self.yardstick.on(weighed.frame)
+        unknowns, supermodel = found.unknowns, self.yardstick.on(weighed.supermodel)
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(stretch_products(frame, local, columns, targets, self.context.whole)[0])
+            kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole)[0])
             return kept[0].sum(axis=1)
 
         grams = local_grams(unknowns, found.place, gram)
@@ -333,9 +350,9 @@ class Scales:
         left = jnp.asarray(residuals_of(self.yardstick, weighed, self.context.whole)[0])
         return np.asarray(innovations_of(self.yardstick.whitening, left[None])[0])
 
-    def _beside(self, frame: Supermodel, known: Slopes) -> Gram:
-        """Products of known slopes of a parent's unknowns and of further columns of a frame."""
-        seen, number = self.yardstick.on(frame), known.rows.shape[1] - 1
+    def _beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
+        """Products of known slopes of a parent's unknowns and of further columns of a supermodel."""
+        seen, number = self.yardstick.on(supermodel), known.rows.shape[1] - 1
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             further = seen.slopes(local, columns[number:], targets[:, number:], self.context.whole)
@@ -347,20 +364,20 @@ class Scales:
         self,
         unknowns: Unknowns,
         start: Place,
-        frame: Supermodel,
+        supermodel: Supermodel,
         sigma: np.ndarray | None,
         seed: Seed | None = None,
         parent: float = np.inf,
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
-        return weigh(unknowns, start, self.secant(frame, seed), sigma, **descent(parent))
+        return weigh(unknowns, start, self.secant(supermodel, seed), sigma, **descent(parent))
 
 
 def _with_absent(weighed: Weighed, kept: Sequence[type[Effect]]) -> np.ndarray:
     """Values of a hypothesis ``(n_record, n_local)`` with the effects that are not kept at their nulls."""
-    local, blank = weighed.local.copy(), absent_values(weighed.frame, len(weighed.local))
+    local, blank = weighed.local.copy(), absent_values(weighed.supermodel, len(weighed.local))
     for effect in weighed.effects:
         if effect not in kept:
-            columns = [weighed.frame.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
+            columns = [weighed.supermodel.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
             local[:, columns] = blank[:, columns]
     return local

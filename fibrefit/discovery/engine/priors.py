@@ -52,7 +52,7 @@ LEVEL_SD = 10.0
 
 
 def unknowns_of(
-    frame: Supermodel,
+    supermodel: Supermodel,
     context: SearchContext,
     effects: Iterable[type[Effect]],
     reference: dict[str, float],
@@ -62,7 +62,7 @@ def unknowns_of(
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
     context : SearchContext
     effects : iterable of Effect classes
     reference : mapping of name to float
@@ -71,8 +71,8 @@ def unknowns_of(
         Of a probe on top of them.
     """
     subset = context.subset(effects)
-    slots = {slot.name: slot for slot in frame.problem.layout.slots}
-    rows = [_line(frame.declared[name], slots[name], reference.get(name), effects) for name in subset.shared]
+    slots = {slot.name: slot for slot in supermodel.problem.layout.slots}
+    rows = [_line(supermodel.declared[name], slots[name], reference.get(name), effects) for name in subset.shared]
     if curve is not None:
         subset = replace(subset, shared=subset.shared + curve.names)
         rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf, False)] * len(curve.names)
@@ -84,8 +84,8 @@ def unknowns_of(
     if curve is not None:
         precision[-len(curve.names) :, -len(curve.names) :] = curve.precision()
     base = np.array([name in context.scattering for name in subset.shared], dtype=bool)
-    index = {name: i for i, name in enumerate(frame.names)}
-    layout = frame.problem.layout
+    index = {name: i for i, name in enumerate(supermodel.names)}
+    layout = supermodel.problem.layout
     free = np.array(
         [[slots[name].held(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
     ).reshape(len(layout.records), len(subset.each))
@@ -103,7 +103,7 @@ def unknowns_of(
         lower=lower,
         upper=upper,
         one_sided=one_sided,
-        size=np.array([abs(frame.declared[name].typical) for name in subset.each], dtype=float),
+        size=np.array([abs(supermodel.declared[name].typical) for name in subset.each], dtype=float),
     )
 
 

@@ -26,7 +26,7 @@ def difference_steps(values: np.ndarray, typical: np.ndarray | float) -> np.ndar
 
 @dataclass(frozen=True)
 class Subset:
-    """Which values of a frame are active.
+    """Which values of a supermodel are active.
 
     Parameters
     ----------
@@ -64,17 +64,17 @@ class Refit:
 class _Map:
     """Between the unknowns of a refit and the values of each record."""
 
-    def __init__(self, frame: Supermodel, subset: Subset, local: np.ndarray) -> None:
-        self.frame, self.subset, self.records = frame, subset, len(local)
-        index = {name: i for i, name in enumerate(frame.names)}
+    def __init__(self, supermodel: Supermodel, subset: Subset, local: np.ndarray) -> None:
+        self.supermodel, self.subset, self.records = supermodel, subset, len(local)
+        index = {name: i for i, name in enumerate(supermodel.names)}
         self.shared = np.array([index[name] for name in subset.shared], dtype=int)
         self.each = np.array([index[name] for name in subset.each], dtype=int)
         self.columns = np.concatenate([self.shared, self.each])
         self.rest = local.copy()
-        ranges = {slot.name: slot.range for slot in frame.problem.layout.slots}
+        ranges = {slot.name: slot.range for slot in supermodel.problem.layout.slots}
         self.lower = np.array([ranges[name].lower for name in subset.shared])
         self.upper = np.array([ranges[name].upper for name in subset.shared])
-        self.size = np.array([abs(frame.declared[name].typical) for name in (*subset.shared, *subset.each)])
+        self.size = np.array([abs(supermodel.declared[name].typical) for name in (*subset.shared, *subset.each)])
 
     def unknowns(self) -> np.ndarray:
         """Unknowns of the values it was made from."""
@@ -95,7 +95,7 @@ class _Map:
         """Normal matrix, gradient and cost."""
         local = self.local(unknowns)
         steps = difference_steps(local[:, self.columns], self.size)
-        changes = self.frame.grams(local, self.columns, local[:, self.columns] + steps, counts)
+        changes = self.supermodel.grams(local, self.columns, local[:, self.columns] + steps, counts)
         per = np.concatenate([1.0 / steps, np.ones((len(steps), 1))], axis=1)
         grams = changes * per[:, :, None] * per[:, None, :]
         n, own, total = len(self.shared), len(self.each), len(unknowns)
@@ -121,13 +121,18 @@ class _Map:
 
 
 def refit(
-    frame: Supermodel, subset: Subset, local: np.ndarray, counts: np.ndarray, max_steps: int = 30, enough: float = 1e-4
+    supermodel: Supermodel,
+    subset: Subset,
+    local: np.ndarray,
+    counts: np.ndarray,
+    max_steps: int = 30,
+    enough: float = 1e-4,
 ) -> Refit:
     """Fit a subset of values, from values given, over a horizon.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
     subset : Subset
     local : (n_record, n_local) in SI units
         Start; values outside the subset stay.
@@ -137,7 +142,7 @@ def refit(
     enough : float
         Relative fall of the objective below which it stops.
     """
-    unknown = _Map(frame, subset, local)
+    unknown = _Map(supermodel, subset, local)
     x, damping = unknown.clipped(unknown.unknowns()), 1e-3
     matrix, gradient, cost = unknown.normal(x, counts)
     for step in range(1, max_steps + 1):  # noqa: B007
@@ -176,13 +181,13 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
 
 
 def predictor_step(
-    frame: Supermodel, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
+    supermodel: Supermodel, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
 ) -> np.ndarray:
     """Values that go to a goal, with those of a subset led along so that the cost rises least.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
     held : Subset
         The values that are led along.
     subset : Subset
@@ -195,12 +200,12 @@ def predictor_step(
     (n_record, n_local)
         To first order, in SI units.
     """
-    unknown = _Map(frame, subset, local)
+    unknown = _Map(supermodel, subset, local)
     here = unknown.unknowns()
     matrix = unknown.normal(here, counts)[0]
     led = np.array([name in held.shared for name in subset.shared] + [True] * (len(here) - len(subset.shared)))
     way = np.zeros(len(here))
-    way[~led] = (_Map(frame, subset, goal).unknowns() - here)[~led]
+    way[~led] = (_Map(supermodel, subset, goal).unknowns() - here)[~led]
     if np.isfinite(matrix).all():
         size = np.sqrt(np.diag(matrix)[led])
         size = np.where(size > 0.0, size, 1.0)

@@ -39,7 +39,7 @@ def remaining_noise(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) 
     weighed : Weighed
     counts : (n_record,) int
     """
-    problem = with_steps(weighed.frame.problem, dict(yardstick.steps))
+    problem = with_steps(weighed.supermodel.problem, dict(yardstick.steps))
     best = residuals_of(yardstick, weighed, counts, DRAWS)
     return noise_of_residuals(problem, spread_about(best, changes_of(yardstick, weighed, counts)))
 
@@ -50,15 +50,15 @@ def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, dra
     Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
     them.
     """
-    frame, number = replace(weighed.frame, steps=yardstick.steps), len(yardstick.noise)
-    rows = residual_rows(frame, weighed.local, counts)
+    supermodel, number = replace(weighed.supermodel, steps=yardstick.steps), len(yardstick.noise)
+    rows = residual_rows(supermodel, weighed.local, counts)
     shape = (len(rows), number, -1)
     sensitivities = yardstick.sensitivities
-    if sensitivities is None or frame.sensitivities is None:
+    if sensitivities is None or supermodel.sensitivities is None:
         return np.asarray(rows).reshape(1, *shape)
     white = innovations_of(yardstick.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
     random, found = np.random.default_rng(0), []
-    pairs = zip(sensitivities.records, frame.sensitivities.records, strict=True)
+    pairs = zip(sensitivities.records, supermodel.sensitivities.records, strict=True)
     for row, own, (seen, raw) in zip(np.asarray(rows), np.asarray(white), pairs, strict=True):
         drawn = drawn_about(seen.best(own[None])[0], np.linalg.cholesky(seen.inverse), draws, random)
         found.append(row - raw.imitated(drawn, len(row)))
@@ -73,15 +73,15 @@ def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np
     (n_direction, n_record, n_channel, n_time)
         In units of the noise, errors of inputs at their best for each; none where no mode was found.
     """
-    found, frame = weighed.evidence.mode, replace(weighed.frame, steps=yardstick.steps)
-    times = frame.problem.observations.experiment.times
+    found, supermodel = weighed.evidence.mode, replace(weighed.supermodel, steps=yardstick.steps)
+    times = supermodel.problem.observations.experiment.times
     if not found.steps:
         return np.zeros((0, len(times), len(yardstick.noise), times.shape[1]))
     roots = roots_of_posterior(weighed.evidence)
     kept: list[np.ndarray] = []
 
     def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        rows = np.asarray(frame.rows(local, columns, targets, counts))[:, 1 : 1 + len(columns)]
+        rows = np.asarray(supermodel.rows(local, columns, targets, counts))[:, 1 : 1 + len(columns)]
         change = targets - local[:, columns]
         kept.append(rows / np.where(change != 0.0, change, 1.0)[:, :, None])
         return np.zeros((len(local), len(columns) + 1, len(columns) + 1))
@@ -89,7 +89,7 @@ def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np
     local_grams(found.unknowns, found.place, gram)
     moved = np.einsum("rit,rik->rkt", kept[0], roots)
     shape = (*moved.shape[:2], len(yardstick.noise), -1)
-    known, raw = yardstick.sensitivities, weighed.frame.sensitivities
+    known, raw = yardstick.sensitivities, weighed.supermodel.sensitivities
     if known is not None and raw is not None:
         white = innovations_of(yardstick.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
         seen = np.swapaxes(np.asarray(white), 0, 1).reshape(moved.shape)

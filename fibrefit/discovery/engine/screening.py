@@ -85,20 +85,20 @@ def directions(effect: type[Effect]) -> list[Approach]:
     return found
 
 
-def slightly(frame: Supermodel, effect: type[Effect], name: str, weak: float) -> float:
+def slightly(supermodel: Supermodel, effect: type[Effect], name: str, weak: float) -> float:
     """Strength at which slopes are taken, for one at which an effect is weak.
 
     What changes a model's kind is looked at where it is weak: slopes nearer to its null are those of another model.
     """
-    declared = frame.declared[name]
+    declared = supermodel.declared[name]
     if effect.singular or declared.reciprocal or declared.unit == "Hz":
         return weak
     return declared.null + SLIGHT * (weak - declared.null)
 
 
-def starting_strength(frame: Supermodel, name: str, weak: float, share: float) -> float:
+def starting_strength(supermodel: Supermodel, name: str, weak: float, share: float) -> float:
     """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
-    declared = frame.declared[name]
+    declared = supermodel.declared[name]
     if declared.reciprocal or declared.unit == "Hz":
         return weak
     most = max(abs((declared.typical - declared.null) / (weak - declared.null)), 1.0)

@@ -40,14 +40,14 @@ class SecantGram:
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
         Whitened.
     counts : (n_record,) int
     seed : Seed, optional
         Slopes to begin with; what it lacks is simulated.
     """
 
-    frame: Supermodel
+    supermodel: Supermodel
     counts: np.ndarray
     seed: Seed | None = None
     exact: bool = field(default=False, init=False)
@@ -57,17 +57,17 @@ class SecantGram:
         """Products at some values; parameters as `Supermodel.grams`."""
         if self._known is None:
             slopes = self._first(local, columns, targets)
-            grams = slopes.grams(self.frame.sensitivities)
+            grams = slopes.grams(self.supermodel.sensitivities)
             self._known = _Known(local, targets - local[:, columns], slopes, float(np.sum(grams[:, -1, -1])))
             return grams
         known, change = self._known, targets - local[:, columns]
         # What cannot move has no change to count its way in.
         moved = (local - known.local)[:, columns]
         way = np.divide(moved, known.change, out=np.zeros_like(moved), where=known.change != 0.0)
-        here = self.frame.slopes(local, columns[:0], targets[:, :0], self.counts)
+        here = self.supermodel.slopes(local, columns[:0], targets[:, :0], self.counts)
         size = np.divide(change, known.change, out=np.ones_like(change), where=known.change != 0.0)
         slopes = known.slopes.led_to(here, way).scaled(size)
-        grams = slopes.grams(self.frame.sensitivities)
+        grams = slopes.grams(self.supermodel.sensitivities)
         self.exact = False
         # A step that led upwards is hardly ever taken: slopes are corrected along the way that is.
         if np.sum(grams[:, -1, -1]) <= known.cost:
@@ -78,10 +78,10 @@ class SecantGram:
         seed, self.seed = self.seed, None
         self.exact = seed is None
         if seed is None:
-            return self.frame.slopes(local, columns, targets, self.counts)
-        names = [self.frame.names[column] for column in columns]
+            return self.supermodel.slopes(local, columns, targets, self.counts)
+        names = [self.supermodel.names[column] for column in columns]
         new = np.array([j for j, name in enumerate(names) if name not in seed.names], dtype=int)
-        simulated = self.frame.slopes(local, columns[new], targets[:, new], self.counts)
+        simulated = self.supermodel.slopes(local, columns[new], targets[:, new], self.counts)
         both = simulated.beside(seed.slopes)
         order = [0]
         for j, name in enumerate(names):

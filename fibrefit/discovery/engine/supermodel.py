@@ -1,4 +1,4 @@
-"""A frame: a model with many effects at once, all absent until they are switched on.
+"""A supermodel: a model with many effects at once, all absent until they are switched on.
 
 Every effect vanishes exactly at its null value, so one compiled program stands for every subset of its effects. A
 search over effects and pairs of effects then compiles a few programs; only the values differ.
@@ -43,7 +43,7 @@ FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
 ANYWHERE = Range(-np.inf, np.inf, 1.0)
 OWN_KIND = ("guide", "fibre", "sensor")
-"""Places with so many effects that they have frames of their own."""
+"""Places with so many effects that they have supermodels of their own."""
 
 
 def coefficients_at(task: Task, values: np.ndarray, sensitivities: InputSensitivities) -> InputCoefficients:
@@ -121,7 +121,7 @@ class Supermodel:
         return set(effects) <= set(self.effects)
 
     def widened(self, effects: Sequence[type[Effect]]) -> Supermodel:
-        """A frame with further effects, of the same readings and of inputs without the same errors."""
+        """A supermodel with further effects, of the same readings and of inputs without the same errors."""
         return replace(supermodel_of(self.task, effects), sensitivities=self.sensitivities)
 
     def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -196,13 +196,13 @@ class Supermodel:
 
 
 def stretch_products(
-    frame: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+    supermodel: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Products of whitened changes and residuals within each stretch of a record, the errors of inputs at their best.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
         Whitened.
     local, columns, targets, counts : as `Supermodel.grams`
 
@@ -213,8 +213,10 @@ def stretch_products(
     squares : (n_record, n_active, n_active)
         Sums over all stretches of the products of each two changes and the squared residual.
     """
-    left = frame.slopes(local, columns, targets, counts).left(frame.sensitivities)[:, np.r_[1 : 1 + len(columns), 0]]
-    channels = len(frame.problem.observations.weight)
+    left = supermodel.slopes(local, columns, targets, counts).left(supermodel.sensitivities)[
+        :, np.r_[1 : 1 + len(columns), 0]
+    ]
+    channels = len(supermodel.problem.observations.weight)
     whole = left.reshape(*left.shape[:2], channels, -1)
     size = -(-whole.shape[-1] // STRETCHES)
     whole = np.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
@@ -224,25 +226,27 @@ def stretch_products(
     return parts @ np.swapaxes(parts, 2, 3), scores @ np.swapaxes(scores, 1, 2)
 
 
-def residual_rows(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> jax.Array:
+def residual_rows(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> jax.Array:
     """Residuals of each record, ``(n_record, n_channel * n_time)``, those of noisy inputs without their errors.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
     local : (n_record, n_local) in SI units
     counts : (n_record,) int
     """
-    width = 1 + max(frame.compiled)
+    width = 1 + max(supermodel.compiled)
     # The first row is of the values as they are: the first of them goes to where it is.
     targets = np.repeat(local[:, :1], width, axis=1)
     varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
     horizon = jnp.asarray(counts, dtype=jnp.int32)
-    return frame.in_steps(_rows(frame._bare, jnp.asarray(local), varied, horizon, frame._offset)[:, :1])[:, 0]
+    return supermodel.in_steps(_rows(supermodel._bare, jnp.asarray(local), varied, horizon, supermodel._offset)[:, :1])[
+        :, 0
+    ]
 
 
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:
-    """Those of `effects` that share a frame with one of them: its kind, as a model with all effects takes long to run.
+    """Those of `effects` tried together with one of them: its kind, as a model with all effects takes long to run.
 
     One that makes the equations of motion stiff would slow down all others, and stays alone. So does a law with a
     memory where they are `stiff` already: that is a state of each segment of a fibre, and a step solves for all of them
@@ -266,7 +270,7 @@ def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool]:
 def supermodel_of(
     task: Task, effects: Sequence[type[Effect]], sensitivities: InputSensitivities | None = None
 ) -> Supermodel:
-    """Frame with the effects of a task's model and more.
+    """Supermodel with the effects of a task's model and more.
 
     Parameters
     ----------

@@ -19,13 +19,13 @@ class Weighed:
     ----------
     effects : tuple of Effect classes
         Added to the model the search began with, in the order they were found.
-    frame : Supermodel
+    supermodel : Supermodel
         One that holds them, not whitened.
     evidence : MarginalLikelihood
     """
 
     effects: tuple[type[Effect], ...]
-    frame: Supermodel
+    supermodel: Supermodel
     evidence: MarginalLikelihood
 
     @property

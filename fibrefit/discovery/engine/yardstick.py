@@ -36,24 +36,24 @@ class Yardstick:
     sensitivities: InputSensitivities | None
     steps: Mapping[str, Steps] = field(default_factory=dict)
 
-    def on(self, frame: Supermodel) -> Supermodel:
-        """A frame whose residuals are whitened."""
-        return replace(frame, whitening=self.whitening, sensitivities=self.sensitivities, steps=self.steps)
+    def on(self, supermodel: Supermodel) -> Supermodel:
+        """A supermodel whose residuals are whitened."""
+        return replace(supermodel, whitening=self.whitening, sensitivities=self.sensitivities, steps=self.steps)
 
 
-def yardstick_of(frame: Supermodel, noise: Sequence[Noise], steps: Mapping[str, Steps] | None = None) -> Yardstick:
+def yardstick_of(supermodel: Supermodel, noise: Sequence[Noise], steps: Mapping[str, Steps] | None = None) -> Yardstick:
     """Yardstick for noise of known spectra.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
         Any of the search, not whitened.
     noise : sequence of Noise
     steps : mapping of channel to Steps, optional
         What a channel in coarse steps leaves is white, whatever `noise` says of it.
     """
     steps = steps or {}
-    problem = with_steps(frame.problem, dict(steps))
+    problem = with_steps(supermodel.problem, dict(steps))
     data, channels = problem.observations, problem.model.rig.channels
     rate = 1.0 / float(np.diff(np.asarray(data.experiment.times)[0, :2])[0])
     noise = tuple(
@@ -61,28 +61,28 @@ def yardstick_of(frame: Supermodel, noise: Sequence[Noise], steps: Mapping[str, 
         for channel, of in zip(channels, noise, strict=True)
     )
     whitening = in_blocks(whitening_of(problem, noise))
-    sensitivities = frame.sensitivities
+    sensitivities = supermodel.sensitivities
     if sensitivities is not None:
         sensitivities = whitened_sensitivities(sensitivities, whitening)
     return Yardstick(noise, whitening, sensitivities, steps)
 
 
-def steps_at(frame: Supermodel, local: np.ndarray, counts: np.ndarray) -> Mapping[str, Steps]:
+def steps_at(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Mapping[str, Steps]:
     """Steps of channels that are read in coarse ones, with the noise before rounding that is most probable at values.
 
     Where inputs have errors too, sensitivities to these are known for fine readings only, and rounding counts as noise.
 
     Parameters
     ----------
-    frame : Supermodel
+    supermodel : Supermodel
         Not whitened.
     local : (n_record, n_local) in SI units
     counts : (n_record,) int
     """
-    known, found = frame.task.steps if frame.sensitivities is None else {}, {}
+    known, found = supermodel.task.steps if supermodel.sensitivities is None else {}, {}
     if known:
-        weights, channels = frame.problem.observations.weight, frame.problem.model.rig.channels
-        rows = np.asarray(residual_rows(frame, local, counts)).reshape(len(local), len(channels), -1)
+        weights, channels = supermodel.problem.observations.weight, supermodel.problem.model.rig.channels
+        rows = np.asarray(residual_rows(supermodel, local, counts)).reshape(len(local), len(channels), -1)
         for c, channel in enumerate(channels):
             if channel in known:
                 weight = np.asarray(weights[channel])

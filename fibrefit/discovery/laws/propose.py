@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
-from fibrefit.discovery.engine.candidates import absent_values, carried, fit_all
+from fibrefit.discovery.engine.candidates import carried, fit_all
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.forms import FORMS, forms_of
@@ -51,8 +51,8 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
         return None
     search.tell("fitting laws to the free curves", None)
     effects = [effect_of_law(law) for law in laws]
-    frame = supermodel_of(search.task, (*parent.effects, *effects), parent.frame.sensitivities)
-    jobs = [partial(_weighed, search, frame, parent, law) for law in laws]
+    supermodel = supermodel_of(search.task, (*parent.effects, *effects), parent.supermodel.sensitivities)
+    jobs = [partial(_weighed, search, supermodel, parent, law) for law in laws]
     ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
     ranked = sorted(
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
@@ -77,14 +77,14 @@ def _composed(readings: Sequence[Reading]) -> list[Composed]:
     return turns[:TRIED]
 
 
-def _weighed(search: Search, frame: Supermodel, parent: Weighed, law: Composed) -> Weighed:
+def _weighed(search: Search, supermodel: Supermodel, parent: Weighed, law: Composed) -> Weighed:
     """A parent with a law, from where the regression left it."""
-    local = carried(frame, absent_values(frame, len(parent.local)), parent.frame, parent.local)
+    local = carried(supermodel, parent.supermodel, parent.local)
     for name, value in start_of_law(law).items():
-        declared = frame.declared[name]
-        local[:, frame.names.index(name)] = np.clip(value, declared.lower, declared.upper)
+        declared = supermodel.declared[name]
+        local[:, supermodel.names.index(name)] = np.clip(value, declared.lower, declared.upper)
     found = parent.evidence.mode
-    return search.scales.weigh(frame, (*parent.effects, effect_of_law(law)), local, found.sigma, found.place.eta)
+    return search.scales.weigh(supermodel, (*parent.effects, effect_of_law(law)), local, found.sigma, found.place.eta)
 
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
@@ -102,7 +102,7 @@ def _told(
     left_out = held_out(search, before, kept)
     shared, errors = best.shared, best.errors
     names = [f"{law.name}.{quantity.name}" for quantity in law.fitted.form.quantities]
-    units = {name: best.frame.declared[name].unit for name in names}
+    units = {name: best.supermodel.declared[name].unit for name in names}
     rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps)))) if gaps else float("nan")  # noqa: E731
     return ProposedLaw(
         ProposedLawSummary(

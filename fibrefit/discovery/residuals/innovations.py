@@ -96,8 +96,8 @@ def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     columns = unknowns.shared[unknowns.scattering]
     local = best.local
     targets = local[:, columns] * np.exp(STEP)
-    frame = scales.yardstick.on(best.frame)
-    products, squares = stretch_products(frame, local, columns, targets, scales.context.whole)
+    supermodel = scales.yardstick.on(best.supermodel)
+    products, squares = stretch_products(supermodel, local, columns, targets, scales.context.whole)
     information, score = products[:, :, :-1, :-1] / STEP**2, products[:, :, :-1, -1] / STEP
     assert place.eta.shape[1] == len(columns)
     pairs = zip(information.sum(axis=1), squares / STEP**2, strict=True)

@@ -28,9 +28,9 @@ def _cv_residual(search: Search, hypothesis: Hypothesis, record: int) -> float:
     context = search.context
     others, alone = context.whole.copy(), np.zeros_like(context.whole)
     others[record], alone[record] = 0, context.whole[record]
-    fitted = refit(hypothesis.frame, context.subset(hypothesis.effects), hypothesis.fit.local, others, STEPS)
-    own = refit(hypothesis.frame, Subset((), context.each), fitted.local, alone, STEPS)
-    return float(np.sqrt(own.cost / search.base.frame.samples[record]))
+    fitted = refit(hypothesis.supermodel, context.subset(hypothesis.effects), hypothesis.fit.local, others, STEPS)
+    own = refit(hypothesis.supermodel, Subset((), context.each), fitted.local, alone, STEPS)
+    return float(np.sqrt(own.cost / search.base.supermodel.samples[record]))
 
 
 def held_out(search: Search, base: Hypothesis, best: Hypothesis) -> tuple[HeldOut, ...]:

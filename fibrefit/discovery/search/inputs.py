@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Hypothesis, absent_values, alone_by_record, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, alone_by_record, carried
 from fibrefit.discovery.engine.effort import lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
@@ -25,9 +25,9 @@ def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | Non
 
     They are those of each record at values of its own.
     """
-    if (sensitivities := weighed.frame.sensitivities) is None:
+    if (sensitivities := weighed.supermodel.sensitivities) is None:
         return None
-    left = np.asarray(residual_rows(weighed.frame, weighed.local, search.context.whole))[:, None]
+    left = np.asarray(residual_rows(weighed.supermodel, weighed.local, search.context.whole))[:, None]
     return sensitivities.named([-record.best(own)[0] for record, own in zip(sensitivities.records, left, strict=True)])
 
 
@@ -36,13 +36,13 @@ def residuals_left(search: Search, weighed: Weighed) -> np.ndarray:
 
     By a program of the search: to put a hypothesis into a model of its own is to compile that.
     """
-    frame, coefficients = weighed.frame, coefficients_of(search, weighed)
-    if coefficients is not None and (seen := frame.sensitivities) is not None:
+    supermodel, coefficients = weighed.supermodel, coefficients_of(search, weighed)
+    if coefficients is not None and (seen := supermodel.sensitivities) is not None:
         whole = seen._replace(
             coefficients=coefficients, downweight=np.ones_like(seen.downweight), offset=np.zeros_like(seen.offset)
         )
-        frame = supermodel_of(search.task, frame.effects, whole)
-    rows = np.asarray(residual_rows(frame, weighed.local, search.context.whole))
+        supermodel = supermodel_of(search.task, supermodel.effects, whole)
+    rows = np.asarray(residual_rows(supermodel, weighed.local, search.context.whole))
     return rows.reshape(len(rows), len(search.task.problem.model.rig.channels), -1)
 
 
@@ -52,12 +52,12 @@ class About(NamedTuple):
     Parameters
     ----------
     search : Search
-    frame : Supermodel
+    supermodel : Supermodel
         Of the hypothesis.
     """
 
     search: Search
-    frame: Supermodel
+    supermodel: Supermodel
 
 
 def linearised_about(search: Search, weighed: Weighed) -> About | None:
@@ -68,15 +68,15 @@ def linearised_about(search: Search, weighed: Weighed) -> About | None:
     plain = search.plain(weighed)
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
     sensitivities = sensitivities_of(*alone_by_record(search.task, plain), coefficients, search.gap(plain) > FAR)
-    frame = supermodel_of(search.task, (), sensitivities)
-    own = supermodel_of(search.task, weighed.effects, sensitivities) if weighed.effects else frame
-    base = refit(frame, search.context.subset(()), search.base.fit.local, search.context.whole)
+    supermodel = supermodel_of(search.task, (), sensitivities)
+    own = supermodel_of(search.task, weighed.effects, sensitivities) if weighed.effects else supermodel
+    base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
     scales = Scales(search.context, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
     anew = replace(
         search,
-        base=Hypothesis((), base, frame),
+        base=Hypothesis((), base, supermodel),
         scales=scales,
-        frames=[frame, own] if weighed.effects else [frame],
+        supermodels=[supermodel, own] if weighed.effects else [supermodel],
         lock=Lock(),
     )
     return About(anew, own)
@@ -89,8 +89,8 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     """
     if (about := linearised_about(search, weighed)) is None:
         return None
-    anew, own, old = about.search, about.frame, weighed.evidence.mode
-    local = carried(own, absent_values(own, len(weighed.local)), weighed.frame, weighed.local)
+    anew, own, old = about.search, about.supermodel, weighed.evidence.mode
+    local = carried(own, weighed.supermodel, weighed.local)
     found = anew.scales.weigh(own, weighed.effects, local, old.sigma, old.place.eta)
     if lost(search.gap(search.plain(weighed)), anew.gap(anew.plain(found))):
         return None
@@ -129,17 +129,17 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
     if (anew := relinearised(search, found)) is None:
         return None
     there, own = anew
-    local = carried(own.frame, absent_values(own.frame, len(parent.local)), parent.frame, parent.local)
+    local = carried(own.supermodel, parent.supermodel, parent.local)
     old = parent.evidence.mode
     lesser = (
         there.scales.without(own, parent.effects),
-        there.scales.weigh(own.frame, parent.effects, local, old.sigma, old.place.eta),
+        there.scales.weigh(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
     )
     return Confirmation(there, own, max(lesser, key=lambda one: one.log))
 
 
 def weighed_about(about: Search, other: Weighed) -> Weighed:
     """A hypothesis where readings are linearised about another one, from where it is."""
-    frame, old = about.supermodel_with(other.frame.effects), other.evidence.mode
-    local = carried(frame, absent_values(frame, len(other.local)), other.frame, other.local)
-    return about.scales.weigh(frame, other.effects, local, old.sigma, old.place.eta)
+    supermodel, old = about.supermodel_with(other.supermodel.effects), other.evidence.mode
+    local = carried(supermodel, other.supermodel, other.local)
+    return about.scales.weigh(supermodel, other.effects, local, old.sigma, old.place.eta)

@@ -43,14 +43,16 @@ def slowdown(search: Search, weighed: Weighed) -> float:
     An effect that makes the equations stiff makes all that follows so much slower.
     """
     base = search.base
-    return max(_seconds(search, weighed.frame, weighed.local) / _seconds(search, base.frame, base.fit.local), 1.0)
+    return max(
+        _seconds(search, weighed.supermodel, weighed.local) / _seconds(search, base.supermodel, base.fit.local), 1.0
+    )
 
 
-def _seconds(search: Search, frame: Supermodel, local: np.ndarray) -> float:
+def _seconds(search: Search, supermodel: Supermodel, local: np.ndarray) -> float:
     times = []
     for _ in range(1 + RUNS):
         began = time.perf_counter()
-        np.asarray(residual_rows(frame, local, search.context.whole))
+        np.asarray(residual_rows(supermodel, local, search.context.whole))
         times.append(time.perf_counter() - began)
     # The first may have compiled.
     return max(min(times[1:]), 1e-6)

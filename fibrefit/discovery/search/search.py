@@ -75,7 +75,7 @@ class Search:
     scales : Scales
         By which hypotheses are weighed now.
     tell : callable
-    frames : list of Supermodel
+    supermodels : list of Supermodel
         Compiled so far; a store of programs, not of results.
     lock : Lock
         Of that store.
@@ -89,7 +89,7 @@ class Search:
     base: Hypothesis
     scales: Scales
     tell: Progress
-    frames: list[Supermodel] = field(default_factory=list)
+    supermodels: list[Supermodel] = field(default_factory=list)
     lock: Lock = field(default_factory=Lock, repr=False)
     folder: Path | None = None
 
@@ -106,7 +106,7 @@ class Search:
 
     def signature(self, parent: Weighed | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
-        sensitivities = parent.frame.sensitivities
+        sensitivities = parent.supermodel.sensitivities
         seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
         if isinstance(parent, Hypothesis):
             return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
@@ -136,7 +136,7 @@ class Search:
     @cached_property
     def samples(self) -> float:
         """Number of samples that count."""
-        return float(self.base.frame.samples.sum())
+        return float(self.base.supermodel.samples.sum())
 
     def weighed_with(self, scales: Scales) -> Search:
         """The same search with other scales."""
@@ -148,15 +148,15 @@ class Search:
 
     def plain(self, weighed: Weighed) -> Hypothesis:
         """A weighed hypothesis at its mode, with what it leaves in plain squares."""
-        cost = float(weighed.frame.costs(weighed.local, self.context.whole).sum())
-        return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.frame)
+        cost = float(weighed.supermodel.costs(weighed.local, self.context.whole).sum())
+        return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.supermodel)
 
     def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
-        """A frame that holds an effect and others; made where there is none yet.
+        """A supermodel that holds an effect and others; made where there is none yet.
 
-        One effect by itself is tried in a frame with its group, which is quick to run. On top of others it is tried in
-        one with all: that is slower to run, but every further round does with the same program. With noisy inputs a
-        program serves one round only.
+        One effect by itself is tried with its group, which is quick to run. On top of others it is tried with all: that
+        is slower to run, but every further round does with the same program. With noisy inputs a program serves one
+        round only.
 
         Parameters
         ----------
@@ -167,28 +167,27 @@ class Search:
         # What changes with time would slow down all others.
         kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
         stiff = any(other.stiff for other in kin)
-        reused = (
-            kin and not stiff and not effect.stiff and not extends(effect) and self.base.frame.sensitivities is None
-        )
+        quick = not (stiff or effect.stiff or extends(effect))
+        reused = kin and quick and self.base.supermodel.sensitivities is None
         group = kept if reused else group_of(effect, self.effects, stiff)
         return self.supermodel_with((*kin, *group))
 
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
-        """The frame that holds these effects and no others; made where there is none yet."""
+        """The supermodel that holds these effects and no others; made where there is none yet."""
         held = {*self.task.problem.model.effects, *effects}
         with self.lock:
-            for frame in self.frames:
-                if set(frame.effects) == held:
-                    return frame
+            for supermodel in self.supermodels:
+                if set(supermodel.effects) == held:
+                    return supermodel
             # Always in one order: a program that was compiled before serves again.
             added = sorted(held - set(self.task.problem.model.effects), key=lambda effect: effect.name)
-            whole = self.base.frame
+            whole = self.base.supermodel
             if set(whole.effects) <= held:
-                frame = whole.widened([effect for effect in added if effect not in whole.effects])
+                supermodel = whole.widened([effect for effect in added if effect not in whole.effects])
             else:
-                frame = supermodel_of(self.task, added, whole.sensitivities)
-            self.frames.append(frame)
-            return frame
+                supermodel = supermodel_of(self.task, added, whole.sensitivities)
+            self.supermodels.append(supermodel)
+            return supermodel
 
     def extensions(self, parent: Weighed) -> tuple[type[Effect], ...]:
         """Effects that may be added to a hypothesis."""
@@ -288,17 +287,17 @@ class Search:
     def _promises(
         self, parent: Weighed, slopes: Seed, effects: Sequence[type[Effect]], what: str
     ) -> dict[type[Effect], Promise]:
-        """What slopes promise of each effect, as far as the time goes: those of a frame together."""
+        """What slopes promise of each effect, as far as the time goes: those of a supermodel together."""
         groups: dict[int, tuple[Supermodel, list[type[Effect]]]] = {}
         for effect in effects:
-            frame = self.supermodel_for(effect, parent.effects)
-            groups.setdefault(id(frame), (frame, []))[1].append(effect)
+            supermodel = self.supermodel_for(effect, parent.effects)
+            groups.setdefault(id(supermodel), (supermodel, []))[1].append(effect)
         screens = [
             self.recalled(
                 "screened", parent, [effect.name for effect in some],
-                partial(self.scales.screened, parent, frame, some, slopes),
+                partial(self.scales.screened, parent, supermodel, some, slopes),
             )
-            for frame, some in groups.values()
+            for supermodel, some in groups.values()
         ]  # fmt: skip
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
@@ -347,16 +346,16 @@ class Search:
     def _weighed(self, parent: Weighed, promises: Promises, end: Hypothesis, near: bool) -> Weighed:
         """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
         lead = self.scales.weigh if near else partial(self.scales.at_once, parent=parent)
-        found = lead(end.frame, end.effects, end.fit.local)
+        found = lead(end.supermodel, end.effects, end.fit.local)
         effect = end.effects[-1]
         # What is over within a few samples is nothing in plain squares, and much where noise is slow.
         missed = promises[effect].gain > NAMED and found.log <= parent.log
         if not missed and not (near and astray(found.log, parent.log)):
             return found
-        promise = self.scales.screened(parent, end.frame, [effect])[effect]
+        promise = self.scales.screened(parent, end.supermodel, [effect])[effect]
         if not np.isfinite(promise.gain):
             return found
-        return max(found, self.scales.extended(parent, end.frame, effect, promise), key=lambda one: one.log)
+        return max(found, self.scales.extended(parent, end.supermodel, effect, promise), key=lambda one: one.log)
 
     def _in_plain_squares(self, plain: Hypothesis, promises: Promises, what: str) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
@@ -394,7 +393,7 @@ class Search:
 def _name(thing: Any) -> str | None:
     """Name under which a model or an effect is found again."""
     if isinstance(thing, Supermodel):
-        return "frame:" + ",".join(effect.name for effect in thing.effects)
+        return "supermodel:" + ",".join(effect.name for effect in thing.effects)
     if isinstance(thing, type) and issubclass(thing, Effect):
         return f"effect:{thing.name}"
     return None

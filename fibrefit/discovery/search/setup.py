@@ -1,4 +1,4 @@
-"""Where a search begins: the frames to search in, and the model without additions in the first of them."""
+"""Where a search begins: the supermodels to search in, and the model without additions in the first of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.progress import Progress
-from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, absent_values, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, carried
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit, refit
@@ -44,16 +44,20 @@ def begun(
         Of the journal.
     """
     wanted = _wanted(task, effects)
-    frame = supermodel_of(task, (), sensitivities_of(task, before.plain.values, before.coefficients, _is_far(before)))
-    context, local = _ground(task), _local(frame, task, before.plain.values)
+    supermodel = supermodel_of(
+        task, (), sensitivities_of(task, before.plain.values, before.coefficients, _is_far(before))
+    )
+    context, local = _ground(task), _local(supermodel, task, before.plain.values)
     tell("polishing the fit without more effects", None)
-    search = _search(task, wanted, frame, context, refit(frame, context.subset(()), local, context.whole), tell)
+    search = _search(
+        task, wanted, supermodel, context, refit(supermodel, context.subset(()), local, context.whole), tell
+    )
     search = replace(search, folder=folder)
-    base = search.scales.weigh(frame, (), search.base.fit.local)
+    base = search.scales.weigh(supermodel, (), search.base.fit.local)
     if before.gls is not None:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
-        apart = carried(frame, absent_values(frame, len(local)), Supermodel(task), before.gls.local)
-        base = max(base, search.scales.weigh(frame, (), apart), key=lambda one: one.log)
+        apart = carried(supermodel, Supermodel(task), before.gls.local)
+        base = max(base, search.scales.weigh(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):
         search = search.weighed_with(Scales(context, search.scales.reference, search.scales.refined(base)))
@@ -78,9 +82,9 @@ def minima_weighed(search: Search, base: Weighed, before: Identification) -> tup
     if not before.input_errors or not undecided(before.starts, noise):
         return base, before
     search.tell("weighing other minima of the first fit", None)
-    frame, errors = search.base.frame, before.plain.errors
+    supermodel, errors = search.base.supermodel, before.plain.errors
     values = [end for end in before.starts.others() if np.any(np.abs(end - before.plain.values) > errors)]
-    ends = [search.scales.weigh(frame, (), _local(frame, search.task, end)) for end in values]
+    ends = [search.scales.weigh(supermodel, (), _local(supermodel, search.task, end)) for end in values]
     best = max([base, *ends], key=lambda one: one.log)
     nats = min((best.log - one.log for one in (base, *ends) if _is_elsewhere(one, best)), default=np.inf)
     checks = tuple(
@@ -95,14 +99,14 @@ def _is_elsewhere(one: Weighed, best: Weighed) -> bool:
 
 
 def set_up(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
-    """All effects in one frame, at the values a task begins with where nothing was fitted; parameters as `begun`."""
+    """All effects in one supermodel, at a task's first values where nothing was fitted; parameters as `begun`."""
     wanted = _wanted(task, effects)
     values = task.start if before is None else before.plain.values
     sensitivities = None if before is None else sensitivities_of(task, values, before.coefficients, _is_far(before))
-    frame = supermodel_of(task, wanted, sensitivities)
+    supermodel = supermodel_of(task, wanted, sensitivities)
     gap = 1.0 if before is None else total(before.gap)
-    fit = Refit(_local(frame, task, values), gap**2 * float(frame.samples.sum()), {}, 0)
-    return _search(task, wanted, frame, _ground(task), fit, tell)
+    fit = Refit(_local(supermodel, task, values), gap**2 * float(supermodel.samples.sum()), {}, 0)
+    return _search(task, wanted, supermodel, _ground(task), fit, tell)
 
 
 def _is_far(before: Identification) -> bool:
@@ -126,20 +130,20 @@ def _ground(task: Task) -> SearchContext:
     )
 
 
-def _local(frame: Supermodel, task: Task, values: np.ndarray) -> np.ndarray:
+def _local(supermodel: Supermodel, task: Task, values: np.ndarray) -> np.ndarray:
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
-    return carried(frame, absent_values(frame, len(local)), Supermodel(task), local)
+    return carried(supermodel, Supermodel(task), local)
 
 
 def _search(
     task: Task,
     wanted: tuple[type[Effect], ...],
-    frame: Supermodel,
+    supermodel: Supermodel,
     context: SearchContext,
     fit: Refit,
     tell: Progress,
 ) -> Search:
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
-    reference = {name: float(np.mean(fit.local[:, frame.names.index(name)])) for name in context.base}
-    scales = Scales(context, reference, yardstick_of(frame, noise))
-    return Search(task, wanted, context, Hypothesis((), fit, frame), scales, tell, [frame])
+    reference = {name: float(np.mean(fit.local[:, supermodel.names.index(name)])) for name in context.base}
+    scales = Scales(context, reference, yardstick_of(supermodel, noise))
+    return Search(task, wanted, context, Hypothesis((), fit, supermodel), scales, tell, [supermodel])

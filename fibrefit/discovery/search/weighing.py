@@ -75,8 +75,8 @@ def _without(search: Search, best: Hypothesis, effect: type[Effect]) -> Without:
     rest = tuple(other for other in best.effects if other is not effect)
     if not rest:
         return Without(effect, search.base, search.base.fit.cost - best.fit.cost)
-    fit = refit(best.frame, search.context.subset(rest), without(best, rest), search.context.whole)
-    return Without(effect, Hypothesis(rest, fit, best.frame), fit.cost - best.fit.cost)
+    fit = refit(best.supermodel, search.context.subset(rest), without(best, rest), search.context.whole)
+    return Without(effect, Hypothesis(rest, fit, best.supermodel), fit.cost - best.fit.cost)
 
 
 def _distance(effect: type[Effect], values: Mapping[str, float], errors: Mapping[str, float]) -> float:

@@ -25,7 +25,6 @@ from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.layout import Layout, least_squares, normal_equations
 from fibrefit.problem.statement.problem import Linearised, Problem
 
-KINDS = ("white", "autoregressive", "coloured")
 TINY = 1e-30
 
 
@@ -36,8 +35,7 @@ class NoiseModel:
     Parameters
     ----------
     likelihood : Likelihood
-    kind : str
-        One of `KINDS`.
+    kind : {"white", "autoregressive", "coloured"}
     asked : str
         ``"auto"`` where it was chosen; the kind asked for; or ``"rests"`` where noise is that of the parts at rest.
     scores : dict of str to float
@@ -96,8 +94,8 @@ def choose_noise_model(
     problem : Problem
     linear : Linearised
         At the optimum.
-    kind : str
-        One of `KINDS`, or ``"auto"`` to choose among all.
+    kind : {"auto", "white", "autoregressive", "coloured"}
+        ``"auto"`` chooses among all.
     known : tuple of bool
         Whether the noise level of each channel is given and not to be learnt; none by default.
     heavy : bool

@@ -79,7 +79,7 @@ class _Draws(NamedTuple):
     bank: Bank
 
 
-def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = True) -> tuple[Noise, ...]:
+def noise_of_residuals(problem: Problem, residuals: np.ndarray) -> tuple[Noise, ...]:
     """Noise of each channel in SI units.
 
     Parameters
@@ -87,8 +87,6 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = Tr
     problem : Problem
     residuals : (..., n_record, n_channel, n_time) in units of the noise
         That hold nothing else; the power of several is averaged.
-    lines : bool
-        Whether to look for lines.
     """
     data, channels = problem.observations, problem.model.rig.channels
     valid = sample_mask(problem)
@@ -99,7 +97,7 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray, lines: bool = Tr
     return tuple(
         noise_of_steps(data.steps[channel], rate, int(valid[:, c].sum()))
         if channel in data.steps
-        else _noise(_Draws(draws[:, :, c], valid[:, c], counts, bank), lines)
+        else _noise(_Draws(draws[:, :, c], valid[:, c], counts, bank), lines=True)
         for c, channel in enumerate(channels)
     )
 

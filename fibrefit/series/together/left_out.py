@@ -53,14 +53,14 @@ class LeftOut:
 def left_out(search: Search, found: Weighed, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
     """Predictions of a model whose parameters all records share."""
     number, gaps, said, at = len(found.local), [], [], found.evidence.mode
-    seen = search.scales.yardstick.on(found.frame)
+    seen = search.scales.yardstick.on(found.supermodel)
     grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
     for r in range(number):
         tell(r / number)
         shared, without = _without(search.scales, found, grams, r)
         local = found.local.copy()
         local[:, found.evidence.mode.unknowns.shared] = shared
-        gaps.append(_gap(search, found.frame, local, r))
+        gaps.append(_gap(search, found.supermodel, local, r))
         said.append(found.evidence.log - without)
     return LeftOut(np.array(gaps), np.array(said))
 
@@ -73,7 +73,7 @@ def own_left_out(search: Search, own: Own) -> LeftOut:
         others = np.delete(own.local[:, places], r, axis=0)
         local = own.local.copy()
         local[:, places] = np.exp(np.log(np.maximum(others, 1e-300)).mean(axis=0))
-        gaps.append(_gap(search, own.frame, local, r))
+        gaps.append(_gap(search, own.supermodel, local, r))
         said.append(log_evidence(own.mode) - log_evidence(own.mode, np.arange(number) != r))
     return LeftOut(np.array(gaps), np.array(said))
 
@@ -85,12 +85,12 @@ def _without(scales: Scales, found: Weighed, grams: np.ndarray, record: int) -> 
     """
     kept, at = np.arange(len(grams)) != record, found.evidence.mode
     start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))
-    gram = SecantGram(scales.yardstick.on(found.frame), np.where(kept, scales.context.whole, 0))
+    gram = SecantGram(scales.yardstick.on(found.supermodel), np.where(kept, scales.context.whole, 0))
     evidence = laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
     return at.unknowns.value(evidence.mean), evidence.log
 
 
-def _gap(search: Search, frame: Supermodel, local: np.ndarray, record: int) -> float:
+def _gap(search: Search, supermodel: Supermodel, local: np.ndarray, record: int) -> float:
     only = np.where(np.arange(len(local)) == record, search.context.whole, 0)
-    end = refit(frame, Subset((), search.context.each), local, only, STEPS)
-    return float(np.sqrt(end.cost / search.base.frame.samples[record]))
+    end = refit(supermodel, Subset((), search.context.each), local, only, STEPS)
+    return float(np.sqrt(end.cost / search.base.supermodel.samples[record]))

@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, looked
-from fibrefit.discovery.engine.candidates import absent_values, carried
+from fibrefit.discovery.engine.candidates import carried
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
@@ -43,12 +43,12 @@ class Own:
         Deviations of the records from the reference, with a standard deviation of `BASE_SD`.
     log : float
         Logarithm of the marginal likelihood.
-    frame : Supermodel
+    supermodel : Supermodel
     """
 
     mode: PosteriorMode
     log: float
-    frame: Supermodel
+    supermodel: Supermodel
 
     @property
     def local(self) -> np.ndarray:
@@ -104,7 +104,9 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     law = look.parent if look.parent.effects else _at_its_mode(look)
     tell("weighing constant parameters, and parameters of each record", None)
     constant = _constant(look, law, base)
-    return ThreeModels(look.search, before, constant, law, own_values(look.search, law.frame, constant), first.found)
+    return ThreeModels(
+        look.search, before, constant, law, own_values(look.search, law.supermodel, constant), first.found
+    )
 
 
 def _simplest(look: Comparison) -> Weighed | None:
@@ -121,7 +123,7 @@ def _at_its_mode(look: Comparison) -> Weighed:
     if first.evidence.mode.steps:
         return first
     old = first.evidence.mode
-    return look.search.scales.weigh(first.frame, first.effects, first.local, old.sigma, old.place.eta)
+    return look.search.scales.weigh(first.supermodel, first.effects, first.local, old.sigma, old.place.eta)
 
 
 def _may_grow(found: Weighed) -> bool:
@@ -139,16 +141,16 @@ def _constant(look: Comparison, law: Weighed, base: Weighed) -> Weighed:
     if not look.parent.effects:
         return look.parent
     scales = look.search.scales
-    faded, local = scales.faded(law, ()), carried(law.frame, law.local, base.frame, base.local)
-    from_base = scales.weigh(law.frame, (), np.where(_of_laws(law.frame), faded.local, local))
+    faded, local = scales.faded(law, ()), carried(law.supermodel, base.supermodel, base.local, law.local)
+    from_base = scales.weigh(law.supermodel, (), np.where(_of_laws(law.supermodel), faded.local, local))
     return max(faded, from_base, key=lambda one: one.log)
 
 
-def _of_laws(frame: Supermodel) -> np.ndarray:
-    return np.array(["." in name for name in frame.names])
+def _of_laws(supermodel: Supermodel) -> np.ndarray:
+    return np.array(["." in name for name in supermodel.names])
 
 
-def own_values(search: Search, frame: Supermodel, constant: Weighed) -> Own:
+def own_values(search: Search, supermodel: Supermodel, constant: Weighed) -> Own:
     """Each record with base parameters of its own.
 
     Law
@@ -156,49 +158,44 @@ def own_values(search: Search, frame: Supermodel, constant: Weighed) -> Own:
     ``theta_r = reference exp(eta_r)``, ``eta_r ~ N(0, BASE_SD^2)``; the evidence is Laplace's.
     """
     context = search.context
-    unknowns = unknowns_of(frame, context, (), search.scales.reference)
+    unknowns = unknowns_of(supermodel, context, (), search.scales.reference)
     held = unknowns.scattering
     lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
     lower[held] = upper[held] = 0.0
     unknowns = replace(unknowns, lower=lower, upper=upper)
-    local = _alone(search, frame, absent(frame, constant.frame, constant.local))
+    local = _alone(search, supermodel, carried(supermodel, constant.supermodel, constant.local))
     free = replace(unknowns, lower=np.full_like(lower, -np.inf), upper=np.full_like(upper, np.inf))
     eta = free.coordinate(local[:, unknowns.shared])[:, held]
     start = place_of(unknowns, local, eta)
     start = start._replace(z=np.where(np.isin(np.arange(len(lower)), held), 0.0, start.z))
-    found = mode(unknowns, start, search.scales.secant(frame), np.full(len(held), BASE_SD))
-    return Own(found, log_evidence(found), frame)
+    found = mode(unknowns, start, search.scales.secant(supermodel), np.full(len(held), BASE_SD))
+    return Own(found, log_evidence(found), supermodel)
 
 
-def _alone(search: Search, frame: Supermodel, near: np.ndarray) -> np.ndarray:
+def _alone(search: Search, supermodel: Supermodel, near: np.ndarray) -> np.ndarray:
     """Values of each record fitted by itself, from what suits all together.
 
     Where that leaves more than noise, horizons grow from what the record suggests, too.
     """
     context, own = search.context, search.context.subset(())
-    suggested, found = _suggested(frame, near, context.data_start), near.copy()
+    suggested, found = _suggested(supermodel, near, context.data_start), near.copy()
     for r in range(len(near)):
         mine = np.arange(len(near)) == r
-        best = refit(frame, own, np.repeat(near[r : r + 1], len(near), axis=0), np.where(mine, context.whole, 0))
-        if not slopes_tell(float(np.sqrt(best.cost / frame.samples[r]))):
+        best = refit(supermodel, own, np.repeat(near[r : r + 1], len(near), axis=0), np.where(mine, context.whole, 0))
+        if not slopes_tell(float(np.sqrt(best.cost / supermodel.samples[r]))):
             local = np.repeat(suggested[r : r + 1], len(near), axis=0)
             for counts in context.counts:
-                end = refit(frame, own, local, np.where(mine, counts, 0))
+                end = refit(supermodel, own, local, np.where(mine, counts, 0))
                 local = end.local
             best = min(best, end, key=lambda one: one.cost)
         found[r] = best.local[r]
     return found
 
 
-def absent(frame: Supermodel, source: Supermodel, local: np.ndarray) -> np.ndarray:
-    """Values of another frame in this one, all that it lacks at its null."""
-    return carried(frame, absent_values(frame, len(local)), source, local)
-
-
-def _suggested(frame: Supermodel, blank: np.ndarray, suggested: dict[str, np.ndarray]) -> np.ndarray:
+def _suggested(supermodel: Supermodel, blank: np.ndarray, suggested: dict[str, np.ndarray]) -> np.ndarray:
     values = blank.copy()
     for name, column in suggested.items():
-        values[:, frame.names.index(name)] = column
+        values[:, supermodel.names.index(name)] = column
     return values
 
 

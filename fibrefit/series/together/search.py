@@ -1,4 +1,4 @@
-"""The search for laws of speed: that of a missing effect, in one frame that holds all laws."""
+"""The search for laws of speed: that of a missing effect, in one supermodel that holds all laws."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class SpeedSearch(Search):
         return [[effect for effect in ranked if parameter_of(effect) == name] for name in parameters]
 
     def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
-        """The one frame that holds all laws: they are few and quick, and one program serves every round."""
+        """The one supermodel that holds all laws: they are few and quick, and one program serves every round."""
         with self.lock:
-            for frame in self.frames:
-                if frame.holds(self.effects) and frame.sensitivities is self.base.frame.sensitivities:
-                    return frame
-            self.frames.append(supermodel_of(self.task, self.effects, self.base.frame.sensitivities))
-            return self.frames[-1]
+            for supermodel in self.supermodels:
+                if supermodel.holds(self.effects) and supermodel.sensitivities is self.base.supermodel.sensitivities:
+                    return supermodel
+            self.supermodels.append(supermodel_of(self.task, self.effects, self.base.supermodel.sensitivities))
+            return self.supermodels[-1]

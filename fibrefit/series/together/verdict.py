@@ -121,7 +121,7 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
         "speed_law": left_out(search, found.law, lambda share: tell(what, 0.5 + share / 2)),
         "per_record": own_left_out(search, found.own),
     }
-    cost = float(found.own.frame.costs(found.own.local, search.context.whole).sum())
+    cost = float(found.own.supermodel.costs(found.own.local, search.context.whole).sum())
     gaps: dict[Answer, float] = {
         "constant": search.gap(search.plain(found.constant)),
         "speed_law": search.gap(search.plain(found.law)),

@@ -130,8 +130,8 @@ def confuse_study(
     on_progress("comparing the sensitivities to the effects", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
-    frame = search.scales.yardstick.on(base.frame)
-    found = confusion(frame, search.context, base.fit.local, search.effects, limit)
+    supermodel = search.scales.yardstick.on(base.supermodel)
+    found = confusion(supermodel, search.context, base.fit.local, search.effects, limit)
     return Confused(study, found, _split(search, found), remarks, time.perf_counter() - began)
 
 

@@ -264,7 +264,7 @@ def _typical(task: Task, effect: type[Effect]) -> Explanation:
 
 
 def _as_found(one: Weighed) -> Explanation:
-    values = {name: one.local[:, j] for j, name in enumerate(one.frame.names)}
+    values = {name: one.local[:, j] for j, name in enumerate(one.supermodel.names)}
     return Explanation(one.effects[-1], values)
 
 

@@ -42,7 +42,7 @@ def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
 
 def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
     """Shared values of a model with their errors."""
-    units = {name: declared.unit for name, declared in model.frame.declared.items()}
+    units = {name: declared.unit for name, declared in model.supermodel.declared.items()}
     errors = model.errors
     return {
         name: ParameterSummary(
@@ -175,7 +175,7 @@ def winning_study(study: Study, found: Verdict) -> Study:
             parameters[name] = table.model_copy(update={"initial": f"{middle!r} {BASE[name]}", "shared": False})
         return study.model_copy(update={"parameters": parameters})
     best, parameters = found.best, dict(study.parameters)
-    units = {name: declared.unit for name, declared in best.frame.declared.items()}
+    units = {name: declared.unit for name, declared in best.supermodel.declared.items()}
     for name, value in best.shared.items():
         table = parameters.get(name, ParameterTable())
         written = value if units[name] == "-" else f"{value!r} {units[name]}"

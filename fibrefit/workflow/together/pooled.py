@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.series.population import Population, population
-from fibrefit.series.trends import BY_ORDER, Quantity, Trend, trends_of_pairs
+from fibrefit.series.trends import BY_ORDER, Quantity, Trend, trends
 from fibrefit.study.summaries.summaries import BatchItem, Measure, OutlierSummary, PopulationSummary, TrendSummary
 
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
@@ -121,7 +121,7 @@ def pooled_batch(items: Mapping[str, BatchItem]) -> PooledBatch:
         for n, name in enumerate(names)
     }
     pairs = [(y, x) for y in parameters for one in conditions if (x := _seen_by(y, one)) is not None]
-    return PooledBatch(populations, tuple(map(trend_summary, trends_of_pairs(names, pairs))), shrunk)
+    return PooledBatch(populations, tuple(map(trend_summary, trends(names, pairs))), shrunk)
 
 
 def speed_name(parameter: str) -> str:

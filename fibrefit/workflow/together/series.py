@@ -14,7 +14,7 @@ from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.series.together.laws import laws_on, parameter_of
 from fibrefit.series.together.verdict import Answer, Verdict, judged
-from fibrefit.series.trends import Quantity, Trend, trends_of_pairs
+from fibrefit.series.trends import Quantity, Trend, trends
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
@@ -107,7 +107,7 @@ class SeriesResult(FoundResult):
         """Every parameter against every condition and its speed, the surest first."""
         speeds = {y.name: speed_condition(self.verdict.speeds[y.name]) for y in self.parameters}
         pairs = [(y, x) for y in self.parameters for x in (speeds[y.name], *self.conditions)]
-        return trends_of_pairs(self.names, pairs)
+        return trends(self.names, pairs)
 
     def summary(self) -> SeriesSummary:
         """Content of ``summary.json``."""

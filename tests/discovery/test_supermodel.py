@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.discovery.engine.candidates import absent_values, carried
+from fibrefit.discovery.engine.candidates import carried
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
     Supermodel,
@@ -62,15 +62,15 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     kept, waves = without_input_errors(whole, left.reshape(len(parts), 1, -1))
     coefficients = coefficients_at(task, values, sensitivities)
     np.testing.assert_allclose(coefficients["drive"], -waves[:, 0], atol=0.02 * np.abs(waves).max())
-    frame = supermodel_of(task, (), sensitivities)
+    supermodel = supermodel_of(task, (), sensitivities)
     local = np.asarray(task.problem.layout.local(values))
     # The same from the values of each record.
     search: Any = SimpleNamespace(context=SimpleNamespace(whole=task.counts[-1]))
-    weighed: Any = SimpleNamespace(frame=frame, local=local)
+    weighed: Any = SimpleNamespace(supermodel=supermodel, local=local)
     own = coefficients_of(search, weighed)
     assert own is not None
     np.testing.assert_allclose(own["drive"], coefficients["drive"], atol=1e-3 * np.abs(waves).max())
-    cost = frame.costs(local, task.counts[-1]).sum()
+    cost = supermodel.costs(local, task.counts[-1]).sum()
     assert cost == pytest.approx(np.sum(kept**2) + np.sum(waves**2), rel=0.01)
 
 
@@ -91,10 +91,10 @@ def test_far_from_a_right_model_nothing_counts_once_something_could_not_be_foret
 def test_an_absent_effect_changes_nothing(task: Task) -> None:
     sensitivities = sensitivities_of(task, task.start, no_errors(input_errors(task)))
     bare = supermodel_of(task, (), sensitivities)
-    frame = supermodel_of(task, (find_effect("guide.viscous_friction"),), sensitivities)
+    supermodel = supermodel_of(task, (find_effect("guide.viscous_friction"),), sensitivities)
     local = np.asarray(task.problem.layout.local(task.start))
-    wider = carried(frame, absent_values(frame, len(local)), Supermodel(task), local)
-    costs = [bare.costs(local, task.counts[-1]), frame.costs(wider, task.counts[-1])]
+    wider = carried(supermodel, Supermodel(task), local)
+    costs = [bare.costs(local, task.counts[-1]), supermodel.costs(wider, task.counts[-1])]
     np.testing.assert_allclose(*costs, rtol=SINGLE)
 
 
@@ -121,47 +121,47 @@ def whitened(whitening: BlockFilter, rows: np.ndarray) -> np.ndarray:
     return np.asarray(whitening.whiten_rows(jnp.asarray(rows.reshape(shape)))).reshape(rows.shape)
 
 
-def varied(task: Task, frame: Supermodel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def varied(task: Task, supermodel: Supermodel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values, two columns and their targets."""
     local = np.asarray(task.problem.layout.local(task.start))
-    columns = np.array([frame.names.index(name) for name in ("stiffness", "friction")])
+    columns = np.array([supermodel.names.index(name) for name in ("stiffness", "friction")])
     return local, columns, local[:, columns] * (1.0 + 1e-5)
 
 
 def changes(
-    frame: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, whole: np.ndarray
+    supermodel: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, whole: np.ndarray
 ) -> np.ndarray:
     """Changes of the residuals and the residuals ``(n_column + 1, n_record, n_channel * n_time)``, one by one."""
-    here, rows = np.asarray(residual_rows(frame, local, whole)), []
+    here, rows = np.asarray(residual_rows(supermodel, local, whole)), []
     for column, target in zip(columns, targets.T, strict=True):
         moved = local.copy()
         moved[:, column] = target
-        rows.append(np.asarray(residual_rows(frame, moved, whole)) - here)
+        rows.append(np.asarray(residual_rows(supermodel, moved, whole)) - here)
     return np.array([*rows, here])
 
 
 def test_products_are_those_of_whitened_rows(drops: Task) -> None:
-    frame, whole = supermodel_of(drops, ()), drops.counts[-1]
-    yardstick = yardstick_of(frame, coloured(drops))
-    values = varied(drops, frame)
-    rows = whitened(yardstick.whitening, changes(frame, *values, whole))
+    supermodel, whole = supermodel_of(drops, ()), drops.counts[-1]
+    yardstick = yardstick_of(supermodel, coloured(drops))
+    values = varied(drops, supermodel)
+    rows = whitened(yardstick.whitening, changes(supermodel, *values, whole))
     expected = np.einsum("irt,jrt->rij", rows, rows)
-    found = yardstick.on(frame).grams(*values, whole)
+    found = yardstick.on(supermodel).grams(*values, whole)
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
-    assert yardstick.on(frame).costs(values[0], whole) == pytest.approx(expected[:, -1, -1], rel=EXACT)
+    assert yardstick.on(supermodel).costs(values[0], whole) == pytest.approx(expected[:, -1, -1], rel=EXACT)
     # The negative control: without whitening it is another sum of squares.
-    assert not np.allclose(frame.costs(values[0], whole), expected[:, -1, -1], rtol=0.01)
+    assert not np.allclose(supermodel.costs(values[0], whole), expected[:, -1, -1], rtol=0.01)
 
 
 def test_products_within_stretches_add_up_and_squares_are_those_of_the_noise(drops: Task) -> None:
-    frame, whole = supermodel_of(drops, ()), drops.counts[-1]
-    yardstick = yardstick_of(frame, coloured(drops))
-    seen, values = yardstick.on(frame), varied(drops, frame)
+    supermodel, whole = supermodel_of(drops, ()), drops.counts[-1]
+    yardstick = yardstick_of(supermodel, coloured(drops))
+    seen, values = yardstick.on(supermodel), varied(drops, supermodel)
     products, squares = stretch_products(seen, *values, whole)
     assert products.shape == (2, STRETCHES, 3, 3)
     grams = seen.grams(*values, whole)
     np.testing.assert_allclose(products.sum(axis=1), grams, rtol=EXACT, atol=1e-12 * np.abs(grams).max())
-    rows = whitened(yardstick.whitening, changes(frame, *values, whole))
+    rows = whitened(yardstick.whitening, changes(supermodel, *values, whole))
     expected = np.einsum("irt,jrt,rt->rij", rows[:-1], rows[:-1], rows[-1] ** 2)
     np.testing.assert_allclose(squares, expected, rtol=1e-4, atol=1e-9 * np.abs(expected).max())
     # A stretch holds a sixty-fourth of each record, all channels together.
@@ -174,18 +174,18 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     known = input_errors(task)
     plain = sensitivities_of(task, task.start, no_errors(known))
     assert plain is not None
-    frame, whole = supermodel_of(task, (), plain), task.counts[-1]
+    supermodel, whole = supermodel_of(task, (), plain), task.counts[-1]
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     slow = tuple(Noise(of.white, of.pink, 0.0, 1000, slow=((8.0, 0.3 * of.rms(1.0, 2000.0) ** 2),)) for of in noise)
-    yardstick = yardstick_of(frame, slow)
+    yardstick = yardstick_of(supermodel, slow)
     local = np.asarray(task.problem.layout.local(task.start * 1.0002))
-    left = whitened(yardstick.whitening, np.asarray(residual_rows(frame, local, whole))[None])[0, 0]
+    left = whitened(yardstick.whitening, np.asarray(residual_rows(supermodel, local, whole))[None])[0, 0]
     directions = plain.records[0]
     every = directions.imitated(np.eye(len(directions.rows)), left.size)
     rows = whitened(yardstick.whitening, every[:, None])[:, 0]
     # The best errors, each with a prior of variance one, from one dense solve.
     wave = np.linalg.solve(rows @ rows.T + np.eye(len(rows)), rows @ left)
     cost = np.sum((left - wave @ rows) ** 2) + wave @ wave
-    assert yardstick.on(frame).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
+    assert yardstick.on(supermodel).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
     # The negative control: were only the readings counted, the errors would cost nothing.
     assert wave @ wave > 10.0 * SINGLE * cost
