@@ -10,7 +10,14 @@ from fibrefit.problem.estimate.hausman import scattered
 from fibrefit.problem.noise.coloured import bank_for
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive
-from fibrefit.problem.noise.whittle import fitted, noise_of_residuals, periodograms, sample_mask, whitening_of
+from fibrefit.problem.noise.whittle import (
+    fitted,
+    noise_of_residuals,
+    noise_of_signals,
+    periodograms,
+    sample_mask,
+    whitening_of,
+)
 from tests.problem.coefficients import (
     CORNER,
     COUNT,
@@ -52,9 +59,9 @@ LEAKING = 0.08
 """The same, and for correlations, where samples are lost: a line leaks through the holes and is taken for noise."""
 
 
-def noise_of(drawn: np.ndarray, valid: np.ndarray | None = None, lines: bool = True) -> Noise:
+def noise_of(drawn: np.ndarray, valid: np.ndarray | None = None) -> Noise:
     valid = np.ones(drawn.shape, dtype=bool) if valid is None else valid
-    (found,) = noise_of_residuals(records(valid), np.where(valid, drawn, 1e3)[None, :, None], lines)
+    (found,) = noise_of_residuals(records(valid), np.where(valid, drawn, 1e3)[None, :, None])
     return found.scaled(1.0 / UNIT)
 
 
@@ -142,7 +149,9 @@ def test_lines_are_found_where_they_are(kind: str, truth: dict[float, float], ho
 
 
 def test_lines_are_not_looked_for_where_they_are_not_wanted() -> None:
-    assert noise_of(humming(np.random.default_rng(0)), lines=False).lines == ()
+    drawn, times = humming(np.random.default_rng(0)), np.tile(np.arange(COUNT) / RATE, (RECORDS, 1))
+    assert noise_of(drawn).lines
+    assert noise_of_signals(drawn[None], times, np.full(RECORDS, COUNT)).lines == ()
 
 
 def test_what_a_rig_does_slowly_is_no_line() -> None:
