@@ -292,15 +292,29 @@ def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None
     assert not found, f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor"
 
 
+def homes_of_threshold_names() -> dict[str, list[str]]:
+    """Modules that give a value to a name that a threshold bears; a name inside a module counts as well."""
+    homes: dict[str, list[str]] = {}
+    for module, tree in MODULES.items():
+        for target, _ in _assigned(tree):
+            for node in ast.walk(target):
+                if isinstance(node, ast.Name):
+                    homes.setdefault(node.id, []).append(module)
+    return {name: where for name, where in homes.items() if any(m.endswith(("thresholds", "effort")) for m in where)}
+
+
 def test_a_threshold_has_a_name_of_its_own() -> None:
-    named: dict[str, list[str]] = {}
-    for module in sorted(m for m in MODULES if m.endswith(("thresholds", "effort"))):
-        for node in MODULES[module].body:
-            for target in node.targets if isinstance(node, ast.Assign) else ():
-                named.setdefault(ast.unparse(target), []).append(module)
+    named = homes_of_threshold_names()
     twice = {name: homes for name, homes in named.items() if len(homes) > 1}
     assert named, "no thresholds were found"
     assert not twice, twice
+
+
+def test_the_name_of_a_threshold_is_seen_anywhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = next(iter(homes_of_threshold_names()))
+    monkeypatch.setitem(MODULES, "core.errors", ast.parse(f"WIDTH, {name} = 3, 4"))
+    with pytest.raises(AssertionError, match=name):
+        test_a_threshold_has_a_name_of_its_own()
 
 
 def test_a_number_in_a_verdict_is_seen() -> None:

@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.thresholds import AT_A_KINK
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.discovery.search.inputs import relinearised
+from fibrefit.discovery.search.inputs import linearised_where_records_differ
 from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import begun, minima_weighed
@@ -29,8 +29,6 @@ from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Unexplained
 
 STARTS = 8
-APART = 2
-"""How often readings are linearised again where records differ: at first each record is at values of the others."""
 
 
 def discover(
@@ -74,12 +72,7 @@ def _started(
 ) -> tuple[Search, Weighed, Identification]:
     search, base = begun(task, before, effects, tell, folder)
     base, before = minima_weighed(search, base, before)
-    # The first fit takes records for alike, and what they differ by for errors of their inputs.
-    for _ in range(APART):
-        if not base.evidence.mode.sigma.any() or (anew := relinearised(search, base)) is None:
-            break
-        search, base = anew
-    return search, base, before
+    return *linearised_where_records_differ(search, base), before
 
 
 def _broken(before: Identification) -> tuple[Check, ...]:

@@ -21,7 +21,7 @@ from fibrefit.study.summaries.check import Check
 WORTHWHILE = 0.8
 """A record is advised if it brings the largest relative error below this share of what it is."""
 
-LACKING = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
+SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
 """Identifiers of the checks that fail where the model lacks something."""
 
 
@@ -60,7 +60,7 @@ def advice(
     """
     failed = {check.identifier for check in checks if not check.passed}
     found = []
-    if failed & LACKING:
+    if failed & SIGNS_OF_LACK:
         found.append(Advice("search"))
     if "noise_level" in failed:
         found.append(Advice("rest"))

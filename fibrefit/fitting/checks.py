@@ -21,11 +21,11 @@ from fibrefit.fitting.thresholds import (
     FEW_STARTS,
     GRAVITY_OFF,
     INPUT_ERROR,
-    LATE,
+    LATE_FORCE,
     LESS_PROBABLE,
     ROUGHLY,
-    SETTLED,
-    STARTS,
+    SETTLED_FIT,
+    STARTS_AGREED,
     UNEXPLAINED,
     USELESS,
     WORSE,
@@ -34,7 +34,7 @@ from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
-from fibrefit.problem.thresholds import GAP
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 
@@ -57,7 +57,7 @@ def converged(promised: float, success: bool, rough: bool = False) -> Check:
     rough : bool
         Whether errors of measured inputs were fitted too.
     """
-    enough = ROUGHLY if rough else SETTLED
+    enough = ROUGHLY if rough else SETTLED_FIT
     return Check(
         name="the solver converged",
         passed=bool(success and promised <= enough),
@@ -87,7 +87,7 @@ def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) ->
 
 def second_solver(distance: float, gain: float) -> Check:
     """Whether another solver, with other coordinates, ends at the same place."""
-    passed = distance <= AGREEMENT and gain <= SETTLED
+    passed = distance <= AGREEMENT and gain <= SETTLED_FIT
     return Check(
         name="a second solver agrees",
         passed=passed,
@@ -117,7 +117,7 @@ def interrupted(starts: Starts) -> Check:
 
 def undecided(starts: Starts, noise: bool) -> bool:
     """Whether few starts found what leaves only noise, and residuals do not tell it from the next minimum."""
-    few = FEW_STARTS <= starts.agreeing < STARTS * starts.tried
+    few = FEW_STARTS <= starts.agreeing < STARTS_AGREED * starts.tried
     return noise and few and _excess(starts) <= WORSE
 
 
@@ -146,9 +146,9 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost}
     return Check(
         name="starts agree",
-        passed=share >= STARTS or few,
+        passed=share >= STARTS_AGREED or few,
         statistic=share,
-        threshold=STARTS,
+        threshold=STARTS_AGREED,
         identifier=AGREED,
         quantity="agreement of the starts (multistart)",
         facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess},
@@ -190,7 +190,7 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
     expected : float
         Gap of a perfect model: less than 1 where errors of inputs are fitted, more where noise grows with the load.
     """
-    ratio, limit = total(gap), GAP * expected
+    ratio, limit = total(gap), GAP_OF_NOISE * expected
     named: dict[str, Any] = {"identifier": SIZE, "quantity": "residual size", "about": "model"}
     return Check(name="the gap is noise", passed=ratio <= limit, statistic=ratio, threshold=limit, **named)
 
@@ -246,7 +246,7 @@ def measured_at_once(found: Lag) -> Check:
     """Whether force and position are of the same time by Newton's law, chance and friction allowed for."""
     facts = {"late": found.late, "error": found.error}
     name, quantity = "force and position are of the same time", "time between force and position"
-    return _beyond_chance(facts, LATE, name=name, identifier="lag", quantity=quantity)
+    return _beyond_chance(facts, LATE_FORCE, name=name, identifier="lag", quantity=quantity)
 
 
 def _beyond_chance(facts: dict[str, float], limit: float, **named: str) -> Check:
@@ -299,7 +299,7 @@ def exchanged() -> Check:
 def _unexplained(explained: float, gap: ChannelGap) -> float:
     """Share of the variance of a signal that is left and is not noise."""
     noise = gap.noise or 0.0
-    return (1.0 - explained) * max(1.0 - (GAP * noise / gap.rms) ** 2, 0.0) if gap.rms > 0.0 else 0.0
+    return (1.0 - explained) * max(1.0 - (GAP_OF_NOISE * noise / gap.rms) ** 2, 0.0) if gap.rms > 0.0 else 0.0
 
 
 def inputs_within_noise(errors: Mapping[str, InputErrorSummary]) -> list[Check]:

@@ -35,7 +35,7 @@ from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
-from fibrefit.fitting.thresholds import SETTLED
+from fibrefit.fitting.thresholds import SETTLED_FIT
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
@@ -320,7 +320,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
         errors = rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
         gain = cost - other.cost
-        if not gain > SETTLED:
+        if not gain > SETTLED_FIT:
             break
         found = descend(problem, problem.layout.free(other.values), width(), whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)

@@ -19,7 +19,7 @@ from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
 from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.thresholds import SETTLED
+from fibrefit.fitting.thresholds import SETTLED_FIT
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -164,7 +164,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
             other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
-    moving = judge.converged(min(gls.evidence.mode.promised, SETTLED), True)
+    moving = judge.converged(min(gls.evidence.mode.promised, SETTLED_FIT), True)
     expected, limits = (
         gls.expected_gap,
         [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],

@@ -5,7 +5,7 @@ How large residuals may be stands in `problem.thresholds`.
 
 from __future__ import annotations
 
-SETTLED = 0.01
+SETTLED_FIT = 0.01
 """Fall of the cost that one more Gauss-Newton step may still promise; 1 is one standard error, so that values are
 a tenth of theirs from the minimum at most."""
 ROUGHLY = 0.05
@@ -14,8 +14,8 @@ this scale, and values are a fifth of their standard errors from the minimum at 
 ASTRAY = 25.0
 """Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
 INPUT_ERROR = 1.15
-"""Error of a measured input over its noise beyond which it is not the input's: `problem.thresholds.GAP`, and a little
-more, as the error is estimated with the values."""
+"""Error of a measured input over its noise beyond which it is not the input's: `problem.thresholds.GAP_OF_NOISE`, and a
+little more, as the error is estimated with the values."""
 AGREEMENT = 0.1
 """Difference between solvers in standard errors: what nobody would notice in a result."""
 UNEXPLAINED = 0.005
@@ -36,12 +36,12 @@ right fault leaves a hundredth at the most, another one a tenth of it or more in
 GRAVITY_OFF = 0.005
 """Relative error of gravity in free flight that passes, chance allowed for: between places on the Earth it is up to
 0.4 % less and 0.3 % more than the standard one."""
-LATE = 3e-4
+LATE_FORCE = 3e-4
 """Seconds between force and position that pass, chance allowed for: a friction that the model has wrong looks like a
 quarter of a millisecond in practice series, and half a millisecond puts damping off by 13 % in a single drop."""
-SMALL = 0.1
+NO_FACTOR = 0.1
 """Share of a parameter's typical size below which a value has no factor to be wrong by."""
-STARTS = 0.8
+STARTS_AGREED = 0.8
 """Share of the starts that have to end in the best minimum; where fewer do, a better one may have been missed."""
 FEW_STARTS = 2
 """Starts that have to end in a minimum that leaves only noise: one may be an accident."""
@@ -56,8 +56,8 @@ AT_BOUND = 0.1
 SPECTRUM_RATIO = 1.25
 """Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
 PHASE_RATIO = 1.15
-"""Residual RMS of a phase of the motion over the noise that still passes, chance allowed for: `problem.thresholds.GAP`
-of fewer samples."""
+"""Residual RMS of a phase of the motion over the noise that still passes, chance allowed for: that is
+`problem.thresholds.GAP_OF_NOISE` of fewer samples."""
 STATE_SHARE = 0.10
 """Share of what is left that a curve in a state of the rig may explain: a twentieth in rms."""
 CHANCE = 3.3
@@ -86,7 +86,7 @@ SEEN = 1e-2
 LOOSE = 0.1
 """Relative standard error below which a value is known well enough, whatever it is tied to."""
 
-MISSED = 0.03
+MISSED_LINEARISED = 0.03
 """Mean square of what readings linearised in the errors of inputs miss, in units of the noise, from which they are
 linearised again."""
 HOPELESS = 4.0

@@ -30,7 +30,7 @@ from fibrefit.plots.style import (
 )
 from fibrefit.study.summaries.discovery import FreeCurve
 
-LARGE, STAYS, APART = 58.0, 12.0, 2.0
+LARGE, STAYS, SHARED_SPACE = 58.0, 12.0, 2.0
 """Heights in mm of the best curve and of where the motion stays, and what is between them: they share an axis."""
 BETWEEN = 14.0
 """Room in mm between small pictures for the numbers and the label of the right one."""
@@ -54,7 +54,7 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     """
     best, others = curves[0], curves[1:]
     rows = -(-len(others) // COLUMNS)
-    figure = new_figure(TOP + LARGE + APART + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
+    figure = new_figure(TOP + LARGE + SHARED_SPACE + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
     beside = f"with it, the gap (residual RMS / noise) is {best.gap_after:.2f}"
     title(figure, f"What is missing looks like {best.says}", beside)
     across, up = figure.get_size_inches() * 25.4
@@ -63,7 +63,7 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     _curve(axes, best)
     axes.tick_params(labelbottom=False)
     legend(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    _stays(axes_at(figure, LEFT, up - TOP - LARGE - APART - STAYS, width, STAYS), axes, best)
+    _stays(axes_at(figure, LEFT, up - TOP - LARGE - SHARED_SPACE - STAYS, width, STAYS), axes, best)
     small = (width - (COLUMNS - 1) * BETWEEN) / COLUMNS
     for i, curve in enumerate(others):
         row, column = divmod(i, COLUMNS)

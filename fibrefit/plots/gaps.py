@@ -13,7 +13,7 @@ from fibrefit.plots.style import (
     FINAL,
     FIRST,
     GREY,
-    LONGEST_NAME,
+    LONGEST_BESIDE_AXES,
     PALE,
     RIGHT,
     SMALL,
@@ -60,7 +60,7 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     }
     if summary.held_out:
         columns["left out"] = {held.record: (held.gap_before, held.gap_after) for held in summary.held_out}
-    left = 5.0 + LETTER * min(max(map(len, names)), LONGEST_NAME)
+    left = 5.0 + LETTER * min(max(map(len, names)), LONGEST_BESIDE_AXES)
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
     noise = summary.expected_gap or 1.0
     totals = before["all records"].total or 0.0, summary.gap.total or 0.0
@@ -120,7 +120,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     """
     told = listed(ranking, MOST_CANDIDATES, added)
     shown = told.shown
-    names = [cut_name(candidate.effect, 2 * LONGEST_NAME) for candidate in shown]
+    names = [cut_name(candidate.effect, 2 * LONGEST_BESIDE_AXES) for candidate in shown]
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     best = min(ranking, key=lambda one: one.gap_after)

@@ -56,7 +56,7 @@ LETTER = 1.9
 """Width of a bold letter of a title, in mm."""
 LETTER_SMALL = 1.3
 """Width of a letter of small text, in mm."""
-LONGEST_NAME = 34
+LONGEST_BESIDE_AXES = 34
 """Letters of a name beside axes, which then takes a quarter of the width."""
 MOST_NAMES = 12
 """Names of records that fit below an axis, in two lines."""
@@ -158,7 +158,7 @@ def name_records(axes: Axes, places: Any, names: Sequence[str], width: float) ->
     axes.tick_params(axis="x", labelsize=SMALL)
 
 
-def cut_name(name: str, longest: int = LONGEST_NAME) -> str:
+def cut_name(name: str, longest: int = LONGEST_BESIDE_AXES) -> str:
     """A name of at most so many letters: what a longer one begins and ends with."""
     return name if len(name) <= longest else f"{name[: longest // 2 - 1]}\N{HORIZONTAL ELLIPSIS}{name[-longest // 2 :]}"
 

@@ -37,9 +37,9 @@ WAYS: dict[str, tuple[str, dict[str, Any]]] = {
     "up": ("sweep up", {"color": BLUE, "linewidth": 0.9}),
     "down": ("sweep down", {"color": VERMILLION, "linewidth": 0.9, "linestyle": "--"}),
 }
-APART = 0.05
+OTHER_MOTION = 0.05
 """Share of an amplitude by which that of another way to a frequency differs when it is another motion."""
-HEIGHTS, COMPARED = (46.0, 34.0, 34.0, 24.0), (52.0, 52.0)
+HEIGHTS, BOTH_PANELS = (46.0, 34.0, 34.0, 24.0), (52.0, 52.0)
 """Heights in mm of angle, forces and multiplier, and of the two panels of all curves: both figures fit on a page."""
 
 
@@ -134,7 +134,7 @@ def _swept_figure(curve: _Curve) -> Figure:
 
 def _comparison_figure(curves: Sequence[_Curve]) -> Figure:
     """Maximum |angle| from rest and steady-state amplitude of all curves."""
-    figure, axes = stacked_figure(COMPARED)
+    figure, axes = stacked_figure(BOTH_PANELS)
     title(
         figure,
         _said_of_all(curves),
@@ -162,7 +162,7 @@ def _said(curve: _Curve) -> str:
     )
     apart = np.nan_to_num(np.abs(down - up))
     most = int(np.argmax(apart))
-    if apart[most] > APART * max(up[most], down[most]):
+    if apart[most] > OTHER_MOTION * max(up[most], down[most]):
         ends = f"{down[most]:.2g} rad coming from above, {up[most]:.2g} rad from below"
         return f"at {curve.frequencies[most]:.3g} Hz maximum |angle| is {ends}"
     if np.isnan(up).all():

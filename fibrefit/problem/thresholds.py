@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-GAP = 1.1
+GAP_OF_NOISE = 1.1
 """Normalised residual RMS up to which residuals are noise, which itself is known to a few percent: of a fit, of a
 posterior, of a series and of a prediction."""
 BALANCE = 0.1
@@ -21,7 +21,7 @@ CLEAR = 3
 """Ordinates on either side of a line that are left out of the rest of the spectrum."""
 SLOWEST_LINE = 20.0
 """Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
-NEGLIGIBLE = 1e-4
+NEGLIGIBLE_PART = 1e-4
 """Share of the variance below which a first-order part is left out."""
 SAMPLE_COUNTS = 0.3
 """Weight of a sample over the largest below which it tells nothing of the noise; that of a loud one is not so small."""
@@ -42,7 +42,7 @@ FEWEST_SPANS = 16
 MISREAD = 1.25
 """Factor from which a measured force, a position or gravity is another one than what moves the weight: in 480 clean
 records of both rigs with six kinds of noise the largest was 1.04, in 350 with an effect that a search finds 1.08."""
-PROVEN = 5.0
+PROVEN_FACTOR = 5.0
 """Standard errors that such a factor has to be away from 1, by how stretches of a record differ."""
 HOLDS = 0.5
 """Share of the squares of the positions that Newton's law with other sizes has to explain, for these to be believed: of

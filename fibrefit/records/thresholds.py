@@ -15,7 +15,7 @@ BEYOND_ROUNDING = 0.5
 this."""
 CALM = 0.95
 """Share of the third differences that is noise; the largest are those of impacts."""
-TURNING = 0.55
+NOISY_TURNS = 0.55
 """Share of the second differences of another sign than the one before from which on readings are noisy: nearly three
 in four are in white noise, hardly any in a smooth motion."""
 REPEATED = 0.6
@@ -54,7 +54,7 @@ RUNS_ON = 2.5
 """Steps after the time went back, as multiples of the usual one, up to which it starts again there; one may be lost."""
 ALONE_BY = 0.02
 """A first or last row this share of a record away from all others has a wrong time."""
-COARSE = 0.2
+COARSELY_PRINTED = 0.2
 """Last printed digit against the step beyond which printed times do not tell single samples apart."""
 EVEN = 0.8
 """Share of the steps that are the usual one from which on coarse times are even ..."""
@@ -161,7 +161,7 @@ LONGEST_LABEL = 3
 """Words of a cell up to which it only names what stands below or beside it, such as gain or offset."""
 SHORTEST_SENTENCE = 3
 """Words of a line without a key from which on it is a sentence: what it is about bears on all its parts."""
-LONGEST_NAME = 5
+MOST_NAME_WORDS = 5
 """Words of a claim up to which it is a name and its number, such as the gain of an amplifier, and no sentence."""
 LEAST_CERTIFICATE = 100
 """Whole number beside a calibration from which on it is that of a certificate, and no factor."""

@@ -28,7 +28,7 @@ from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""
 MOST_RECORDS = 12
-LONGEST_NAME, LONGEST_CURVE = 34, 68
+LONGEST_RECORD_NAME, LONGEST_CURVE = 34, 68
 ARROW = " -> "
 EVIDENCE = (
     "Evidence: natural logarithm of the Bayes factor against the model before; an effect is named from 5 on, which is "
@@ -138,7 +138,7 @@ def _rounds(summary: DiscoverySummary) -> list[str]:
 
 
 def _places(summary: DiscoverySummary) -> list[str]:
-    short = shortened_names(dict.fromkeys(place.record for place in summary.places), LONGEST_NAME - 6)
+    short = shortened_names(dict.fromkeys(place.record for place in summary.places), LONGEST_RECORD_NAME - 6)
     rows = [
         (
             short[place.record],
@@ -195,7 +195,7 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
     held = {item.record: (item.gap_before, item.gap_after) for item in summary.held_out}
     channels = list(summary.gap.channels)
     worst = sorted(summary.records, key=lambda name: -_size(summary, before, name))
-    short = shortened_names(worst[:MOST_RECORDS], LONGEST_NAME)
+    short = shortened_names(worst[:MOST_RECORDS], LONGEST_RECORD_NAME)
     rows = [
         (
             short[name],

@@ -15,7 +15,7 @@ MODELS = {
     "speed_law": "a law of speed",
     "per_record": "values of each record",
 }
-MOST_LAWS, MOST_RECORDS = 5, 12
+LAWS_LISTED, MOST_RECORDS = 5, 12
 LONGEST = 18
 
 
@@ -67,7 +67,7 @@ def _value(name: str, one: ParameterSummary) -> tuple[str, ...]:
 
 def _laws(summary: SeriesSummary) -> list[str]:
     rows = []
-    for law in summary.laws[:MOST_LAWS]:
+    for law in summary.laws[:LAWS_LISTED]:
         said = [
             f"{name.rpartition('.')[2]} {one.value:.3g} +/- {one.std_error or 0.0:.1g}"
             for name, one in law.parameters.items()

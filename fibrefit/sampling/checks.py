@@ -6,19 +6,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fibrefit.problem.thresholds import GAP
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
 from fibrefit.sampling.thresholds import (
-    FAR,
+    FAR_FROM_START,
     HOPELESS_ESS,
     HOPELESS_R_HAT,
     PRIOR_MATTERS,
     SECOND_MODE,
-    STRONG,
+    STRONG_CORRELATION,
     STUCK,
     TRUNCATED,
     UNCONTRACTED,
@@ -124,9 +124,9 @@ def correlation(names: Sequence[str], course: ChainHistory) -> Check:
     value = float(every[a, b])
     return Check(
         name="no strong posterior correlation",
-        passed=value < STRONG,
+        passed=value < STRONG_CORRELATION,
         statistic=value,
-        threshold=STRONG,
+        threshold=STRONG_CORRELATION,
         identifier="posterior_correlation",
         quantity="strongest posterior correlation",
         facts={"pair": tuple(names[moving[k]] for k in (a, b)) if len(moving) else ()},
@@ -142,7 +142,7 @@ def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Ch
     difference = (start - centre) / safe
     inverse = np.linalg.pinv(covariance / np.outer(safe, safe), rcond=1e-10, hermitian=True)
     distance = float(np.sqrt(max(difference @ inverse @ difference, 0.0)))
-    limit = float(np.sqrt(target.size) + FAR)
+    limit = float(np.sqrt(target.size) + FAR_FROM_START)
     return Check(
         name="the posterior lies at the fit",
         passed=distance < limit,
@@ -200,9 +200,9 @@ def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
     worst = int(np.argmax(ratio))
     return Check(
         name="the residuals are noise",
-        passed=bool(ratio[worst] <= GAP),
+        passed=bool(ratio[worst] <= GAP_OF_NOISE),
         statistic=float(ratio[worst]),
-        threshold=GAP,
+        threshold=GAP_OF_NOISE,
         identifier="residual_size",
         quantity="residual size",
         facts={"channel": channels[worst]},

@@ -20,9 +20,9 @@ UNCONTRACTED = 0.8
 """Posterior over prior width above which the data tell nothing of a parameter."""
 PRIOR_MATTERS = 0.3
 """The same above which the prior matters: it draws a normal posterior to itself by a tenth of its distance."""
-STRONG = 0.995
+STRONG_CORRELATION = 0.995
 """Posterior correlation above which two parameters are not determined one by one, as `fitting.thresholds.TIED`."""
-FAR = 4.0
+FAR_FROM_START = 4.0
 """Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
 TRUNCATED = 0.1
 """Distance of a lower or upper 2.5 % point from a bound, in standard deviations, below which the bound truncates."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.series.thresholds import HIGH, STEEP
+from fibrefit.series.thresholds import HIGH, STEEP_JUMP
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def jumps(frequencies: np.ndarray, amplitude: np.ndarray) -> tuple[Jump, ...]:
     steepest = np.max(np.where(known, beside, 0.0), axis=0)
     size = np.nanmax(amplitude, initial=0.0)
     # A flank with no neighbour to compare it with is no evidence.
-    found = (change > HIGH * size) & (change > STEEP * steepest) & known.any(axis=0)
+    found = (change > HIGH * size) & (change > STEEP_JUMP * steepest) & known.any(axis=0)
     return tuple(
         Jump(*(float(number) for number in (frequencies[i], frequencies[i + 1], amplitude[i], amplitude[i + 1])))
         for i in np.flatnonzero(found)

@@ -21,5 +21,5 @@ LOGARITHMIC = 0.3
 """Median relative error up to which positive values are told by their logarithms: three errors away from zero."""
 HIGH = 0.05
 """Change from one frequency to the next, as a share of the largest amplitude, below which nothing is called a jump."""
-STEEP = 3.0
+STEEP_JUMP = 3.0
 """A jump is this many times steeper than the curve on either side of it."""

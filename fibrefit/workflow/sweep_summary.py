@@ -10,7 +10,7 @@ from fibrefit.series.marks import jumps, ranges
 from fibrefit.series.sweep import Branch, SweptCurve
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, JumpSummary, PeakSummary
-from fibrefit.workflow.thresholds import FINE
+from fibrefit.workflow.thresholds import LOCATED
 
 
 def curve_summary(curve: SweptCurve) -> CurveSummary:
@@ -55,12 +55,12 @@ def sweep_checks(curves: Sequence[SweptCurve]) -> tuple[Check, ...]:
         ),
         Check(
             name="the grid is fine enough",
-            passed=not jumped or step <= FINE * (1.0 + 1e-9),
-            says=f"{jumped} jumps lie between frequencies {step:.3g} Hz apart, threshold {FINE:g} Hz.",
+            passed=not jumped or step <= LOCATED * (1.0 + 1e-9),
+            says=f"{jumped} jumps lie between frequencies {step:.3g} Hz apart, threshold {LOCATED:g} Hz.",
             identifier="frequency_step",
             quantity="frequency step at jumps",
             statistic=step,
-            threshold=FINE,
+            threshold=LOCATED,
             unit="Hz",
         ),
     )

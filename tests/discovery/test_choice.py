@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
-from fibrefit.discovery.engine.screening import SLIGHT, WEAK, directions, slightly, starting_strength
+from fibrefit.discovery.engine.screening import SLIGHT_CHANGE, WEAK, directions, slightly, starting_strength
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
@@ -53,8 +53,8 @@ def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> 
 @pytest.mark.parametrize(
     ("name", "strength", "share"),
     [
-        ("guide.viscous_friction", "viscous_coefficient", SLIGHT),
-        ("sensor.force_gain", "gain", SLIGHT),
+        ("guide.viscous_friction", "viscous_coefficient", SLIGHT_CHANGE),
+        ("sensor.force_gain", "gain", SLIGHT_CHANGE),
         ("guide.presliding", "bristle_stiffness", 1.0),
         ("sensor.gauge_resonance", "natural_frequency", 1.0),
     ],

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any, cast
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import pytest
 from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
+from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.pace import kept_for_conclusion
 from tests.brackets import Bracket, thresholds
 
@@ -24,21 +27,32 @@ def goes_on_after(steps: int) -> bool:
     return effort.first_steps()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
 
 
+def linearised(times: int) -> bool:
+    """Whether readings of records that differ are linearised as often as that."""
+    differing = SimpleNamespace(evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.ones(1))))
+    with patch.object(inputs, "relinearised", Mock(return_value=(None, differing))) as relinearised:
+        inputs.linearised_where_records_differ(cast(Any, None), cast(Any, differing))
+    return relinearised.call_count >= times
+
+
 CASES = (
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),
-    Bracket("PATIENCE", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
+    Bracket("PATIENCE_OF_DESCENT", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
     Bracket("LED", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
     Bracket("FADES", effort, lambda x: len(effort.fading()) >= x, 3.0, 4.0),
+    Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 2.0, 3.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),
     Bracket("COMPARED", effort, lambda x: effort.weighed_again(LOGS, True)[int(x)], 2.0, 3.0),
     Bracket("FAR_BEHIND", effort, lambda x: effort.weighed_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
     Bracket("PARTNERS", effort, lambda x: effort.is_partner(int(x)), 7.0, 8.0),
-    Bracket("STEADY", effort, lambda x: effort.strengths_settled(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11),
+    Bracket(
+        "STEADY_LIMIT", effort, lambda x: effort.strengths_settled(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11
+    ),
     Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
 )
 

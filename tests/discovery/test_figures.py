@@ -17,7 +17,7 @@ from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.places import places_figure
 from fibrefit.plots.quantities import readable_unit
 from fibrefit.plots.states import _unit
-from fibrefit.plots.style import FINAL, LONGEST_NAME, caption_of
+from fibrefit.plots.style import FINAL, LONGEST_BESIDE_AXES, caption_of
 from fibrefit.problem.task import Task
 from fibrefit.report.discovery import discovery_report
 from fibrefit.report.page.common import gaps_table
@@ -56,7 +56,7 @@ def test_a_record_may_be_named_by_a_long_path(task: Task) -> None:
     figure = places_figure(first, places, groups["phase_shares"])
     figure.canvas.draw()
     names = [text.get_text() for text in figure.axes[1].get_yticklabels()]
-    assert all(len(name) <= LONGEST_NAME and name.endswith("deg.csv") for name in names)
+    assert all(len(name) <= LONGEST_BESIDE_AXES and name.endswith("deg.csv") for name in names)
     assert figure.axes[1].get_position().width > 0.2
 
 

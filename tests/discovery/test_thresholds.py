@@ -211,11 +211,11 @@ CASES = (
     Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
     Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
-    Bracket("FEWEST", innovations, told_by, 9.0, 7.0),
+    Bracket("FEWEST_ORDINATES", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
     Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
-    Bracket("SLOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
-    Bracket("FAST", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
+    Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
+    Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
     *PLACES,
 )
 

@@ -28,7 +28,7 @@ from fibrefit.fitting.search.multistart import (
 )
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import EXACT, Care, Descent, descend_all, gram_at, widths
-from fibrefit.fitting.search.thinned import FEWEST, thinning
+from fibrefit.fitting.search.thinned import FEWEST_KEPT, thinning
 from fibrefit.fitting.search.trust_region import TrustRegion
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
@@ -112,7 +112,7 @@ def test_a_horizon_has_arrays_of_its_own_where_that_spares_more_than_compiling_t
 @pytest.fixture(scope="module")
 def fine_task(tmp_path_factory: pytest.TempPathFactory) -> Task:
     """One drop of which every second sample would do."""
-    one = made.record("drop_10mm.csv", 0.01, samples=2 * FEWEST)
+    one = made.record("drop_10mm.csv", 0.01, samples=2 * FEWEST_KEPT)
     return made.task(tmp_path_factory.mktemp("fine"), [one], lifts=(0.01,))
 
 

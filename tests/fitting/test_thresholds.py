@@ -107,10 +107,12 @@ def with_spectrum(samples: float) -> bool:
 
 CASES = (
     Bracket("GAP", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
-    Bracket("SETTLED", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
+    Bracket("SETTLED_FIT", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
     Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
     Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),
-    Bracket("MISSED", with_input_errors, lambda x: as_predicted(np.sqrt(x) + np.ones(5), np.ones(5)), 0.02, 0.04),
+    Bracket(
+        "MISSED_LINEARISED", with_input_errors, lambda x: as_predicted(np.sqrt(x) + np.ones(5), np.ones(5)), 0.02, 0.04
+    ),
     Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
@@ -135,8 +137,8 @@ CASES = (
         0.017,
         0.0235,
     ),
-    Bracket("LATE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
-    Bracket("STARTS", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
+    Bracket("LATE_FORCE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
+    Bracket("STARTS_AGREED", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),
     Bracket("LESS_PROBABLE", judge, lambda x: ended(3.0, 1.01, noise=True, nats=30.0 - x), 12.0, 22.0),
@@ -203,7 +205,7 @@ def louder_octave(ratio: float) -> bool:
 
 OF_WEIGHT = {
     "OUTWEIGHED": (lambda share: said_of_weight(share) is None, 0.8, 1.2),
-    "SMALL": (lambda inverse: said_of_weight(1.5, limits=Range(0.0, np.inf, 1.0 / inverse)) is None, 0.025, 0.045),
+    "NO_FACTOR": (lambda inverse: said_of_weight(1.5, limits=Range(0.0, np.inf, 1.0 / inverse)) is None, 0.025, 0.045),
 }
 
 

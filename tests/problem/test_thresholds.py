@@ -132,7 +132,7 @@ def believed(explained: float) -> bool:
 
 CASES = (
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
-    Bracket("PROVEN", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
+    Bracket("PROVEN_FACTOR", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
     Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),
     Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
     Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),
@@ -141,7 +141,7 @@ CASES = (
     Bracket("LINE_BY_CHANCE", whittle, line, 18.6, 18.2),
     Bracket("SLOWEST_LINE", whittle, lambda x: line(30.0, int(x)), 25, 15),
     Bracket("CLEAR", whittle, clear, 4.0, 2.0),
-    Bracket("NEGLIGIBLE", whittle, slow_part, 1.4e-4, 0.7e-4),
+    Bracket("NEGLIGIBLE_PART", whittle, slow_part, 1.4e-4, 0.7e-4),
     Bracket("SAMPLE_COUNTS", whittle, counting, 0.4, 0.2),
     Bracket("GROWS", growth, grows, 4.0, 2.0),
     Bracket("LEVEL_READINGS", growth, told_by, 75, 35),
@@ -165,4 +165,4 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
 
 def test_no_threshold_is_without_a_case() -> None:
     """`GAP` decides in the checks of a fit and of a posterior, which have a case of it each."""
-    assert names_in(thresholds) == {case.name for case in CASES} | {"GAP"}
+    assert names_in(thresholds) == {case.name for case in CASES} | {"GAP_OF_NOISE"}

@@ -109,7 +109,7 @@ DAMAGE = (
     ),
     Bracket("SHORTEST_RUN", damage, lambda x: by_chance(x, kept=0.0, after=1000), 4, 5),
     Bracket("BEYOND_ROUNDING", damage, in_steps, 3, 5),
-    Bracket("TURNING", damage, turning, 0.62, 0.49),
+    Bracket("NOISY_TURNS", damage, turning, 0.62, 0.49),
     Bracket("REPEATED", damage, repeated, 0.5, 0.75),
     Bracket("CALM", damage, calm, 0.03, 0.08),
     Bracket("PIECES", damage, lambda x: damage._parts(np.zeros(int(x))).size == x, 7e4, 1.3e5),
@@ -236,7 +236,7 @@ CLOCK = (
     ),
     Bracket("RUNS_ON", timebase, going_back, 3.5, 1.8),
     Bracket("ALONE_BY", timebase, last_away, 0.015, 0.03),
-    Bracket("COARSE", coarse, lambda x: printed(np.tile([x, x, x + 1.0], 20)), 7, 4),
+    Bracket("COARSELY_PRINTED", coarse, lambda x: printed(np.tile([x, x, x + 1.0], 20)), 7, 4),
     Bracket("EVEN", coarse, lambda x: printed(mixed(200, x)), 0.85, 0.7),
     Bracket("EVEN_OF_FEW", coarse, lambda x: printed(mixed(15, x)), 0.7, 0.53),
     Bracket("TIES_TURNED", coarse, ties, 14, 7),
@@ -452,7 +452,7 @@ WHOLE = (
     Bracket("LONGEST_LABEL", known, lambda x: known_to_be_harmless(words_of("gain", " offset", x)), 3, 4),
     Bracket("SHORTEST_SENTENCE", known, lambda x: not known_to_be_harmless(words_of("temps", " quux", x)), 3, 2),
     Bracket(
-        "LONGEST_NAME", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
+        "MOST_NAME_WORDS", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
     ),
     Bracket("LEAST_SERIAL", unmoved, lambda x: unmoved.is_label(Amount(x, counted=True)), 15001, 7001),
     Bracket("SHORTEST_NAME", unmoved, lambda x: known_to_be_harmless(f"{'quux'[: round(x)]}: 5"), 3, 2),

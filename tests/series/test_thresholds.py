@@ -87,7 +87,7 @@ CASES = (
     Bracket("MOST_OUTLIERS", trends, outliers, 0.1, 0.15),
     Bracket("LOGARITHMIC", population, logarithmic, 0.25, 0.4),
     Bracket("HIGH", marks, lambda x: smooth(1.0 - x, 1.0 - x, 1.0 - x, 1.0, 1.0, 1.0), 0.04, 0.07),
-    Bracket("STEEP", marks, lambda x: smooth(0.0, 0.2, 0.2 + 0.2 * x, 0.4 + 0.2 * x), 2.5, 3.5),
+    Bracket("STEEP_JUMP", marks, lambda x: smooth(0.0, 0.2, 0.2 + 0.2 * x, 0.4 + 0.2 * x), 2.5, 3.5),
 )
 
 

@@ -63,7 +63,7 @@ def missed(gap: float) -> bool:
 CASES = (
     Bracket("LACKING", judge, lambda x: within("model", x), 1.3, 1.7),
     Bracket("RARE", judge, lambda x: within("values", x), 1.90, 2.0),
-    Bracket("FINE", sweep_summary, fine, 0.08, 0.13),
+    Bracket("LOCATED", sweep_summary, fine, 0.08, 0.13),
     Bracket("DECIDED", series, lambda x: series.series_checks(verdict(x))[1].passed, 4.0, 6.0),
     Bracket("PREDICTED", advice, missed, 1.1, 1.2),
 )

@@ -22,7 +22,7 @@ PACKAGE = Path(__file__).resolve().parents[2]
 COMPILED = ("core", "laws", "rigs", "simulation", "problem", "fitting", "sampling", "discovery", "series")
 """Packages whose code goes into programs."""
 
-KNOWN = ("fibrefit", "builtins", "functools", "operator", "math", "numpy", "jax", "equinox", "optimistix", "lineax")
+FAMILIAR = ("fibrefit", "builtins", "functools", "operator", "math", "numpy", "jax", "equinox", "optimistix", "lineax")
 """Where classes and functions may come from: their code is in the key, as source or as a version."""
 
 DEEPEST = 60
@@ -138,7 +138,7 @@ def _named(thing: Any) -> str:
 @functools.cache
 def _name(thing: Any) -> str:
     module, path = thing.__module__ or "", thing.__qualname__
-    if module.partition(".")[0] not in KNOWN or _at(module, path) is not thing:
+    if module.partition(".")[0] not in FAMILIAR or _at(module, path) is not thing:
         raise NotDescribedError(f"{module}:{path}")
     return f"{module}:{path}"
 
@@ -156,7 +156,7 @@ def _at(module: str, path: str) -> Any:
 def _function(function: FunctionType, depth: int) -> str:
     """A function by its place in the source and all that it closes over."""
     module = function.__module__ or ""
-    if module.partition(".")[0] not in KNOWN:
+    if module.partition(".")[0] not in FAMILIAR:
         raise NotDescribedError(f"{module}:{function.__qualname__}")
     code = function.__code__
     where = f"{module}:{function.__qualname__}:{code.co_firstlineno}:{hashlib.sha256(code.co_code).hexdigest()[:16]}"

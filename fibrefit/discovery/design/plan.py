@@ -42,7 +42,7 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.simulation.model import Experiment
 
-ENOUGH = 1e-6
+FITTED_WELL = 1e-6
 """Relative fall of a rival's cost at which it is fitted well enough."""
 UNKNOWN = 1e-12
 """Share of the largest information below which a parameter is not determined."""
@@ -192,7 +192,7 @@ def _missed(
     data = supermodel.problem.observations
     at_hand = _with(supermodel, data._replace(measured=_readings(supermodel.problem, truth, data.experiment)))
     subset = context.subset((other.effect,))
-    found = refit(at_hand, subset, start, context.whole, enough=ENOUGH).local
+    found = refit(at_hand, subset, start, context.whole, enough=FITTED_WELL).local
     names = (*subset.shared, *subset.each)
     columns = np.array([supermodel.names.index(name) for name in names])
     size = np.array([abs(supermodel.declared[name].typical) for name in names])

@@ -20,12 +20,15 @@ WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 LEAST_FALL = 0.2
 """Promised fall of a hypothesis's objective, a tenth of a nat, that is not taken any more: names differ by nats."""
-PATIENCE = 10
+PATIENCE_OF_DESCENT = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
 LED = 10
 """Evaluations in which a parent is refitted from where a candidate led; where it is more probable there, it goes on."""
 FADES = 4
 """Equal steps in which the strength of an effect that is left out of a hypothesis fades, the others led along."""
+LINEARISED_ANEW = 2
+"""How often readings are linearised again, before the first look, where records differ: at first each record is at
+values of the others."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
@@ -43,7 +46,7 @@ PARTNERS = 8
 GLS_NEEDS = 0.3
 """Share of the time that has to be left for the GLS estimate of a driven rig."""
 
-STEADY = 0.1
+STEADY_LIMIT = 0.1
 """Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
 over less."""
 
@@ -76,7 +79,10 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
     parent : float
         Objective of the parent, twice a negative logarithm.
     """
-    return {"settled": LEAST_FALL, "effort": Effort(patience=PATIENCE, worthless=parent + 2.0 * WRONG_MINIMUM)}
+    return {
+        "settled": LEAST_FALL,
+        "effort": Effort(patience=PATIENCE_OF_DESCENT, worthless=parent + 2.0 * WRONG_MINIMUM),
+    }
 
 
 def first_steps() -> dict[str, Any]:
@@ -126,4 +132,4 @@ def time_for_gls(left: float, given: float) -> bool:
 
 def strengths_settled(before: np.ndarray, after: np.ndarray) -> bool:
     """Whether strengths that would just be found have ceased to move."""
-    return bool(np.all(np.abs(after - before) <= STEADY * before))
+    return bool(np.all(np.abs(after - before) <= STEADY_LIMIT * before))

@@ -14,7 +14,7 @@ from fibrefit.laws.law import Effect
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
-SLIGHT = 1.0 / 64.0
+SLIGHT_CHANGE = 1.0 / 64.0
 """Share of that over which slopes are taken: a motion that bounces multiplies any change, and over more the cost bends.
 A breakaway friction that gains 22 nats on a driven rig was promised -3 over the whole of it, and 16 over this."""
 LADDER = (1.0, 5.0, 25.0)
@@ -93,7 +93,7 @@ def slightly(supermodel: Supermodel, effect: type[Effect], name: str, weak: floa
     declared = supermodel.declared[name]
     if effect.singular or declared.reciprocal or declared.unit == "Hz":
         return weak
-    return declared.null + SLIGHT * (weak - declared.null)
+    return declared.null + SLIGHT_CHANGE * (weak - declared.null)
 
 
 def starting_strength(supermodel: Supermodel, name: str, weak: float, share: float) -> float:

@@ -42,11 +42,11 @@ below it, what is left after projection is the error of the integrator's slopes.
 RANK = 1e-4
 """Share of a record's information below which a direction is not seen in a part of it: an error a hundred times that
 of the whole record, beyond which an innovation is rounding."""
-FEWEST = 8
+FEWEST_ORDINATES = 8
 """Ordinates of a record at rest that tell its noise: their mean is known to a third."""
 QUANTISED = 0.3
 """Power of the fast noise at rest over that in motion below which it is not noise that is seen at rest but steps."""
-SLOW, FAST = 40.0, 100.0
+SLOW_BELOW, FAST_ABOVE = 40.0, 100.0
 """Frequencies in Hz below and above which the noise at rest is held against that in motion: between the
 two lie the mains."""
 

@@ -20,7 +20,15 @@ from scipy.stats import chi2, gamma
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.supermodel import stretch_products
-from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED, FAST, FEWEST, QUANTISED, RANK, SLOW
+from fibrefit.discovery.engine.thresholds import (
+    ALARM,
+    CONTRADICTED,
+    FAST_ABOVE,
+    FEWEST_ORDINATES,
+    QUANTISED,
+    RANK,
+    SLOW_BELOW,
+)
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import STEP
@@ -203,12 +211,12 @@ def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm |
             lines = [abs(frequency - line) < rate / len(values) * 2.0 for line, _ in noise.lines]
             clear = ~np.logical_or.reduce([np.zeros(len(frequency), dtype=bool), *lines])
             share = power / noise.density(frequency)
-            slow += float(share[clear & (frequency < SLOW)].sum())
-            number += int((clear & (frequency < SLOW)).sum())
-            fast += share[clear & (frequency > FAST)].tolist()
+            slow += float(share[clear & (frequency < SLOW_BELOW)].sum())
+            number += int((clear & (frequency < SLOW_BELOW)).sum())
+            fast += share[clear & (frequency > FAST_ABOVE)].tolist()
     level = float(np.mean(fast)) if fast else 0.0
-    if number < FEWEST or level < QUANTISED:
+    if number < FEWEST_ORDINATES or level < QUANTISED:
         return None
     probability = float(gamma.cdf(slow / level, number))
-    facts = {"channel": channel, "below": SLOW, "times": number * level / max(slow, 1e-300)}
+    facts = {"channel": channel, "below": SLOW_BELOW, "times": number * level / max(slow, 1e-300)}
     return Alarm("rest", probability, CONTRADICTED, facts)

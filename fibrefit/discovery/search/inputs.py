@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, alone_by_record, carried
-from fibrefit.discovery.engine.effort import lost
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import FAR, Supermodel, residual_rows, supermodel_of
@@ -95,6 +95,18 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     if lost(search.gap(search.plain(weighed)), anew.gap(anew.plain(found))):
         return None
     return anew, found
+
+
+def linearised_where_records_differ(search: Search, weighed: Weighed) -> tuple[Search, Weighed]:
+    """Search and hypothesis with readings linearised at each record's own values, if these differ.
+
+    A first fit takes records for alike, and what they differ by for errors of their inputs.
+    """
+    for _ in range(LINEARISED_ANEW):
+        if not weighed.evidence.mode.sigma.any() or (anew := relinearised(search, weighed)) is None:
+            break
+        search, weighed = anew
+    return search, weighed
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.thresholds import LOUDEST, REMAINING, SMALL
+from fibrefit.fitting.thresholds import LOUDEST, NO_FACTOR, REMAINING
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -39,7 +39,7 @@ from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import GAP
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.simulation.model import Model
 
 
@@ -103,7 +103,7 @@ def is_noise(left: float, before: float) -> bool:
     left, before : float
         Normalised rms.
     """
-    return left <= LOUDEST and left**2 - 1.0 <= max(GAP**2 - 1.0, REMAINING * (before**2 - 1.0))
+    return left <= LOUDEST and left**2 - 1.0 <= max(GAP_OF_NOISE**2 - 1.0, REMAINING * (before**2 - 1.0))
 
 
 class _Explained(NamedTuple):
@@ -123,7 +123,7 @@ class _Explained(NamedTuple):
         parameter, worst, factor = self.law.parameters[0], 0, 0.0
         for i, (slot, record) in enumerate(layout.entries):
             if record is None and slot.range.lower >= 0.0:
-                one, other = sorted(max(abs(float(v[i])), SMALL * slot.range.scale) for v in (values, self.values))
+                one, other = sorted(max(abs(float(v[i])), NO_FACTOR * slot.range.scale) for v in (values, self.values))
                 if other / one > factor:
                     worst, factor = i, other / one
         slot = layout.entries[worst][0]

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.thresholds import SMALL, VAGUE
+from fibrefit.fitting.thresholds import NO_FACTOR, VAGUE
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.phases import HELD, Motion
 from fibrefit.problem.statement.layout import Layout
@@ -103,7 +103,7 @@ def most_doubtful(layout: Layout, values: np.ndarray, bars: ErrorBars) -> Doubtf
         error, by_noise = (float(bars.errors[method][i]) for method in (METHOD, bars.of_noise or METHOD))
         # Values that may have either sign are small by accident; what the records do not determine is told elsewhere.
         if record is None and slot.range.lower >= 0.0 and np.isfinite(error):
-            size = max(abs(float(values[i])), SMALL * slot.range.scale)
+            size = max(abs(float(values[i])), NO_FACTOR * slot.range.scale)
             if by_noise <= VAGUE * size:
                 found.append(Doubtful(slot.name, slot.unit, float(values[i]), error, Z_95 * error / size))
     return max(found, key=lambda one: one.share, default=None)

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.fitting.thresholds import OUTWEIGHED, SMALL
+from fibrefit.fitting.thresholds import NO_FACTOR, OUTWEIGHED
 from fibrefit.fitting.uncertainty import Scores, sandwich
 from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.thresholds import GAP
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 
 
 class Outweighed(NamedTuple):
@@ -57,7 +57,7 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
     for i, (slot, record) in enumerate(layout.entries):
         if record is None and slot.range.lower >= 0.0 and np.isfinite(variance[i]):
             moved = float(np.sqrt(_beyond_noise(scores) * variance[i]))
-            ratio = moved / max(abs(float(values[i])), SMALL * slot.range.scale)
+            ratio = moved / max(abs(float(values[i])), NO_FACTOR * slot.range.scale)
             if ratio > (OUTWEIGHED if worst is None else worst.ratio):
                 worst = Outweighed(slot.name, float(values[i]), slot.unit, ratio)
     return worst
@@ -66,4 +66,4 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
 def _beyond_noise(scores: Scores) -> float:
     """Sum of squared residuals less that of noise, which is known to a few percent."""
     counted = np.count_nonzero(scores.residuals, axis=(0, 2))
-    return float(np.sum(np.maximum(np.sum(scores.residuals**2, axis=(0, 2)) - GAP**2 * counted, 0.0)))
+    return float(np.sum(np.maximum(np.sum(scores.residuals**2, axis=(0, 2)) - GAP_OF_NOISE**2 * counted, 0.0)))

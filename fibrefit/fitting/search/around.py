@@ -15,7 +15,7 @@ from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.multistart import CHUNK, SAME_PLACE, basins_of
 from fibrefit.fitting.search.solve import EXACT, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
-from fibrefit.fitting.thresholds import SETTLED
+from fibrefit.fitting.thresholds import SETTLED_FIT
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem, gram_root
 
@@ -49,7 +49,7 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         if not active.any():
             break
         found = descend_all(problem, free, width, counts, active, Care(np.asarray(EXACT)))
-        lower = cost - np.asarray(found.cost).min() > SETTLED
+        lower = cost - np.asarray(found.cost).min() > SETTLED_FIT
         if not lower and not look:
             return starts
         starts = _joined(starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found)))
@@ -98,7 +98,7 @@ def _lower_of_few(
     ends, costs = np.asarray(others.free), np.asarray(others.cost)
     lowest = int(np.argmin(costs))
     same = np.max(np.abs(ends - ends[lowest]) / wider, axis=-1) < SAME_PLACE
-    lower = float(np.asarray(own.cost).min()) - costs > SETTLED / every
+    lower = float(np.asarray(own.cost).min()) - costs > SETTLED_FIT / every
     return ends, lower & (~same | (np.arange(CHUNK) == lowest))
 
 

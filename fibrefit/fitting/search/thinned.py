@@ -9,9 +9,9 @@ import numpy as np
 
 from fibrefit.problem.statement.problem import Problem
 
-FEWEST = 4096
+FEWEST_KEPT = 4096
 """Samples that the shortest record keeps: a drop of four seconds at 1 kHz, which leads starts as well as more do."""
-MISSED = 1.5
+MISSED_BETWEEN = 1.5
 """What a straight line between the samples that are kept misses of those between, over the noise, at the most. Noise
 alone has 1.3 of itself, from three readings; above, the motion would be told by too few samples, and followed with too
 long steps."""
@@ -27,11 +27,11 @@ def thinning(problem: Problem) -> int:
     problem : Problem
     """
     data = problem.observations
-    kept = int(np.asarray(data.experiment.count).min()) // FEWEST
+    kept = int(np.asarray(data.experiment.count).min()) // FEWEST_KEPT
     if data.experiment.inputs or kept < 2:
         return 1
     every = 1 << (kept.bit_length() - 1)
-    while every > 1 and _missed(problem, every) > MISSED:
+    while every > 1 and _missed(problem, every) > MISSED_BETWEEN:
         every //= 2
     return every
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.core.time_limit import beyond_limits, time_left
-from fibrefit.fitting.thresholds import ALL_COUNT, HOPELESS, MISSED, MORE_COUNT
+from fibrefit.fitting.thresholds import ALL_COUNT, HOPELESS, MISSED_LINEARISED, MORE_COUNT
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
@@ -139,7 +139,7 @@ def accounted_for(cost: float, number: float = 1.0) -> bool:
 
 def as_predicted(left: np.ndarray, linearised: np.ndarray, variance: float = 1.0) -> bool:
     """Whether residuals are those that linearised readings predict, where they count."""
-    return float(np.mean((left - linearised)[linearised != 0.0] ** 2)) < MISSED * variance
+    return float(np.mean((left - linearised)[linearised != 0.0] ** 2)) < MISSED_LINEARISED * variance
 
 
 def lets_more_count(share: float, before: float) -> bool:

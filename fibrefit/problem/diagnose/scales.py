@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
-from fibrefit.problem.thresholds import HOLDS, MISREAD, PROVEN
+from fibrefit.problem.thresholds import HOLDS, MISREAD, PROVEN_FACTOR
 from fibrefit.rigs.rig import Rig
 from fibrefit.rigs.signals.newton import Sizes, newton_of
 from fibrefit.rigs.signals.trace import Trace
@@ -83,4 +83,4 @@ def is_off(size: float, error: float) -> bool:
     ----------
     size, error : float
     """
-    return abs(size - 1.0) > PROVEN * error and not 1.0 / MISREAD < size < MISREAD
+    return abs(size - 1.0) > PROVEN_FACTOR * error and not 1.0 / MISREAD < size < MISREAD

@@ -19,7 +19,7 @@ LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
 """Damping of a step whose size nothing limits, of the first one, and beyond which there is no step."""
 SHORTEST_STEP = 0.1
 """Share of a step that led nowhere, below which the next one is not shortened at once."""
-ROUGHLY = 1.1
+ON_RADIUS = 1.1
 """Factor to which a step has the size of the radius."""
 
 
@@ -63,14 +63,14 @@ def step_within(found: PosteriorMode, radius: float) -> DampedStep:
     """
     low, high = np.log10(LEAST_DAMPING), np.log10(STIFFEST)
     first = _trial(found, CAUTIOUS if np.isinf(radius) else LEAST_DAMPING)
-    if first.size <= ROUGHLY * radius:
+    if first.size <= ON_RADIUS * radius:
         return first
     while high - low > 1e-3:
         middle = 0.5 * (low + high)
         step = _trial(found, 10.0**middle)
-        if step.size > ROUGHLY * radius:
+        if step.size > ON_RADIUS * radius:
             low = middle
-        elif step.size < radius / ROUGHLY:
+        elif step.size < radius / ON_RADIUS:
             high = middle
         else:
             return step

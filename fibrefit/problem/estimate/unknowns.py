@@ -12,7 +12,7 @@ from fibrefit.problem.statement.layout import Layout, Slot
 
 FLAT = 1e3
 """Standard deviation of the prior of a coordinate of which nothing is believed beforehand."""
-VAGUE = 0.2
+NOT_LOGARITHMIC = 0.2
 """Relative standard error beyond which a value is not told by its logarithm, nor its deviations looked for."""
 MOST = 5
 """Parameters that may deviate at the most: those that are best known."""
@@ -66,7 +66,7 @@ def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, fl
     spans = limits.log if "." in slot.name else limits.lower >= 0.0
     if slot.belief is not None:
         spans = slot.belief.log
-    if spans and value > 0.0 and error < VAGUE * value:
+    if spans and value > 0.0 and error < NOT_LOGARITHMIC * value:
         with np.errstate(divide="ignore"):
             return True, value, 1.0, float(np.log(max(limits.lower, 0.0) / value)), float(np.log(limits.upper / value))
     return False, value, limits.scale, (limits.lower - value) / limits.scale, (limits.upper - value) / limits.scale

@@ -25,7 +25,7 @@ LEVELS = 8
 SPREAD = 2.07
 """Relative error of a median of absolute values of such differences times the square root of their number: 1.16 if they
 were independent, and neighbours are alike (the sum of their squared correlations is 3.2)."""
-LOUDEST = 3.0
+LOUDEST_LOADED = 3.0
 """Noise over that without load, at the most: what is louder still says nothing of the noise."""
 
 
@@ -70,7 +70,7 @@ def louder_under_load(trace: Trace, channel: str, growth: float, largest: float)
     largest : float
         Load in SI units at which it is reached.
     """
-    return np.minimum(1.0 + growth * _load(trace.channels[channel]) / largest, LOUDEST)
+    return np.minimum(1.0 + growth * _load(trace.channels[channel]) / largest, LOUDEST_LOADED)
 
 
 def largest_load(traces: Sequence[Trace], channel: str) -> float:

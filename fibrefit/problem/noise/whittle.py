@@ -26,7 +26,7 @@ from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
 from fibrefit.problem.noise.spectrum import Noise, whittle
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.thresholds import CLEAR, LINE_BY_CHANCE, NEGLIGIBLE, SAMPLE_COUNTS, SLOWEST_LINE
+from fibrefit.problem.thresholds import CLEAR, LINE_BY_CHANCE, NEGLIGIBLE_PART, SAMPLE_COUNTS, SLOWEST_LINE
 
 BINS_PER_OCTAVE = 12
 """Frequencies of all records are pooled where there are many."""
@@ -172,7 +172,7 @@ def _noise(draws: _Draws, lines: bool) -> Noise:
     whole = periodograms(*draws)
     found, weights = _lines(draws, whole) if lines else ([], fitted(whole))
     variances, rate = weights[:-2], float(np.mean(np.asarray(bank.rate)))
-    share = variances > NEGLIGIBLE * (variances.sum() + weights[-1])
+    share = variances > NEGLIGIBLE_PART * (variances.sum() + weights[-1])
     slow = tuple(zip(np.asarray(bank.corners)[share].tolist(), variances[share].tolist(), strict=True))
     return Noise(float(weights[-1]) / (0.5 * rate), float(weights[-2]), 0.0, samples, slow, tuple(found))
 
@@ -222,7 +222,7 @@ def fitted(of: Periodograms) -> np.ndarray:
     pair = np.array([first, first + 1])[:corners]
     simple = [either[1:], either, np.r_[pair, either[1:]], np.r_[pair, either]]
     weights = np.concatenate([weights, bands.fitted(simple)])
-    used = weights[0, :corners] > NEGLIGIBLE * (weights[0, :corners].sum() + weights[0, -1])
+    used = weights[0, :corners] > NEGLIGIBLE_PART * (weights[0, :corners].sum() + weights[0, -1])
     # A pair of neighbouring corners stands for one part whose corner lies between them.
     sizes = np.array([1 + np.count_nonzero(used), 1, 2, 3, 4])
     return np.asarray(weights[int(np.argmin(bands.costs(weights) + sizes * np.log(bands.number.sum())))])

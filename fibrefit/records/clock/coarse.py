@@ -21,7 +21,7 @@ from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.grammar.neighbours import typical
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.thresholds import (
-    COARSE,
+    COARSELY_PRINTED,
     EVEN,
     EVEN_OF_FEW,
     MOST_OFF,
@@ -52,7 +52,7 @@ def too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str], readab
     if not (steps > 0).any():
         return True
     usual = typical(steps[steps > 0])
-    if usual * COARSE >= 1:
+    if usual * COARSELY_PRINTED >= 1:
         return False
     if np.mean(steps == usual) < EVEN and not (times.size < 20 and np.mean(steps == usual) >= EVEN_OF_FEW):
         return True

@@ -18,7 +18,7 @@ def words(text: str) -> re.Pattern[str]:
 
 
 #: What numbers are multiplied by.
-FACTOR = words(
+MULTIPLIED = words(
     "scal(?:e|es|ed|ing)|factor*|faktor*|multipl*|divi(?:de|ded|sor|der)|skalier*|umrechn*|conver(?:sion|t*)|ratio"
     "|korrektur*|correct(?:ion|ed)?|calib*|cal|kalibr*|slope*|steigung|coeff*|koeff*|gain*|verst(?:\u00e4|ae)rkung"
     "|attenuat*|d(?:\u00e4|ae)mpfung|\u00fcbersetzung|lever*|hebel*|gear|transmission|reev*|reeving|advantage"
@@ -217,7 +217,7 @@ UNIT_OF = re.compile(
 #: Of how numbers are kept.
 TYPE = words("format|type*|datentyp|datatype|precision|float*|real*|single")
 #: That something was set or noted as it should not have been.
-WRONGLY = words(
+IN_ERROR = words(
     "wrong*|instead of|in place of|should have been|mistake*|erroneous*|incorrect*|falsch*|irrt*|versehentlich"
     "|accidental*"
 )

@@ -23,6 +23,7 @@ from fibrefit.records.thresholds import (
     CALM,
     LONE,
     NINES_RATIO,
+    NOISY_TURNS,
     OVERSHOOT,
     PIECE,
     PIECES,
@@ -30,7 +31,6 @@ from fibrefit.records.thresholds import (
     RUN_BY_CHANCE,
     SHORT_STOP,
     SHORTEST_RUN,
-    TURNING,
 )
 
 
@@ -160,7 +160,7 @@ def _is_noisy(run: np.ndarray, lengths: np.ndarray) -> bool:
         return False
     # White noise turns its curvature round at nearly three samples in four, a smooth motion hardly ever.
     turns = np.mean(np.sign(second[1:]) != np.sign(second[:-1]))
-    return bool(turns >= TURNING and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= REPEATED)
+    return bool(turns >= NOISY_TURNS and _share_of_equals(np.sort(lengths)[: max(1, lengths.size - 5)]) <= REPEATED)
 
 
 def _noise(run: np.ndarray) -> float:

@@ -15,15 +15,16 @@ from fibrefit.records.columns.bearing import (
     CORRECTION,
     DATES,
     DONE,
-    FACTOR,
     FOREIGN,
     FORMULA,
     FULL_SCALE,
     HALVES,
+    IN_ERROR,
     IN_STEPS,
     IN_UNIT,
     LATE,
     MISTAKEN,
+    MULTIPLIED,
     NEGATED,
     NEUTRAL,
     NO_STATISTIC,
@@ -46,7 +47,6 @@ from fibrefit.records.columns.bearing import (
     UNIT_LABEL,
     UNIT_OF,
     UPWARDS,
-    WRONGLY,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
@@ -127,7 +127,7 @@ def _is_step(amount: Amount, read: ReadColumn) -> bool:
 
 
 def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
-    words = FACTOR.search(claim.about)
+    words = MULTIPLIED.search(claim.about)
     of_times = words and (words.group().casefold() in ("divider", "divisor") or SLOWED.search(line))
     if of_times and read.role != "time" and not read.named(line):
         return ""  # of a clock: whether it is one is asked of the times
@@ -255,7 +255,7 @@ def _other_unit(line: str, one: Told, read: ReadColumn) -> str:
 def _worded(line: str, one: Told, read: ReadColumn) -> str:
     """A number in words that is said of a column, or is to be applied."""
     if (
-        (one.place.startswith("heading") and not FACTOR.search(line))
+        (one.place.startswith("heading") and not MULTIPLIED.search(line))
         or (DONE.search(line) and not UNDONE.search(line))
         or (read.settled and not read.named(line) and not one.of)
     ):
@@ -267,7 +267,7 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     kinds = kinds_named(line)
     against = {"force": AGAINST, "length": UPWARDS}.get(read.kind)
     sides = against.search(line) if against and (read.kind in kinds or not kinds) else None
-    wrong = WRONGLY.search(line)
+    wrong = IN_ERROR.search(line)
     if wrong and (one.of or read.named(line.replace("wrong way", "wrong"))):
         return f"({wrong.group()}) may have changed"
     if sides:

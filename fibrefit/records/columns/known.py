@@ -45,8 +45,8 @@ from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.thresholds import (
     LEAST_CERTIFICATE,
     LONGEST_LABEL,
-    LONGEST_NAME,
     LONGEST_SAID,
+    MOST_NAME_WORDS,
     SAME_LENGTH,
     SHORTEST_SENTENCE,
 )
@@ -128,7 +128,7 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
         found = tokens(about)
         if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
             continue  # a row of numbers is told by where it stands; names of types change nothing
-        if plain and (said or len(found) <= LONGEST_NAME) and moves_nothing(claim, found, names):
+        if plain and (said or len(found) <= MOST_NAME_WORDS) and moves_nothing(claim, found, names):
             continue
         if _harmless(claim, found, line, names, bears):
             continue
@@ -300,7 +300,7 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         return True
     quantity = any(is_quantity(word, names) for word in words)
     others = OF_OTHERS.search(line if all(w.startswith("gain") for w in changes) else claim.about)
-    brief = bool(claim.amounts) and len(words) <= LONGEST_NAME
+    brief = bool(claim.amounts) and len(words) <= MOST_NAME_WORDS
     return bool(others) and brief and not quantity and not any(word in WORDED for word in words)
 
 

@@ -14,7 +14,7 @@ from fibrefit.core import units as registry
 from fibrefit.records.columns.lexicon import CHANGES, OF_TIMES, OWNERS, TECHNICAL, lexicon
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_NAME, LONGEST_STEP, SHORTEST_NAME
+from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_STEP, MOST_NAME_WORDS, SHORTEST_NAME
 
 OWNER = lexicon(*OWNERS)
 #: Words of measuring: of what is read, if not of something that is named beside them.
@@ -107,7 +107,9 @@ def is_name_behind_key(line: str, mark: str, names: frozenset[str]) -> bool:
         return False
     if any(is_quantity(word, names) for word in keys) and not any(map(is_measured, keys)):
         return False
-    if len(name) > LONGEST_NAME or any(may_bear(word, names) for word in name if word not in WORDED or word in SHARES):
+    if len(name) > MOST_NAME_WORDS or any(
+        may_bear(word, names) for word in name if word not in WORDED or word in SHARES
+    ):
         return False
     return not any(amount.unit or amount.factor for claim in claims_of(key[2], mark) for amount in claim.amounts)
 

@@ -20,7 +20,7 @@ FOREIGN = {
 _CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf2\xf8\xf9")
 
 #: What can be read, for messages.
-KNOWN = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
+READABLE = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
 
 #: Alphabets of two bytes a sign, the stricter first. Digits are the same in all of them.
 _EAST_ASIAN = ("cp932", "gbk", "euc_kr")
@@ -84,7 +84,7 @@ def decode(data: bytes, where: str) -> Text:
         raise DataError(where, "the file is empty", "a table of measured values")
     for start, (what, do) in FOREIGN.items():
         if data.startswith(start):
-            raise DataError(where, f"{what}, not text", KNOWN, do)
+            raise DataError(where, f"{what}, not text", READABLE, do)
     text, encoding, notes = _decoded(data, where)
     text = text.translate(_UNSEEN).rstrip("\x1a")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
@@ -99,7 +99,7 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
         return data.decode(wide, errors="replace"), wide.upper(), ()
     controls = len(data) - len(data.translate(None, _CONTROLS))
     if controls > max(8, CONTROLS * len(data)) or data.count(0) > ZEROS * len(data):
-        raise DataError(where, "binary data, not text", KNOWN, "Export the values as CSV.")
+        raise DataError(where, "binary data, not text", READABLE, "Export the values as CSV.")
     try:
         return data.decode("utf-8"), "UTF-8", ()
     except UnicodeDecodeError:

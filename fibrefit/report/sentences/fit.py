@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from fibrefit.fitting.estimates import Why
     from fibrefit.fitting.identifiability import Weakness
 
-INPUT_ERROR = "_error"
+ERROR_OF_INPUT = "_error"
 """End of the identifier of a check of a measured input, which begins with its name."""
 
 
 def fit_sentence(check: Check) -> str:
     """What a check of a fit found."""
-    of = _input_error if check.identifier.endswith(INPUT_ERROR) else SENTENCES[check.identifier]
+    of = _input_error if check.identifier.endswith(ERROR_OF_INPUT) else SENTENCES[check.identifier]
     return of(check)
 
 
@@ -272,7 +272,7 @@ def _lag(check: Check) -> str:
 
 
 def _input_error(check: Check) -> str:
-    name = check.identifier.removesuffix(INPUT_ERROR)
+    name = check.identifier.removesuffix(ERROR_OF_INPUT)
     if check.passed:
         return f"The measured {name} was corrected within its noise."
     if check.statistic == 0.0:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from fibrefit.problem.noise.choose import NoiseModel
     from fibrefit.problem.posterior.prior import Prior
 
-NAMED = 3
+VALUES_NAMED = 3
 """Values by which a mode is described."""
 
 
@@ -157,8 +157,8 @@ def _second_mode(check: Check) -> str:
 
 
 def _mode(weight: float, values: tuple[tuple[str, float, str], ...]) -> str:
-    named = ", ".join(f"{name} = {value:.4g} {unit}" for name, value, unit in values[:NAMED])
-    return f"weight {weight:.2g} at {named}{', ...' if len(values) > NAMED else ''}"
+    named = ", ".join(f"{name} = {value:.4g} {unit}" for name, value, unit in values[:VALUES_NAMED])
+    return f"weight {weight:.2g} at {named}{', ...' if len(values) > VALUES_NAMED else ''}"
 
 
 def _contraction(check: Check) -> str:

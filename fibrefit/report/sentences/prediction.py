@@ -5,13 +5,13 @@ from __future__ import annotations
 from fibrefit.report.sentences.fit import fit_sentence, worded
 from fibrefit.study.summaries.check import Check
 
-PREDICTED = "_predicted"
+OF_PREDICTION = "_predicted"
 """End of the identifier of a check of a channel, which begins with its name."""
 
 
 def prediction_sentence(check: Check) -> str:
     """What a check of a prediction found."""
-    if check.identifier.endswith(PREDICTED):
+    if check.identifier.endswith(OF_PREDICTION):
         return _within(check)
     return _unseen(check) if check.identifier == "new_records" else fit_sentence(check)
 
@@ -29,5 +29,5 @@ def _unseen(check: Check) -> str:
 
 def _within(check: Check) -> str:
     ratio = f"{check.statistic:.3g} times what is expected; at most {check.threshold:.3g} passes."
-    says = f"The {check.identifier.removesuffix(PREDICTED)} differs from its prediction by {ratio}"
+    says = f"The {check.identifier.removesuffix(OF_PREDICTION)} differs from its prediction by {ratio}"
     return says if check.passed else f"{says} The values, or the model, do not hold for these records."

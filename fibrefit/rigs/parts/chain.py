@@ -19,7 +19,7 @@ from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
 
 Modes = tuple[jax.Array, ...]
 
-CALM = 0.25
+CALMING = 0.25
 """Least damping of a point between its neighbours, as a share of the critical one."""
 
 
@@ -153,4 +153,4 @@ class PointChain(eqx.Module):
         """Damping of the whole fibre, in N s/m, that b lacks to calm its points."""
         segments, point = self.points + 1, self.mass / self.points
         critical = 2.0 * jnp.sqrt(jnp.where(self.there(), segments * self.fibre.stiffness * point, 1.0)) / segments
-        return jnp.where(self.there(), jnp.maximum(CALM * critical - self.fibre.damping, 0.0), 0.0)
+        return jnp.where(self.there(), jnp.maximum(CALMING * critical - self.fibre.damping, 0.0), 0.0)

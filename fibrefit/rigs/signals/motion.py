@@ -12,7 +12,7 @@ LENGTHS = (0.006, 0.012, 0.025, 0.05, 0.1, 0.2)
 """Lengths in s over which a position is taken for a polynomial; the force tells which of them suits it."""
 ORDER = 4
 """Of the polynomials."""
-STANDING = 0.02
+STANDS = 0.02
 """Share of the largest speed below which a mass is taken to stand: friction is then anything up to its level."""
 FEWEST = 32
 """Samples in motion that a record must hold."""
@@ -91,9 +91,7 @@ def _motion_of_velocity(raw: np.ndarray, window: int, step: float) -> tuple[np.n
 
 def _stands(speed: np.ndarray) -> np.ndarray:
     """Whether a mass stands, or turns round, at each sample."""
-    return (np.abs(speed) <= STANDING * np.abs(speed).max()) | (
-        np.diff(np.sign(speed), append=np.sign(speed[-1])) != 0.0
-    )
+    return (np.abs(speed) <= STANDS * np.abs(speed).max()) | (np.diff(np.sign(speed), append=np.sign(speed[-1])) != 0.0)
 
 
 def _left(motion: tuple[np.ndarray, np.ndarray, np.ndarray], force: np.ndarray) -> float:

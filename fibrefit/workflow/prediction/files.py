@@ -8,7 +8,7 @@ from fibrefit.core.roles import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.records import Record
-from fibrefit.report.sentences.prediction import PREDICTED, prediction_check_summaries, prediction_sentence
+from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
@@ -98,8 +98,8 @@ def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tup
 def _judged(checks: tuple[Check, ...], success: bool) -> tuple[Status, Verdict]:
     if not success or any(check.fatal and not check.passed for check in checks):
         return "failed", "not_trusted"
-    holds = all(check.passed for check in checks if check.identifier.endswith(PREDICTED))
-    new = all(check.passed for check in checks if not check.identifier.endswith(PREDICTED))
+    holds = all(check.passed for check in checks if check.identifier.endswith(OF_PREDICTION))
+    new = all(check.passed for check in checks if not check.identifier.endswith(OF_PREDICTION))
     if not new:
         return "suspect", "not_trusted"
     return ("ok", "holds") if holds else ("suspect", "does_not_hold")

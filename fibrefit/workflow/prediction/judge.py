@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from fibrefit.fitting.checks import finite
-from fibrefit.problem.thresholds import GAP
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.thresholds import LACKING, RARE
 
@@ -34,7 +34,11 @@ def limit(parts: Mapping[str, np.ndarray], counted: np.ndarray, n_value: int) ->
     Noise is known to a few percent; the share of the values scatters as chi-square of so many of them; what the model
     lacks may be half as large again in other records.
     """
-    allowed = {"noise": GAP**2, "model": LACKING**2, "values": float(chi2.isf(RARE, max(n_value, 1)) / max(n_value, 1))}
+    allowed = {
+        "noise": GAP_OF_NOISE**2,
+        "model": LACKING**2,
+        "values": float(chi2.isf(RARE, max(n_value, 1)) / max(n_value, 1)),
+    }
     share = {cause: float(np.mean(part[counted])) for cause, part in parts.items()}
     return float(np.sqrt(sum(allowed[cause] * size for cause, size in share.items()) / sum(share.values())))
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.problem.thresholds import GAP
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import LawCurve, Verdict
 from fibrefit.series.trends import Quantity
@@ -130,11 +130,15 @@ def series_checks(found: Verdict) -> tuple[Check, ...]:
     return (
         Check(
             name="the gap is noise",
-            passed=gap <= GAP,
-            says=f"Normalised residual RMS is {gap:.3g}; at most {GAP:g} is expected."
-            + ("" if gap <= GAP else " What is left is more than noise: run discover before you trust the law."),
+            passed=gap <= GAP_OF_NOISE,
+            says=f"Normalised residual RMS is {gap:.3g}; at most {GAP_OF_NOISE:g} is expected."
+            + (
+                ""
+                if gap <= GAP_OF_NOISE
+                else " What is left is more than noise: run discover before you trust the law."
+            ),
             statistic=gap,
-            threshold=GAP,
+            threshold=GAP_OF_NOISE,
             identifier="gap",
             quantity="residual size",
         ),
