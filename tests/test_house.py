@@ -292,8 +292,17 @@ def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None
     assert not found, f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor"
 
 
+def scatters(tree: ast.Module) -> bool:
+    """Whether a module adds rows or matrices in places of its own choice, by NumPy's `add.at`."""
+    return any(isinstance(node, ast.Attribute) and ast.unparse(node).endswith("add.at") for node in ast.walk(tree))
+
+
+def test_matrices_of_records_are_assembled_in_one_place() -> None:
+    assert [module for module, tree in MODULES.items() if scatters(tree)] == ["problem.statement.layout"]
+
+
 def homes_of_threshold_names() -> dict[str, list[str]]:
-    """Modules that give a value to a name that a threshold bears; a name inside a module counts as well."""
+    """Modules that give a value to a name that a threshold bears, whether that module shows it to others or not."""
     homes: dict[str, list[str]] = {}
     for module, tree in MODULES.items():
         for target, _ in _assigned(tree):

@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.programs.products import column_products
 from fibrefit.fitting.identifiability import Weakness, force_alone
-from fibrefit.problem.statement.layout import scale_of
+from fibrefit.problem.statement.layout import assembled, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check
 
@@ -118,5 +118,4 @@ def _information(problem: Problem, values: jax.Array, conditions: dict[str, jax.
         block = local[own][:, own] + 1e-12 * jnp.diag(jnp.diag(local[own][:, own]))
         local = local - local[:, own] @ jnp.linalg.solve(block, local[own])
     local = jnp.where(own[:, None] | own[None, :], 0.0, local)
-    whole = jnp.zeros((problem.layout.size + 2,) * 2).at[columns[:, None], columns[None, :]].add(local)
-    return whole[:-2, :-2]
+    return assembled(local[None], columns[None], problem.layout.size)

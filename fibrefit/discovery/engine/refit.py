@@ -1,6 +1,8 @@
 """Refitting a subset of a supermodel's values in plain squares: a bounded Levenberg-Marquardt on local Gram matrices.
 
-This is the search from afar, over horizons that grow; what is decided is decided by the marginal likelihood.
+This is the search from afar, over horizons that grow; what is decided is decided by the marginal likelihood. It is not
+`problem.estimate.gauss_newton`, though both damp steps on Gram matrices: it knows no priors, deviations or coordinates,
+raises the damping where that one shrinks a radius, and candidates that bounce end in other minima by another path.
 """
 
 from __future__ import annotations

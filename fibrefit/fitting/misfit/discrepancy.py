@@ -27,7 +27,7 @@ from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.thresholds import NO_FACTOR, VAGUE
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.phases import HELD, Motion
-from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.layout import Layout, gathered
 from fibrefit.study.summaries.part import Z_95
 
 CELLS = 12
@@ -141,10 +141,9 @@ def _cells(state: np.ndarray, motion: Motion, counts: np.ndarray) -> np.ndarray:
 
 def _clustered(scores: Scores, cells: np.ndarray) -> np.ndarray:
     """Variance of the score, ``(n_free, n_free)``, of residuals that are alike within a cell."""
-    sums = np.zeros((CELLS, scores.size + 2))
+    sums = np.zeros((CELLS, scores.size))
     for r, columns in enumerate(scores.columns):
         score, here = scores.of_record(r), cells[r, : scores.counts[r]]
         for cell in range(CELLS):
-            np.add.at(sums[cell], np.minimum(columns, scores.size + 1), score[here == cell].sum(axis=0))
-    inside = sums[:, : scores.size]
-    return inside.T @ inside
+            sums[cell] += gathered(score[here == cell].sum(axis=0)[None], columns[None], scores.size)
+    return sums.T @ sums

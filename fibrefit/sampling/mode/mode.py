@@ -1,4 +1,9 @@
-"""Search for the mode of the posterior nearest to a fit, and its Laplace approximation."""
+"""Search for the mode of the posterior nearest to a fit, and its Laplace approximation.
+
+It is not `problem.estimate.gauss_newton`, whose objective is a sum of squares under normal priors: here levels of the
+noise and degrees of freedom are among the unknowns, priors have any shape and curve differently at each place, and
+deviations between records are integrated over a grid. The matrices of records are assembled by the same function.
+"""
 
 from __future__ import annotations
 
