@@ -71,7 +71,7 @@ class Comparison:
         return one.log - self.parent.log
 
 
-def looked(search: Search, parent: Weighed, what: str) -> Comparison:
+def comparison_of(search: Search, parent: Weighed, what: str) -> Comparison:
     """A parent with each further effect, all weighed in the noise that the best one of them leaves.
 
     Parameters
@@ -210,7 +210,7 @@ def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:
 
 def _led(scales: Scales, one: Weighed, parent: Weighed) -> Weighed:
     """A parent refitted from where a candidate led: in full only if that begins better."""
-    begun = scales.led(one, parent.effects)
+    begun = scales.first_steps_without(one, parent.effects)
     return scales.again(begun) if begun.log > parent.log else begun
 
 

@@ -15,7 +15,7 @@ from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
-from fibrefit.discovery.engine.candidates import Hypothesis, alone_by_record, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
 from fibrefit.discovery.engine.effort import lost, time_for_gls
 from fibrefit.discovery.engine.supermodel import FAR
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
@@ -289,7 +289,7 @@ def _event(found: Identification) -> Statement | None:
 
 def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:
     task, values = search.task_with(best)
-    _, local = alone_by_record(search.task, search.plain(best))
+    _, local = own_task_by_record(search.task, search.plain(best))
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,

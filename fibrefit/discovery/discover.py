@@ -19,7 +19,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.inputs import linearised_where_records_differ
 from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import begun, minima_weighed
+from fibrefit.discovery.search.setup import minima_weighed, prepared_search
 from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, OTHERWISE
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
@@ -70,7 +70,7 @@ def discover(
 def _started(
     task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None
 ) -> tuple[Search, Weighed, Identification]:
-    search, base = begun(task, before, effects, tell, folder)
+    search, base = prepared_search(task, before, effects, tell, folder)
     base, before = minima_weighed(search, base, before)
     return *linearised_where_records_differ(search, base), before
 

@@ -159,7 +159,7 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 ) -> None:
     confirmation(monkeypatch, {A: 1.0, B: 1.0})
     there, searched = Model((), 5.0), SimpleNamespace(scales=None)
-    monkeypatch.setattr(forward_selection, "looked", lambda *of: first_look(moved))
+    monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: first_look(moved))
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: (searched, there))
     tested: list[Any] = []
 

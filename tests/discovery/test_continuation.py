@@ -17,8 +17,8 @@ from fibrefit.discovery.engine.candidates import (
     _continuation,
     _gentle,
     _starts,
-    scouted,
     strengthened,
+    trial_of,
 )
 from fibrefit.discovery.engine.refit import Subset, predictor_step, refit
 from fibrefit.discovery.search.search import Search
@@ -105,9 +105,9 @@ def test_an_effect_is_followed_from_weak_to_past_its_best(search: Search, parent
 def test_a_scout_goes_on_where_its_start_would_have_blown_up(
     search: Search, parent: Hypothesis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = scouted(parent.supermodel, search.context, parent, (VISCOUS,))
+    found = trial_of(parent.supermodel, search.context, parent, (VISCOUS,))
     monkeypatch.setattr(importlib.import_module("fibrefit.discovery.engine.candidates"), "BLOWN", 0.5)
-    followed = scouted(parent.supermodel, search.context, parent, (VISCOUS,))
+    followed = trial_of(parent.supermodel, search.context, parent, (VISCOUS,))
     assert followed.refitted(search.context).fit.cost == pytest.approx(
         found.refitted(search.context).fit.cost, rel=1e-3
     )

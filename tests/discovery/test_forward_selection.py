@@ -14,7 +14,7 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.discovery import comparison, conclusion
-from fibrefit.discovery.comparison import Comparison, in_same_noise, looked
+from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine.effort import slopes_tell
@@ -33,7 +33,7 @@ from fibrefit.discovery.forward_selection import (
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import begun, set_up
+from fibrefit.discovery.search.setup import prepared_search, set_up
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
@@ -77,7 +77,7 @@ class Case:
         problem = eqx.tree_at(lambda p: p.observations, task.problem, data._replace(measured=measured))
         made = replace(task, problem=problem)
         self.before = replace(self.before, plain=plain, problem=problem)
-        self.search, self.base = begun(made, self.before, (VISCOUS, DRAG, DELAY), quiet)
+        self.search, self.base = prepared_search(made, self.before, (VISCOUS, DRAG, DELAY), quiet)
 
 
 @pytest.fixture(scope="module")
@@ -139,13 +139,13 @@ def test_costly_effects_that_slopes_promise_nothing_of_are_not_weighed_again(
 
     monkeypatch.setattr(comparison, "in_same_noise", counted)
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is DELAY)
-    look = looked(made.search, made.base, "trying")
+    look = comparison_of(made.search, made.base, "trying")
     assert len(weighed) == 1
     assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
     assert (DELAY.name,) not in look.compared
     # Where it is what is missing it is followed, and weighed like the others.
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is VISCOUS)
-    look = looked(made.search, made.base, "trying")
+    look = comparison_of(made.search, made.base, "trying")
     assert len(weighed) == 3
     assert look.found[0].names == (VISCOUS.name,)
 
@@ -153,7 +153,7 @@ def test_costly_effects_that_slopes_promise_nothing_of_are_not_weighed_again(
 def test_all_candidates_contain_their_parent(case: Callable[..., Case]) -> None:
     """None can be worse than it by more than its own parameters cost, and the ranking is by probability."""
     made = case(0.0)
-    look = looked(made.search, made.base, "trying")
+    look = comparison_of(made.search, made.base, "trying")
     assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
     logs = [one.log for one in look.found]
     assert logs == sorted(logs, reverse=True)
@@ -304,7 +304,7 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
         noise = [one.scaled(factor) for one in made.search.scales.yardstick.noise]
         scales = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, noise))
         search = replace(made.search, effects=effects).weighed_with(scales)
-        look = looked(search, scales.again(made.base), "trying")
+        look = comparison_of(search, scales.again(made.base), "trying")
         found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])
     assert min(one.evidence for one in found) > NAMED
     assert max(one.false_alarm for one in found) < 0.01

@@ -157,7 +157,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
     monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
     names = nothing.found[0].names
-    monkeypatch.setattr(forward_selection, "looked", lambda *of: replace(nothing, compared=frozenset({names})))
+    monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
     monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))

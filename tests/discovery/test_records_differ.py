@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
-from fibrefit.discovery.engine.candidates import alone_by_record
+from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import begun
+from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.study import load_study
 from fibrefit.workflow import task_of
@@ -31,7 +31,7 @@ def apart(tmp_path_factory: pytest.TempPathFactory) -> tuple[np.ndarray, Search,
     study = load_study(folder)
     task = task_of(study.model_copy(update={"records": tuple(study.records[i] for i in kept)}))
     before = identify(task, 2, 0, How(whiten=False, rivals=False))
-    return truth[kept], *begun(task, before, (), quiet)
+    return truth[kept], *prepared_search(task, before, (), quiet)
 
 
 def error_left(truth: np.ndarray, search: Search, base: Weighed) -> float:
@@ -47,9 +47,9 @@ def test_what_records_differ_by_is_not_taken_for_errors_of_their_inputs(
     assert error < LEFT
 
     def alike(*of: object) -> tuple[object, np.ndarray]:
-        own, local = alone_by_record(*of)  # type: ignore[arg-type]
+        own, local = own_task_by_record(*of)  # type: ignore[arg-type]
         return own, np.repeat(local.mean(axis=0, keepdims=True), len(local), axis=0)
 
     # The negative control: all records at the values of a record in the middle.
-    monkeypatch.setattr(inputs, "alone_by_record", alike)
+    monkeypatch.setattr(inputs, "own_task_by_record", alike)
     assert error_left(*apart) > 1.3 * error

@@ -129,7 +129,7 @@ def test_corrected_slopes_foretell_where_the_step_led() -> None:
     old, new = random.standard_normal((2, 4, 9)), random.standard_normal((2, 1, 9))
     pulled, other = random.standard_normal((2, 4, 3)), random.standard_normal((2, 1, 3))
     way = random.standard_normal((2, 3))
-    led = Slopes(old, pulled).led_to(Slopes(new, other), way)
+    led = Slopes(old, pulled).updated(Slopes(new, other), way)
     assert led.pulled is not None
     after_all = np.array(led.pulled)
     for before, after, corrected in ((old, new, led.rows), (pulled, other, after_all)):

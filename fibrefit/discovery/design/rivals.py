@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.design.distinguish import menu_of, records_of
-from fibrefit.discovery.engine.candidates import Hypothesis, alone
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
@@ -47,7 +47,7 @@ def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
     """
     if not (menu := menu_of(search.task)):
         return None
-    models = [alone(search.task, hypothesis) for hypothesis in rivals.models]
+    models = [own_task(search.task, hypothesis) for hypothesis in rivals.models]
     records = search.task.problem.layout.records
     at_hand = [Choice(r, {}) for r in range(len(records))]
     apart = _apart(models, search.context.each, [*at_hand, *menu])

@@ -29,7 +29,7 @@ PAST = 3
 """Strengths in turn with no lower cost after which the best one is past."""
 SHAPES = (0.25, 1.0, 4.0)
 """Where a shape parameter, which has no slope while the strength is zero, starts: multiples of its typical size."""
-SCOUTING = 6
+SCREENING = 6
 """Steps every start is given before the best ones go on."""
 FINALISTS = 2
 RETIMED = 0.01
@@ -136,7 +136,7 @@ def without(hypothesis: Hypothesis, kept: Sequence[type[Effect]]) -> np.ndarray:
     return local
 
 
-def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
+def own_task(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units.
 
     Parameters
@@ -145,12 +145,12 @@ def alone(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
         Of the model the search began with.
     hypothesis : Hypothesis
     """
-    own, local = alone_by_record(task, hypothesis)
+    own, local = own_task_by_record(task, hypothesis)
     layout = own.problem.layout
     return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
 
 
-def alone_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
+def own_task_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """The same with the values of each record, ``(n_record, n_local)`` in SI units, which may differ."""
     own = supermodel_of(task, hypothesis.effects).task
     return own, carried(Supermodel(own), hypothesis.supermodel, hypothesis.fit.local)
@@ -165,22 +165,22 @@ class Trial:
     supermodel : Supermodel
     effects : tuple of Effect classes
         Those of the hypothesis and the further ones.
-    scouts : tuple of Refit
+    fits : tuple of Refit
         The best few ends of short refits, best first.
     """
 
     supermodel: Supermodel
     effects: tuple[type[Effect], ...]
-    scouts: tuple[Refit, ...]
+    fits: tuple[Refit, ...]
 
     def as_it_is(self) -> Hypothesis:
         """The hypothesis without a full refit."""
-        return Hypothesis(self.effects, self.scouts[0], self.supermodel)
+        return Hypothesis(self.effects, self.fits[0], self.supermodel)
 
     def refitted(self, context: SearchContext) -> Hypothesis:
         """The hypothesis refitted in full, from the best few ends."""
         subset = context.subset(self.effects)
-        ends = [refit(self.supermodel, subset, scout.local, context.whole) for scout in self.scouts]
+        ends = [refit(self.supermodel, subset, found.local, context.whole) for found in self.fits]
         best = min(ends, key=lambda found: found.cost)
         return Hypothesis(
             self.effects, rescued_by_short_horizons(self.supermodel, subset, best, context), self.supermodel
@@ -195,7 +195,7 @@ def rescued_by_short_horizons(supermodel: Supermodel, subset: Subset, found: Ref
     while supermodel.sensitivities is None and len(context.counts) > 1:
         early = found
         for counts in context.counts[:-1]:
-            early = refit(supermodel, subset, early.local, counts, SCOUTING, 1e-3)
+            early = refit(supermodel, subset, early.local, counts, SCREENING, 1e-3)
         other = refit(supermodel, subset, early.local, context.whole)
         if not other.cost < (1.0 - RETIMED) * found.cost:
             break
@@ -203,7 +203,7 @@ def rescued_by_short_horizons(supermodel: Supermodel, subset: Subset, found: Ref
     return found
 
 
-def scouted(
+def trial_of(
     supermodel: Supermodel,
     context: SearchContext,
     parent: Hypothesis,
@@ -234,14 +234,14 @@ def scouted(
             (refit(supermodel, subset, start, context.whole, 1) for start in starts), key=lambda found: found.cost
         )
         starts = [found.local for found in first[:KEPT]]
-    scouts = [refit(supermodel, subset, start, context.whole, SCOUTING, 1e-3) for start in starts]
+    fits = [refit(supermodel, subset, start, context.whole, SCREENING, 1e-3) for start in starts]
     if weakened:
-        scouts += _continuation(supermodel, context, subset, min(scouts, key=lambda found: found.cost), added)
+        fits += _continuation(supermodel, context, subset, min(fits, key=lambda found: found.cost), added)
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
     near = supermodel.sensitivities is not None and parent.fit.cost < FAR**2 * supermodel.samples.sum()
     if not parent.effects and not near:
-        scouts += [_from_data(supermodel, context, subset, _suggested(supermodel, start, context)) for start in starts]
-    return Trial(supermodel, effects, tuple(sorted(scouts, key=lambda found: found.cost)[:FINALISTS]))
+        fits += [_from_data(supermodel, context, subset, _suggested(supermodel, start, context)) for start in starts]
+    return Trial(supermodel, effects, tuple(sorted(fits, key=lambda found: found.cost)[:FINALISTS]))
 
 
 def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
@@ -341,8 +341,8 @@ def _suggested(supermodel: Supermodel, before: np.ndarray, context: SearchContex
 
 
 def _from_data(supermodel: Supermodel, context: SearchContext, subset: Subset, start: np.ndarray) -> Refit:
-    early = refit(supermodel, subset, start, context.counts[0], SCOUTING, 1e-2)
-    return refit(supermodel, subset, early.local, context.whole, SCOUTING, 1e-3)
+    early = refit(supermodel, subset, start, context.counts[0], SCREENING, 1e-2)
+    return refit(supermodel, subset, early.local, context.whole, SCREENING, 1e-3)
 
 
 def _starts(supermodel: Supermodel, before: np.ndarray, added: Sequence[type[Effect]]) -> list[np.ndarray]:

@@ -264,7 +264,7 @@ class Scales:
             found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
-    def led(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+    def first_steps_without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """The first steps of a hypothesis without some of its effects, from where it is."""
         unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
         found = weighed.evidence.mode

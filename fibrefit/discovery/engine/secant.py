@@ -66,7 +66,7 @@ class SecantGram:
         way = np.divide(moved, known.change, out=np.zeros_like(moved), where=known.change != 0.0)
         here = self.supermodel.slopes(local, columns[:0], targets[:, :0], self.counts)
         size = np.divide(change, known.change, out=np.ones_like(change), where=known.change != 0.0)
-        slopes = known.slopes.led_to(here, way).scaled(size)
+        slopes = known.slopes.updated(here, way).scaled(size)
         grams = slopes.grams(self.supermodel.sensitivities)
         self.exact = False
         # A step that led upwards is hardly ever taken: slopes are corrected along the way that is.

@@ -55,7 +55,7 @@ class Slopes(NamedTuple):
         pulled = self.pulled and [part * by for part, by in zip(self.pulled, whole, strict=True)]
         return Slopes(self.rows * whole, pulled)
 
-    def led_to(self, residuals: Slopes, way: np.ndarray) -> Slopes:
+    def updated(self, residuals: Slopes, way: np.ndarray) -> Slopes:
         """Slopes that predict the residuals to which a step led.
 
         Parameters

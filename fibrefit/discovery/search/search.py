@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.progress import Progress
-from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, alone, fit_all, scouted
+from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
 from fibrefit.discovery.engine.effort import astray, is_searched_widely, promising, slopes_tell
 from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.marginal import Scales
@@ -365,19 +365,19 @@ class Search:
         }
         jobs = [
             self.recalled(
-                "scouted", plain, (effect.name, starts),
-                partial(scouted, self.supermodel_for(effect, plain.effects), self.context, plain, (effect,), starts),
+                "screening", plain, (effect.name, starts),
+                partial(trial_of, self.supermodel_for(effect, plain.effects), self.context, plain, (effect,), starts),
             )
             for effect, starts in begun.items()
         ]  # fmt: skip
         tell = lambda done: self.tell(what, 0.6 * SCREENING_SHARE * done / max(len(jobs), 1))  # noqa: E731
         trials: list[Trial] = [trial for trial in fit_all(jobs, tell) if trial is not None]
-        trials.sort(key=lambda trial: trial.scouts[0].cost)
-        close = promising(plain.fit.cost, [trial.scouts[0].cost for trial in trials])
+        trials.sort(key=lambda trial: trial.fits[0].cost)
+        close = promising(plain.fit.cost, [trial.fits[0].cost for trial in trials])
         near = [trial for trial, is_near in zip(trials, close, strict=True) if is_near]
         further = [
             self.recalled(
-                "refitted", plain, (trial.effects[-1].name, trial.scouts[0].cost), partial(trial.refitted, self.context)
+                "refitted", plain, (trial.effects[-1].name, trial.fits[0].cost), partial(trial.refitted, self.context)
             )
             for trial in near
         ]
@@ -387,7 +387,7 @@ class Search:
 
     def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
-        return alone(self.task, self.plain(weighed))
+        return own_task(self.task, self.plain(weighed))
 
 
 def _name(thing: Any) -> str | None:

@@ -26,7 +26,7 @@ from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import SIZE
 
 
-def begun(
+def prepared_search(
     task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None = None
 ) -> tuple[Search, Weighed]:
     """Search over measured records, and the model it begins with.
@@ -47,7 +47,7 @@ def begun(
     supermodel = supermodel_of(
         task, (), sensitivities_of(task, before.plain.values, before.coefficients, _is_far(before))
     )
-    context, local = _ground(task), _local(supermodel, task, before.plain.values)
+    context, local = _context(task), _local(supermodel, task, before.plain.values)
     tell("polishing the fit without more effects", None)
     search = _search(
         task, wanted, supermodel, context, refit(supermodel, context.subset(()), local, context.whole), tell
@@ -99,14 +99,14 @@ def _is_elsewhere(one: Weighed, best: Weighed) -> bool:
 
 
 def set_up(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
-    """All effects in one supermodel, at a task's first values where nothing was fitted; parameters as `begun`."""
+    """As `prepared_search`, all effects in one supermodel, at a task's first values where nothing was fitted."""
     wanted = _wanted(task, effects)
     values = task.start if before is None else before.plain.values
     sensitivities = None if before is None else sensitivities_of(task, values, before.coefficients, _is_far(before))
     supermodel = supermodel_of(task, wanted, sensitivities)
     gap = 1.0 if before is None else total(before.gap)
     fit = Refit(_local(supermodel, task, values), gap**2 * float(supermodel.samples.sum()), {}, 0)
-    return _search(task, wanted, supermodel, _ground(task), fit, tell)
+    return _search(task, wanted, supermodel, _context(task), fit, tell)
 
 
 def _is_far(before: Identification) -> bool:
@@ -117,7 +117,7 @@ def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], 
     return tuple(effect for effect in effects if effect not in task.problem.model.effects)
 
 
-def _ground(task: Task) -> SearchContext:
+def _context(task: Task) -> SearchContext:
     layout = task.problem.layout
     free = [slot for slot in layout.slots if slot.free]
     start = np.asarray(layout.local(jnp.asarray(task.start)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Hypothesis, alone, without
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task, without
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
@@ -93,7 +93,7 @@ def _distance(effect: type[Effect], values: Mapping[str, float], errors: Mapping
 
 def _share_of_signal(search: Search, best: Hypothesis, other: Without) -> tuple[float, str]:
     """What an effect explains over what was measured, both rms, and of what."""
-    lacking, remaining = (unexplained_share(*alone(search.task, one)) for one in (other.lesser, best))
+    lacking, remaining = (unexplained_share(*own_task(search.task, one)) for one in (other.lesser, best))
     if lacking is not None and remaining is not None:
         return float(np.sqrt(max(lacking**2 - remaining**2, 0.0))), "force"
     return float(np.sqrt(max(other.gain, 0.0) / _loudness(search))), "readings"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.comparison import Comparison, looked
+from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.engine.candidates import carried
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import begun
+from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -96,11 +96,11 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     """
     laws = laws_on(task.problem.model.rig)
     before = identify(task, STARTS, seed, How(whiten=False, rivals=False), progress=tell)
-    search, base = begun(task, before, [law.effect for law in laws], tell)
-    first = look = looked(SpeedSearch.of(search), base, "trying each law of speed")
+    search, base = prepared_search(task, before, [law.effect for law in laws], tell)
+    first = look = comparison_of(SpeedSearch.of(search), base, "trying each law of speed")
     while (found := _simplest(look)) and _may_grow(found):
         search, found = _about(look.search, found)
-        look = looked(SpeedSearch.of(search), found, "trying a further law of speed")
+        look = comparison_of(SpeedSearch.of(search), found, "trying a further law of speed")
     law = look.parent if look.parent.effects else _at_its_mode(look)
     tell("weighing constant parameters, and parameters of each record", None)
     constant = _constant(look, law, base)

@@ -18,7 +18,7 @@ from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import begun, set_up
+from fibrefit.discovery.search.setup import prepared_search, set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
@@ -251,7 +251,7 @@ def _rivals(
     if fit is None:
         return [_typical(task, effect) for effect in effects]
     tell("fitting the rivals", None)
-    search, base = begun(task, fit, effects, tell)  # type: ignore[arg-type]
+    search, base = prepared_search(task, fit, effects, tell)  # type: ignore[arg-type]
     found = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
     return [_as_found(found[effect]) for effect in effects]
 
