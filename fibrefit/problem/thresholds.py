@@ -47,3 +47,8 @@ PROVEN_FACTOR = 5.0
 HOLDS = 0.5
 """Share of the squares of the positions that Newton's law with other sizes has to explain, for these to be believed: of
 480 clean records two have less."""
+FEWEST_READINGS = 16
+"""Readings of a record, and valid ones of a channel of it: fewer tell no motion."""
+FEWEST_AROUND = 3
+"""Samples on each side in the narrowest window of an input, and valid ones around an instant beside its own: as many as
+a parabola has coefficients."""

@@ -13,3 +13,5 @@ DECIDED = 5.0
 PREDICTED = 1.15
 """Normalised residual RMS up to which a record is predicted within noise by a fit to the others: a little more than
 `problem.thresholds.GAP_OF_NOISE`, as the values bring errors of their own."""
+SHORTEST_SERIES = 3
+"""Records of a series: with two, what is left out leaves one."""

@@ -106,7 +106,7 @@ def with_spectrum(samples: float) -> bool:
 
 
 CASES = (
-    Bracket("GAP", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
+    Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
     Bracket("SETTLED_FIT", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
     Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
     Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),
@@ -235,5 +235,5 @@ def test_a_verdict_on_structure_turns_at_the_threshold(
 
 
 def test_no_threshold_is_without_a_case() -> None:
-    known = {case.name for case in CASES} - {"GAP"}
+    known = {case.name for case in CASES} - {"GAP_OF_NOISE"}
     assert names_in(thresholds) == known | set(OF_STRUCTURE) | set(OF_WEIGHT)

@@ -17,8 +17,12 @@ from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_che
 from fibrefit.problem.diagnose.phases import moves
 from fibrefit.problem.estimate import hausman
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
+from fibrefit.problem.formulate import traces
+from fibrefit.problem.inputs import smoothing
 from fibrefit.problem.noise import growth, whittle
+from fibrefit.problem.statement import observations
 from fibrefit.rigs.signals.newton import Sizes
+from fibrefit.rigs.signals.trace import Trace
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -130,6 +134,41 @@ def believed(explained: float) -> bool:
     return False
 
 
+def long_enough(samples: float) -> bool:
+    """Whether a record of so many samples tells a motion."""
+    times = np.arange(samples) / 1000.0
+    try:
+        observations.stack([Trace("a", times, {"force": times}, {}, {})], {"force": np.ones(1)})
+    except DataError:
+        return False
+    return True
+
+
+def read_often(samples: float) -> bool:
+    """Whether so many valid readings of a channel tell a motion."""
+    force = np.where(np.arange(100) < samples, 1.0, np.nan)
+    record: Any = SimpleNamespace(
+        name="a", time=np.arange(100) / 1000.0, rate=1000.0, uniform=True, channels={"force": force}
+    )
+    rig: Any = SimpleNamespace(kind="a", measured=("force",), channels=("force",), inputs=(), derived=(), anchor=None)
+    with patch.object(traces, "conditions_of", lambda *_: {}):
+        try:
+            traces.trace_of(record, rig, {})
+        except DataError:
+            return False
+    return True
+
+
+def bridged(samples: float) -> bool:
+    """Whether so many usable samples of an input around each instant tell its slope."""
+    with patch.object(smoothing, "_around", lambda *_: np.full(20, samples)):
+        try:
+            smoothing._refuse_holes(np.zeros(20), np.arange(20.0), 30, "a")
+        except DataError:
+            return False
+    return True
+
+
 CASES = (
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN_FACTOR", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
@@ -152,6 +191,8 @@ CASES = (
         1 / 0.0013,
         1 / 0.0007,
     ),
+    Bracket("FEWEST_READINGS", traces, read_often, 20, 12),
+    Bracket("FEWEST_AROUND", smoothing, bridged, 4, 3),
     Bracket("STANDING", inverse_dynamics, standing, 7e-4, 1.3e-3),
     Bracket("SLIGHT", hausman, compared, 0.015, 0.025),
     Bracket("BALANCE", inverse_dynamics, lambda x: balance_check(ForceBalance(1.0, x, 1.0 - x**2)).passed, 0.08, 0.12),
@@ -163,6 +204,10 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
     case.test(monkeypatch)
 
 
+def test_a_record_is_long_enough_from_there_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    Bracket("FEWEST_READINGS", observations, long_enough, 20, 12).test(monkeypatch)
+
+
 def test_no_threshold_is_without_a_case() -> None:
-    """`GAP` decides in the checks of a fit and of a posterior, which have a case of it each."""
+    """`GAP_OF_NOISE` decides in the checks of a fit and of a posterior, which have a case of it each."""
     assert names_in(thresholds) == {case.name for case in CASES} | {"GAP_OF_NOISE"}

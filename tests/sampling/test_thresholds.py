@@ -111,7 +111,7 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
 
 def test_residuals_of_a_posterior_may_be_as_large_as_those_of_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     passes = lambda ratio: judge.residual_size(("force",), np.array([ratio])).passed  # noqa: E731
-    Bracket("GAP", judge, passes, 1.05, 1.15).test(monkeypatch)
+    Bracket("GAP_OF_NOISE", judge, passes, 1.05, 1.15).test(monkeypatch)
 
 
 def test_no_threshold_is_without_a_case() -> None:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import StudyError
 from fibrefit.study.summaries.discovery import HeldOut
 from fibrefit.workflow import sweep_summary, thresholds
 from fibrefit.workflow.discovery import advice
 from fibrefit.workflow.prediction import judge
 from fibrefit.workflow.together import files as series
+from fibrefit.workflow.together import series as together
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -60,7 +63,24 @@ def missed(gap: float) -> bool:
     return not any("a.csv" in said for said in advice.next_steps(cast(Any, found), False))
 
 
+def a_series(records: float) -> bool:
+    """Whether so many records are a series."""
+    study = SimpleNamespace(records=range(int(records)), source="study.toml")
+    with (
+        patch.object(together, "as_study", lambda _: study),
+        patch.object(together, "read_records", Mock(side_effect=OSError)),
+    ):
+        try:
+            together.series_study("study.toml")
+        except StudyError:
+            return False
+        except OSError:
+            return True
+    raise AssertionError("neither refused nor read")
+
+
 CASES = (
+    Bracket("SHORTEST_SERIES", together, a_series, 4, 2),
     Bracket("LACKING", judge, lambda x: within("model", x), 1.3, 1.7),
     Bracket("RARE", judge, lambda x: within("values", x), 1.90, 2.0),
     Bracket("LOCATED", sweep_summary, fine, 0.08, 0.13),
@@ -75,7 +95,9 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
 
 
 def test_residuals_of_a_series_may_be_as_large_as_those_of_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    Bracket("GAP", series, lambda gap: series.series_checks(verdict(0.0, gap))[0].passed, 1.05, 1.15).test(monkeypatch)
+    Bracket("GAP_OF_NOISE", series, lambda gap: series.series_checks(verdict(0.0, gap))[0].passed, 1.05, 1.15).test(
+        monkeypatch
+    )
 
 
 def test_no_threshold_is_without_a_case() -> None:

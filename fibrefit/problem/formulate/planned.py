@@ -14,10 +14,11 @@ from fibrefit.problem.formulate.formulate import belief_of, first_size, stated_o
 from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.observations import FEWEST_READINGS, stack
+from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.rigs.excitation import Excitation
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model

@@ -10,6 +10,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.inputs.smoothing import smoothed
+from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.rigs.rig import Rig
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import ORDER
@@ -67,11 +68,11 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
                 f'Name its column: [channels] {name} = "...".{_without(name, record.channels, rig)}',
             )
         valid = int(np.count_nonzero(np.isfinite(record.channels[name])))
-        if valid < FEWEST:
+        if valid < FEWEST_READINGS:
             raise DataError(
                 f'{record.name}, channel "{name}"',
                 f"{valid} valid samples",
-                f"at least {FEWEST}",
+                f"at least {FEWEST_READINGS}",
                 "Check its column and unit; fibrefit inspect tells what was masked, and why.",
             )
     times, place = _grid(record)
@@ -146,7 +147,5 @@ def _spread(values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
     return full
 
 
-FEWEST = 16
-"""Valid samples below which a channel tells nothing."""
 LEARNT = ("lift",)
 """Conditions that the data can tell where a study is silent."""

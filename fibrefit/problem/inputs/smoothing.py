@@ -18,14 +18,13 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.thresholds import FEWEST_AROUND
 from fibrefit.rigs.signals.rest import fast_part, resolution
 
 WIDTHS = (0.0015, 0.0025, 0.004, 0.006, 0.0085)
 """Half-widths of the windows, in s. Wider ones were measured to lose more of a drive's own motion than of its noise."""
 TRUST = 3.0
 """Standard errors within which two windows agree."""
-FEWEST = 3
-"""Valid samples the narrowest window must hold on each side, as many as a parabola has coefficients."""
 
 
 def smoothed(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
@@ -67,15 +66,16 @@ def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
         For the samples from ``n_near // 2`` before to as many after; zero beyond the ends and where damaged.
     """
     step = float(np.diff(times).mean())
-    halves = sorted({max(round(width / step), FEWEST) for width in WIDTHS if 2.0 * width < step * len(values) / 3.0})
-    halves = halves or [FEWEST]
+    some = [width for width in WIDTHS if 2.0 * width < step * len(values) / 3.0]
+    halves = sorted({max(round(width / step), FEWEST_AROUND) for width in some}) or [FEWEST_AROUND]
     _refuse_holes(values, times, halves[0], where)
     valid, noise = np.isfinite(values), _fast_noise(values)
     fits = [_parabolas(values, half, step) for half in halves]
     agreed = _widest_agreed([(fit, noise * error) for fit, error, _ in fits])
     # Next to a corner a window may agree by chance: the narrowest of the neighbours is taken. It goes from one width to
     # the next by degrees, since a jump would accelerate what the input drives.
-    chosen = uniform_filter1d(minimum_filter1d(agreed, 2 * FEWEST + 1).astype(float), 2 * FEWEST + 1, mode="nearest")
+    size = 2 * FEWEST_AROUND + 1
+    chosen = uniform_filter1d(minimum_filter1d(agreed, size).astype(float), size, mode="nearest")
     weights = np.zeros((len(values), 2 * halves[-1] + 1, 2))
     for place, half in enumerate(halves):
         share = np.maximum(1.0 - np.abs(chosen - place), 0.0)
@@ -91,13 +91,13 @@ def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
 def _refuse_holes(values: np.ndarray, times: np.ndarray, half: int, where: str) -> None:
     around = _around(np.isfinite(values) * 1.0, np.ones(2 * half + 1))
     edge = np.minimum(np.arange(len(values)), np.arange(len(values))[::-1])
-    lacking = around < np.minimum(half + 1, FEWEST + np.minimum(edge, 1))
+    lacking = around < np.minimum(half + 1, FEWEST_AROUND + np.minimum(edge, 1))
     if lacking.any():
         hole = int(np.argmax(lacking))
         raise DataError(
             where,
             f"only {around[hole]:.0f} usable samples around {times[hole]:.4g} s",
-            f"at least {FEWEST + 1}: the channel drives the simulation and is not guessed",
+            f"at least {FEWEST_AROUND + 1}: the channel drives the simulation and is not guessed",
             "Cut the record there, or leave it out.",
         )
 

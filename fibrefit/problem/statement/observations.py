@@ -10,14 +10,13 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.problem.statement.steps import Steps
+from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import Experiment
 
 BY_SAMPLE = ("record", "sample")
 """Dimensions of what every sample has, where it is written."""
-FEWEST_READINGS = 16
-"""Of a record: fewer tell no motion."""
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
 

@@ -7,15 +7,12 @@ from scipy.ndimage import maximum_filter1d
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import FEWEST_MOVING, STANDS
 
 LENGTHS = (0.006, 0.012, 0.025, 0.05, 0.1, 0.2)
 """Lengths in s over which a position is taken for a polynomial; the force tells which of them suits it."""
 ORDER = 4
 """Of the polynomials."""
-STANDS = 0.02
-"""Share of the largest speed below which a mass is taken to stand: friction is then anything up to its level."""
-FEWEST = 32
-"""Samples in motion that a record must hold."""
 
 
 def along_motion(trace: Trace) -> Trace:
@@ -39,7 +36,7 @@ def along_motion(trace: Trace) -> Trace:
     position, speed, acceleration = motions[window]
     # At a reversal friction turns round and the acceleration jumps: no polynomial across it follows that.
     moving = ~maximum_filter1d(_stands(speed), window)
-    if np.count_nonzero(moving & np.isfinite(force)) < FEWEST:
+    if np.count_nonzero(moving & np.isfinite(force)) < FEWEST_MOVING:
         raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
     inputs = trace.inputs | {
         "position": np.column_stack([position, speed, position if by_velocity else raw]),

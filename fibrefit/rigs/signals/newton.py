@@ -14,17 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.thresholds import FEWEST_STRETCHES, MOSTLY_SLIDES, MOVES
 
 LENGTHS = (20, 40, 80, 160, 320, 640)
 """Samples of stretches that are tried: by their number and not in s, as the clock is in question. Short ones drown in
 the noise of the position, and in long ones a weight stands: the surest are taken."""
-MOVES, SLIDES = 0.05, 0.8
-"""Share of the largest speed from which a weight slides, and of a stretch in which it does: where it is held, friction
-is anything up to its level."""
 TURNS = 0.02
 """Share of the largest speed within which friction turns round."""
-FEWEST_STRETCHES = 6
-"""Stretches of a record that tell how surely they agree: more than there are sizes."""
 MOST_STRETCHES = 4000
 """Stretches of a long record that are enough, spread over all of it."""
 SINGULAR = 1e-10
@@ -111,7 +107,7 @@ def _stretches(signals: np.ndarray, times: np.ndarray, seen: np.ndarray, number:
     halves = [rows[:, start:] for start in (0, number // 2)]  # those of the second lie across the ends of the first's
     whole = [half[:, : half.shape[1] // number * number].reshape(len(rows), -1, number) for half in halves]
     parts = np.concatenate(whole, axis=1).swapaxes(0, 1)
-    told = np.flatnonzero((parts[:, 3].mean(axis=1) >= SLIDES) & (parts[:, 4].min(axis=1) > 0.0))
+    told = np.flatnonzero((parts[:, 3].mean(axis=1) >= MOSTLY_SLIDES) & (parts[:, 4].min(axis=1) > 0.0))
     return parts[told[:: len(told) // MOST_STRETCHES + 1], :3]
 
 

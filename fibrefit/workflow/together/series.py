@@ -22,6 +22,7 @@ from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import Measure
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import FoundResult, write_parts
+from fibrefit.workflow.thresholds import SHORTEST_SERIES
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
 from fibrefit.workflow.together.pooled import population_summary, speed_name, trend_summary
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fibrefit.store.hdf5 import Variable
-
-FEWEST = 3
-"""Records of a series: with two, what is left out leaves one."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -208,9 +206,10 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
     """
     began, tell = time.perf_counter(), progress or quiet
     study = as_study(study)
-    if len(study.records) < FEWEST:
+    if len(study.records) < SHORTEST_SERIES:
         do = "Add records; of a single one, fit says what it holds."
-        raise StudyError(str(study.source), f"{len(study.records)} records", f"a series of {FEWEST} or more", do)
+        wanted = f"a series of {SHORTEST_SERIES} or more"
+        raise StudyError(str(study.source), f"{len(study.records)} records", wanted, do)
     tell("reading records", None)
     task = task_of(study, read_records(study))
     model = task.problem.model
