@@ -13,7 +13,7 @@ from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
 from fibrefit.discovery.residuals.innovations import (
-    FEWEST,
+    FEWEST_ORDINATES,
     Alarm,
     _drifts,
     _gain,
@@ -227,7 +227,7 @@ def test_too_little_rest_tells_nothing() -> None:
     short = Trace("short", times, {"force": 30.0 * np.sin(40.0 * times)}, {}, {})
     assert not rests(short)
     assert against_rest([short], "force", pink(0.0)) is None
-    assert FEWEST > 1
+    assert FEWEST_ORDINATES > 1
 
 
 def test_an_alarm_is_raised_below_its_threshold() -> None:
