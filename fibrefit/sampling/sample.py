@@ -114,10 +114,9 @@ def sample_posterior(
     begin = begin._replace(values=np.asarray(begin.values, dtype=float))
     ready = _prepare(task, begin, stated or {}, asked)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
-    found = [
-        find_mode(ready.density, coordinates_of(ready.density, values), every)[0]
-        for values in (ready.values, *begin.basins)
-    ]
+    starts = (coordinates_of(ready.density, values) for values in (ready.values, *begin.basins))
+    first, *others = (find_mode(ready.density, point, every) for point in starts)
+    found = [first[0], *(mode for mode, arrived in others if arrived)]
     modes = sample_modes(ready.target, distinct(found), asked.settings, checkpoint_file, True, progress)
     return _concluded(task, begin.values, ready, modes, asked.settings, began)
 

@@ -11,20 +11,24 @@ import pytest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
+from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
 from fibrefit.sampling.compare import cross_validate
 from fibrefit.sampling.groups import posterior_groups
+from fibrefit.sampling.mode.mode import find_mode
+from fibrefit.sampling.mode.modes import distinct
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, _prepare, coordinates_of, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.hdf5 import Variable, read_result, write_result
 from fibrefit.study.summaries.summaries import Provenance
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
 ORIGIN = Provenance(created="now", versions={}, inputs={}, resolved_study="")
+SHORT = Settings(seed=3, max_steps=6)
 SURE = 4.0
 """Standard deviations from the truth that one of nine values may be."""
 
@@ -174,6 +178,27 @@ def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task,
     found = sample_posterior(task, ChainStart(values, basins=[beside]), PosteriorRequest(settings=Settings(seed=3)))
     assert len(found.modes) == 1
     np.testing.assert_array_equal(found.points, posterior.points)
+
+
+def test_a_search_that_is_given_up_is_no_mode(
+    small: tuple[Task, np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the slope of a mode Laplace's method counts the mass of that mode: it was sampled a second time for it."""
+    monkeypatch.setattr("fibrefit.sampling.mode.mode.MOST_STEPS", 3)
+    task, values = small
+    far = values * np.array([1.1, 1.5, 0.7, *np.ones(4)])
+    found = sample_posterior(task, ChainStart(values, basins=[far]), PosteriorRequest(settings=SHORT))
+    assert len(found.modes) == 1
+
+
+def test_a_search_from_afar_arrives(small: tuple[Task, np.ndarray]) -> None:
+    task, values = small
+    far = values * np.array([1.1, 1.5, 0.7, *np.ones(4)])
+    ready = _prepare(task, ChainStart(values), {}, PosteriorRequest(settings=SHORT))
+    priors = ready.priors.each + noise_priors(ready.model.likelihood)
+    ends = [find_mode(ready.density, coordinates_of(ready.density, one), priors) for one in (values, far)]
+    assert [arrived for _, arrived in ends] == [True, True]
+    assert len(distinct([mode for mode, _ in ends])) == 1
 
 
 @pytest.mark.slow

@@ -23,9 +23,12 @@ from fibrefit.problem.statement.layout import assembled
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.approximation import Approximation
 
-MOST_STEPS = 40
+MOST_STEPS = 100
+"""Of a search, half of them in vain where it begins among other bounces: one that needs more is given up."""
 SETTLED = 1e-6
 """Gain of the log density promised by one more step, below which the mode is found."""
+STUCK_AT = 1e6
+"""Damping of steps that are too short to matter: a density that is rough at this scale has no higher place nearby."""
 BLIND = 1e-12
 """Curvature below which, against the largest one on a common scale, a direction counts as flat."""
 
@@ -152,7 +155,7 @@ def _mixed(here: _Local, curvature: np.ndarray, of_grid: _OfGrid) -> tuple[np.nd
     return np.einsum("g,gij->ij", weight, each) + np.einsum("g,gi,gj->ij", weight, away, away), total
 
 
-def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -> tuple[Approximation, np.ndarray]:
+def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...]) -> tuple[Approximation, bool]:
     """The mode nearest to a start, by damped Gauss-Newton steps.
 
     Parameters
@@ -165,8 +168,9 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
     Returns
     -------
     approximation : Approximation
-    from_likelihood : (n,)
-        Share of each coordinate's precision that comes from the likelihood, 0 to 1.
+    arrived : bool
+        Whether no step leads higher. A search that is given up stands on a slope: Laplace's method then counts what lies
+        at its top, which may be another mode's.
 
     Raises
     ------
@@ -177,14 +181,14 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
     floor = _prior_precision(density, priors, point)
     proper = np.array([prior.proper for prior in priors])
     here = jax.tree.map(np.asarray, _local(density, jnp.asarray(point)))
-    damping = 0.0
+    damping, arrived = 0.0, False
     for _ in range(MOST_STEPS):
         curvature = _sum(here, floor, proper, density)
         of_grid = _of_grid(density, here)
         if of_grid is not None:
             curvature = curvature - np.einsum("g,gij->ij", of_grid.weight, of_grid.less)
         step, gain = _step(curvature, here.gradient, damping)
-        if gain < SETTLED:
+        if arrived := gain < SETTLED:
             break
         trial = jax.tree.map(np.asarray, _local(density, jnp.asarray(point + step)))
         better = trial.value > here.value and np.isfinite(trial.gradient).all()
@@ -192,7 +196,7 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
             point, here = point + step, trial
         damping = damping / 10.0 if better else max(10.0 * damping, 1e-4)
         damping = 0.0 if damping < 1e-5 else damping
-        if damping > 1e6:
+        if arrived := damping > STUCK_AT:
             break
     curvature = _sum(here, floor, proper, density)
     of_grid, log_mass = _of_grid(density, here), None
@@ -200,9 +204,7 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
         covariance = _inverse(curvature)
     else:
         covariance, log_mass = _mixed(here, curvature, of_grid)
-    curved = np.clip(np.diag(here.of_likelihood), 0.0, None)
-    from_likelihood = curved / np.where(np.diag(curvature) > 0.0, np.diag(curvature), 1.0)
-    return Approximation(point, covariance, float(here.value), log_mass), from_likelihood
+    return Approximation(point, covariance, float(here.value), log_mass), arrived
 
 
 def _sum(here: _Local, floor: np.ndarray, proper: np.ndarray, density: LogPosterior) -> np.ndarray:
