@@ -126,7 +126,7 @@ _BY_A_FIBRE = frozenset({Capability.FIBRE})
 
 _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(ViscousFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(StribeckFriction),
+    CatalogueEntry(StribeckFriction, alternative=_BY_A_FIBRE),
     CatalogueEntry(LoadDependentFriction, alternative=_BY_A_FIBRE),
     CatalogueEntry(QuadraticDrag),
     CatalogueEntry(AsymmetricFriction),

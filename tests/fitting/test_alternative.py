@@ -15,6 +15,7 @@ from fibrefit.laws.catalogue import CATALOGUE, is_alternative
 from fibrefit.laws.fibre.hardening import Hardening
 from fibrefit.laws.fibre.maxwell_branch import MaxwellBranch
 from fibrefit.laws.fibre.toe_region import ToeRegion
+from fibrefit.laws.guide.stribeck_friction import StribeckFriction
 from fibrefit.laws.law import Effect, SensorLaw, StudyLaw
 from fibrefit.report.sentences.fit import STATED_OTHERWISE, fit_sentence
 from fibrefit.rigs.catalogue import RIGS
@@ -81,6 +82,19 @@ def test_a_law_with_which_a_value_is_another_by_a_factor_fails_the_fit(tmp_path:
     assert found.status == "failed"
     assert "With fibre.maxwell_branch (" in fit_sentence(check)
     assert "the fit is of no use" in fit_sentence(check)
+
+
+def test_stribeck_friction_that_damping_takes_up_fails_the_fit(tmp_path: Path) -> None:
+    """A friction that falls over the speeds of a bounce is a negative damping there."""
+    shape = {"guide__stribeck_friction__breakaway_excess": 4.0, "guide__stribeck_friction__stribeck_velocity": 0.2}
+    found = lacking(tmp_path, StribeckFriction, **shape)
+    law = told(found)
+    assert law is not None
+    assert (law.effect, law.name) == ("guide.stribeck_friction", "damping")
+    assert law.size == pytest.approx(4.0, rel=0.05)
+    assert law.without == pytest.approx(made.TRUTH["damping"], rel=0.05)
+    assert found.parameters["damping"].value < 0.5 * made.TRUTH["damping"]
+    assert found.status == "failed"
 
 
 def test_a_law_that_leaves_the_values_as_they_are_fails_no_fit(tmp_path: Path) -> None:

@@ -180,9 +180,7 @@ def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task,
     np.testing.assert_array_equal(found.points, posterior.points)
 
 
-def test_a_search_that_is_given_up_is_no_mode(
-    small: tuple[Task, np.ndarray], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_search_that_is_given_up_is_no_mode(small: tuple[Task, np.ndarray], monkeypatch: pytest.MonkeyPatch) -> None:
     """On the slope of a mode Laplace's method counts the mass of that mode: it was sampled a second time for it."""
     monkeypatch.setattr("fibrefit.sampling.mode.mode.MOST_STEPS", 3)
     task, values = small
