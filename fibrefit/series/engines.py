@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.synchronize import Event
 from typing import Any, NamedTuple
 
 from fibrefit.core.errors import UsageError
@@ -93,6 +94,11 @@ def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Iterat
         A function of a module.
     arguments : sequence
     processes : int
+
+    Raises
+    ------
+    UsageError
+        If no process comes to its work: each runs the script it was called from as far as nothing guards it.
     """
     waiting = deque(range(len(arguments)))
     while waiting:
@@ -110,7 +116,9 @@ def _until_one_dies(
 ) -> Iterator[Done]:
     """Work off what is `waiting`; where a process dies, what was under way is added to `lost`."""
     # JAX does not survive a fork.
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), _begin, (os.getpid(),))
+    context = multiprocessing.get_context("spawn")
+    began = context.Event()
+    pool = ProcessPoolExecutor(processes, context, _begin, (os.getpid(), began))
     running: dict[Future[Any], int] = {}
     try:
         while waiting or running:
@@ -122,6 +130,11 @@ def _until_one_dies(
                 del running[future]
                 yield done
     except BrokenProcessPool:
+        if not began.is_set():
+            raise UsageError(
+                "processes", "none of them came to its work", 'a script whose calls stand below if __name__ == "__main__"',
+                "What each of them printed says why; with processes=1 there are none."
+            ) from None  # fmt: skip
         lost += running.values()
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
@@ -136,8 +149,9 @@ def _done(number: int, future: Future[Any]) -> Done:
         return Done(number, None, error)
 
 
-def _begin(parent: int) -> None:
-    """What a process does first: leave interruptions to its parent, and end when that has ended."""
+def _begin(parent: int, began: Event) -> None:
+    """What a process does first: say so, leave interruptions to its parent, and end when that has ended."""
+    began.set()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The programs of one record are small: threads that share them out wait for each other, a quarter of what such a
     # process does, and take it from the processes beside it. JAX reads the second where it first runs a program.

@@ -50,6 +50,23 @@ def test_a_process_that_dies_takes_only_its_own_work_with_it() -> None:
     assert found == {0: 0, 1: 1, 2: ProcessDiedError, 3: 2, 4: 3}
 
 
+def test_a_script_that_guards_nothing_is_told_so(tmp_path: Path) -> None:
+    """Each process runs it, is refused by the system, and had been taken for one that died for want of memory."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from fibrefit.series.engines import in_processes\n"
+        "from tests.series import work\n"
+        "print(list(in_processes(work.doubled, [1, 2], 2)))\n"
+    )
+    path = os.pathsep.join([str(ROOT), *sys.path])
+    ended = subprocess.run(
+        [sys.executable, str(script)], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 1
+    assert "UsageError: processes: none of them came to its work" in ended.stderr.splitlines()[-1], ended.stderr[-600:]
+    assert not ended.stdout
+
+
 def test_work_that_survives_alone_is_done(tmp_path: Path) -> None:
     arguments = [(n, str(tmp_path / "marker")) for n in range(4)]
     assert by_number(list(in_processes(work.fatal_once, arguments, 2))) == {0: 0, 1: 1, 2: 2, 3: 3}
