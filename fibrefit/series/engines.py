@@ -132,7 +132,8 @@ def _until_one_dies(
     except BrokenProcessPool:
         if not began.is_set():
             raise UsageError(
-                "processes", "none of them came to its work", 'a script whose calls stand below if __name__ == "__main__"',
+                "processes", "none of them came to its work",
+                'a script whose calls stand below if __name__ == "__main__"',
                 "What each of them printed says why; with processes=1 there are none."
             ) from None  # fmt: skip
         lost += running.values()

@@ -58,10 +58,9 @@ def test_a_script_that_guards_nothing_is_told_so(tmp_path: Path) -> None:
         "from tests.series import work\n"
         "print(list(in_processes(work.doubled, [1, 2], 2)))\n"
     )
-    path = os.pathsep.join([str(ROOT), *sys.path])
-    ended = subprocess.run(
-        [sys.executable, str(script)], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, check=False
-    )
+    path = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])}
+    command = [sys.executable, str(script)]
+    ended = subprocess.run(command, env=path, capture_output=True, text=True, check=False)
     assert ended.returncode == 1
     assert "UsageError: processes: none of them came to its work" in ended.stderr.splitlines()[-1], ended.stderr[-600:]
     assert not ended.stdout

@@ -163,9 +163,12 @@ def _unlimited(parameter: Parameter) -> Range:
 
 
 def _beside(old: Layout, values: np.ndarray, new: Layout, laws: Sequence[type[Effect]]) -> np.ndarray:
+    """Values with all laws at nothing: of no strength, their shapes usual ones, as a shape of 0 may divide by it."""
     local = np.asarray(old.local(values))
     named: dict[str, float | np.ndarray] = {name: local[:, j] for j, name in enumerate(old.names)}
-    return new.pack(named | {f"{law.name}.{p.name}": p.null for law in laws for p in law.parameters})
+    for law in laws:
+        named |= {f"{law.name}.{p.name}": p.null if p.name in law.strength else first_size(p) for p in law.parameters}
+    return new.pack(named)
 
 
 def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndarray) -> np.ndarray | None:

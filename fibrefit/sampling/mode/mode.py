@@ -169,8 +169,8 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
     -------
     approximation : Approximation
     arrived : bool
-        Whether no step leads higher. A search that is given up stands on a slope: what Laplace's method counts there lies
-        at the top of it, and may be another mode's.
+        Whether no step leads higher. A search that is given up stands on a slope: what Laplace's method counts there
+        lies at the top of it, and may be another mode's.
 
     Raises
     ------
