@@ -28,7 +28,8 @@ from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Unexplained
 
-STARTS = 8
+FIRST_STARTS = 8
+"""Starts of the fit of the first model."""
 
 
 def discover(
@@ -50,7 +51,7 @@ def discover(
     budget = Budget.of(limits.seconds)
     before = identify(
         task,
-        STARTS,
+        FIRST_STARTS,
         limits.seed,
         How(whiten=False, rivals=False),
         progress=progress,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line, mark_masked, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.records import Compared, crop
+from fibrefit.plots.records import BAND, Compared, crop
 from fibrefit.plots.spectrum import spectrum_of_channel
 from fibrefit.plots.style import FIRST, MEASURED, PALE, PLACE, SIMULATED, SMALL, label, legend, stacked_figure, title
 from fibrefit.study.summaries.arrays import Array
@@ -19,8 +19,6 @@ from fibrefit.study.summaries.discovery import GapPlace
 
 TALL, LOW = 32.0, 22.0
 """Heights in mm of readings and residuals: the smaller signal has the smaller room."""
-BAND = 2.0
-"""Half-width of the noise band, in noise rms."""
 SMOOTH = 0.004
 """Length in s over which residuals are averaged, so that what is systematic stands out of the noise."""
 

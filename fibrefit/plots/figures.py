@@ -12,6 +12,9 @@ from fibrefit.plots.save import figure_file
 from fibrefit.plots.shrink import small_png
 from fibrefit.plots.style import caption_of
 
+MOST_RECORDS = 24
+"""Records that get a figure of their own; of a longer fit those that are explained worst."""
+
 
 class Figures(dict[str, Figure]):
     """Figures by name; a notebook shows them all, one below the other."""

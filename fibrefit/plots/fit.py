@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from fibrefit.core.roles import PHASES, TAUT
 from fibrefit.plots.certainty import correlation_figure, each_figure, errors_figure
-from fibrefit.plots.figures import Figures
+from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.overview import overview_figure
 from fibrefit.plots.records import Compared, compared_figure
@@ -17,8 +17,6 @@ from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import FitSummary
 
 OVERVIEW = "overview"
-MOST_RECORDS = 24
-"""Records that get a figure of their own; of a longer series those that are explained worst."""
 
 
 @in_own_style

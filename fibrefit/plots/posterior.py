@@ -9,15 +9,13 @@ import numpy as np
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.corner import Drawn, corner_figure
-from fibrefit.plots.figures import Figures
+from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.overlay import PriorCurve, overlay_figure
 from fibrefit.plots.style import in_own_style
 from fibrefit.plots.traces import Way, traces_figure
 from fibrefit.study.summaries.arrays import Array, Groups
 from fibrefit.study.summaries.summaries import PosteriorParameter, PosteriorSummary
 
-MOST_RECORDS = 24
-"""Records that get a figure of their own."""
 MOST_VALUES = 10
 """Values in a corner plot, unless they are named: more cannot be read."""
 

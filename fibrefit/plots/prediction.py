@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.plots.bands import Banded, bands_figure
-from fibrefit.plots.figures import Figures
+from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.fitted import AXES
 from fibrefit.plots.style import in_own_style
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.part import Z_95
-
-MOST_RECORDS = 24
-"""Records that get a figure of their own."""
 
 
 @in_own_style

@@ -12,7 +12,7 @@ from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
 from fibrefit.report.layout import items, numbered, paragraph, section, shortened, shortened_names, table, titled
-from fibrefit.report.text import GAP, doubts, earlier_value, input_noise, parameter_row, with_error
+from fibrefit.report.text import GAP, MOST_RECORDS, doubts, earlier_value, input_noise, parameter_row, with_error
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
 from fibrefit.study.summaries.discovery import (
@@ -27,7 +27,6 @@ from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""
-MOST_RECORDS = 12
 LONGEST_RECORD_NAME, LONGEST_CURVE = 34, 68
 ARROW = " -> "
 EVIDENCE = (

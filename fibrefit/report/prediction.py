@@ -7,11 +7,9 @@ import textwrap
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, table, titled
-from fibrefit.report.text import parameter_row
+from fibrefit.report.text import MOST_RECORDS, parameter_row
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
-
-MOST_RECORDS = 12
 
 EXPECTED = (
     "Expected: what noise, what the model lacked in the fit, and the error bars of the values come to together. "

@@ -6,7 +6,7 @@ from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
-from fibrefit.report.text import with_error
+from fibrefit.report.text import MOST_RECORDS, with_error
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -15,7 +15,7 @@ MODELS = {
     "speed_law": "a law of speed",
     "per_record": "values of each record",
 }
-LAWS_LISTED, MOST_RECORDS = 5, 12
+LAWS_LISTED = 5
 LONGEST = 18
 
 

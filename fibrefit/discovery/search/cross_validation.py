@@ -11,7 +11,7 @@ from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.search.search import Search
 from fibrefit.study.summaries.discovery import HeldOut
 
-STEPS = 15
+REFIT_STEPS = 15
 """Steps of a refit: the values without a record are near those with it."""
 
 
@@ -28,8 +28,8 @@ def _cv_residual(search: Search, hypothesis: Hypothesis, record: int) -> float:
     context = search.context
     others, alone = context.whole.copy(), np.zeros_like(context.whole)
     others[record], alone[record] = 0, context.whole[record]
-    fitted = refit(hypothesis.supermodel, context.subset(hypothesis.effects), hypothesis.fit.local, others, STEPS)
-    own = refit(hypothesis.supermodel, Subset((), context.each), fitted.local, alone, STEPS)
+    fitted = refit(hypothesis.supermodel, context.subset(hypothesis.effects), hypothesis.fit.local, others, REFIT_STEPS)
+    own = refit(hypothesis.supermodel, Subset((), context.each), fitted.local, alone, REFIT_STEPS)
     return float(np.sqrt(own.cost / search.base.supermodel.samples[record]))
 
 

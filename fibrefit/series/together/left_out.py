@@ -20,13 +20,12 @@ from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.search.cross_validation import REFIT_STEPS
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import laplace
 from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
 from fibrefit.problem.estimate.normal_equations import arranged, local_grams
 from fibrefit.series.together.models import Own, log_evidence
-
-STEPS = 15
 
 
 @dataclass(frozen=True)
@@ -92,5 +91,5 @@ def _without(scales: Scales, found: Weighed, grams: np.ndarray, record: int) -> 
 
 def _gap(search: Search, supermodel: Supermodel, local: np.ndarray, record: int) -> float:
     only = np.where(np.arange(len(local)) == record, search.context.whole, 0)
-    end = refit(supermodel, Subset((), search.context.each), local, only, STEPS)
+    end = refit(supermodel, Subset((), search.context.each), local, only, REFIT_STEPS)
     return float(np.sqrt(end.cost / search.base.supermodel.samples[record]))

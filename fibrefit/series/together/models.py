@@ -12,6 +12,7 @@ import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, comparison_of
+from fibrefit.discovery.discover import FIRST_STARTS
 from fibrefit.discovery.engine.candidates import carried
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
@@ -29,8 +30,6 @@ from fibrefit.problem.task import Task
 from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.search import SpeedSearch
-
-STARTS = 8
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
         Told what is being done and the share that is finished.
     """
     laws = laws_on(task.problem.model.rig)
-    before = identify(task, STARTS, seed, How(whiten=False, rivals=False), progress=tell)
+    before = identify(task, FIRST_STARTS, seed, How(whiten=False, rivals=False), progress=tell)
     search, base = prepared_search(task, before, [law.effect for law in laws], tell)
     first = look = comparison_of(SpeedSearch.of(search), base, "trying each law of speed")
     while (found := _simplest(look)) and _may_grow(found):
