@@ -16,6 +16,9 @@ from tests.records.exports.rounds.sixteenth import SIXTEENTH
 from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.thirtieth import THIRTIETH
+from tests.records.exports.rounds.thirtyeighth import THIRTYEIGHTH
+from tests.records.exports.rounds.thirtyseventh import THIRTYSEVENTH
+from tests.records.exports.rounds.thirtysixth import THIRTYSIXTH
 from tests.records.exports.rounds.thirtyfifth import THIRTYFIFTH
 from tests.records.exports.rounds.thirtyfirst import THIRTYFIRST
 from tests.records.exports.rounds.thirtyfourth import THIRTYFOURTH
@@ -63,6 +66,9 @@ ROUNDS: dict[str, list[Export]] = {
     "thirty-third": THIRTYTHIRD,
     "thirty-fourth": THIRTYFOURTH,
     "thirty-fifth": THIRTYFIFTH,
+    "thirty-sixth": THIRTYSIXTH,
+    "thirty-seventh": THIRTYSEVENTH,
+    "thirty-eighth": THIRTYEIGHTH,
 }
 
 NOT_MET = frozenset(
