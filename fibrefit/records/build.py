@@ -16,16 +16,18 @@ from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.claimed import first_row_told, wrong_times
 from fibrefit.records.clock.times import time_base
 from fibrefit.records.columns.account import unaccounted
+from fibrefit.records.columns.bearing import THINNED
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.declared import Declared, Scaled, headings_of, with_factors_beside
 from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
+from fibrefit.records.columns.known import AsRead
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles, nothing_below
 from fibrefit.records.columns.states import flagged, without_bad
 from fibrefit.records.grammar.digits import masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
-from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.phrases import count, not_understood
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 
@@ -78,7 +80,8 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     doubts |= declared.unapplied(columns, scales, said)
     timed = [_timed(raw, columns, group, options.rate, where, scales) for group in groups]
     settled = frozenset((*scales, *_timed_by_user(options, roles, said)))
-    doubts = _questions(raw, columns, roles, settled, timed, where) | doubts
+    questions, unsure = _questions(raw, columns, roles, settled, timed, where)
+    doubts, notes = questions | doubts, [*notes, *unsure]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     members = [(i, g) for g, group in enumerate(groups) for i in group.members]
@@ -134,12 +137,20 @@ def _questions(
     settled: frozenset[int],
     timed: Sequence[TimeBase],
     where: str,
-) -> dict[str, DataError]:
-    """What the file says beside its numbers and is neither used, nor harmless, nor answered by the user: by role."""
+) -> tuple[dict[str, DataError], list[str]]:
+    """What the file says beside its numbers and is neither used, nor harmless, nor answered: by role; and the rest."""
     mark = "," if raw.layout.get("decimal") == "comma" else "."
     told = [*raw.told, *first_row_told(raw, timed)]
     times = {} if roles.get("time", -1) in settled else wrong_times(raw, timed, where, mark)
-    return times | unaccounted(told, columns, roles, settled, where, mark)
+    setting = AsRead(mark, _rate(timed[0]), timed[0].time.size, any(THINNED.search(one.text) for one in told))
+    found, unsure = unaccounted(told, columns, roles, settled, where, setting)
+    return times | found, not_understood([(one.place, one.text) for one in unsure])
+
+
+def _rate(base: TimeBase) -> float:
+    """Rate of the rows in Hz; 0 where their times tell none."""
+    steps = np.diff(base.time[np.isfinite(base.time)])
+    return 1.0 / float(np.median(steps)) if steps.size and np.median(steps) > 0.0 else 0.0
 
 
 def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Group], list[TimeBase]]:

@@ -1,4 +1,4 @@
-"""What a file says beside its numbers is accounted for: it was used, it changes nothing, or it is asked about.
+"""What a file says beside its numbers is accounted for: it was used, it changes nothing, is asked about or repeated.
 
 Every claim is held against every column that is read. One that tells what a number is multiplied by, moved by, turned
 by or counted in is a question, unless its own number leaves things as they are, it is about something else (another
@@ -8,22 +8,21 @@ lasting that is claimed is compared with the one that was read.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
-
-import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns
 from fibrefit.records.columns.judged import doubt_of, formula_in
-from fibrefit.records.columns.known import agrees, is_of_times, kinds_of, told_unit, unknown_in
+from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
 from fibrefit.records.columns.unmoved import opens_section
 from fibrefit.records.grammar.claims import Claim
 from fibrefit.records.grammar.phrases import GIVE_RATE
-from fibrefit.records.grammar.words import score, tokens
+from fibrefit.records.grammar.words import kinds_named, score, tokens
 
 
 def unaccounted(
@@ -32,9 +31,9 @@ def unaccounted(
     roles: Mapping[str, int],
     answered: frozenset[int],
     where: str,
-    mark: str = ".",
-) -> dict[str, DataError]:
-    """Doubt about each role whose numbers something in the file may still change.
+    setting: AsRead,
+) -> tuple[dict[str, DataError], list[Told]]:
+    """Doubt about each role whose numbers something in the file may still change, and what is not understood besides.
 
     Parameters
     ----------
@@ -48,42 +47,49 @@ def unaccounted(
         Columns of which the user says what one of their numbers is worth.
     where : str
         File to name in messages.
-    mark : str
-        Decimal mark of its lines.
+    setting : AsRead
+        The table.
 
     Returns
     -------
-    dict of str to DataError
+    found : dict of str to DataError
         The first question of each role, by role.
+    unsure : list of Told
+        What is said of what is measured, and tells no change of it that is known: to be repeated, and not asked.
     """
-    found: dict[str, DataError] = {}
     reads = held_columns(columns, roles, answered)
-    for read in reads:
-        heading = Told(f'heading "{read.column.header}"', read.column.name, read.column.header)
-        for one in (heading, *told):
-            if one.of and one.of != read.column.header:
-                continue
-            doubt = doubt_of(one, read, mark)
-            if doubt:
-                found[read.role] = _question(one, read, doubt, where)
-                break
-    found |= _made_of_others(told, columns, roles, where)
+    found = _doubted(told, reads, setting.mark, where) | _made_of_others(told, columns, roles, where)
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
-    rate = _rate(columns, roles)
-    said = [(one, claim) for one, claim in _unknown(told, mark, names) if not agrees(claim, rate)]
-    for one, claim in said:
-        if is_of_times(claim, names):
+    unsure: dict[str, Told] = {}
+    for one, claim, asked in _unknown(told, setting.mark, names):
+        if agrees(one.text, claim, setting):
+            continue
+        if not asked:
+            unsure.setdefault(one.place, one)
+        elif is_of_times(claim, names) or kinds_named(one.text) == {"time"}:
             if roles.get("time", -1) not in answered:
                 found.setdefault("time", _of_times(one, roles, columns, where))
-            continue
-        kinds = kinds_of(claim, names)
-        for read in reads:
-            if read.role != "time" and (not kinds or read.kind in kinds) and read.is_asked(claim.about, one):
-                found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where))
+        else:
+            kinds = kinds_of(claim, names)
+            for read in reads:
+                if read.role != "time" and (not kinds or read.kind in kinds) and read.is_asked(claim.about, one):
+                    found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where))
     for read in reads:
-        for one in _unlisted(told) if read.role != "time" and not read.settled else ():
+        for one in _unlisted(told) if not read.settled else ():
             if told_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
                 found.setdefault(read.role, _question(one, read, "tells another unit than that of", where))
+    return found, list(unsure.values())
+
+
+def _doubted(told: Sequence[Told], reads: Sequence[ReadColumn], mark: str, where: str) -> dict[str, DataError]:
+    """The first line of each role that tells what may still be done to it."""
+    found = {}
+    for read in reads:
+        heading = Told(f'heading "{read.column.header}"', read.column.name, read.column.header)
+        about = [one for one in (heading, *told) if one.of in ("", read.column.header)]
+        doubts = ((one, doubt) for one in about if (doubt := doubt_of(one, read, mark)))
+        for one, doubt in itertools.islice(doubts, 1):
+            found[read.role] = _question(one, read, doubt, where)
     return found
 
 
@@ -103,23 +109,13 @@ def _made_of_others(
     return found
 
 
-def _rate(columns: Sequence[RawColumn], roles: Mapping[str, int]) -> float:
-    """Rate of the rows by their column of times, in Hz; 0 where it tells none."""
-    column = columns[roles["time"]] if "time" in roles else None
-    if column is None or column.clock or registry.kind_of(column.unit or "") != "time":
-        return 0.0
-    steps = np.diff(column.numbers.values)
-    step = float(np.nanmedian(steps)) * registry.to_si(column.unit or "s", "s") if np.isfinite(steps).any() else 0.0
-    return 1.0 / step if step > 0.0 else 0.0
-
-
-def _unknown(told: Sequence[Told], mark: str, names: frozenset[str]) -> Iterator[tuple[Told, Claim]]:
+def _unknown(told: Sequence[Told], mark: str, names: frozenset[str]) -> Iterator[tuple[Told, Claim, bool]]:
     """Claims that are not known to be harmless, with what they stand in; those of a section on a channel are of it."""
     of_channel = False
     for one in _unlisted(told):
         section = opens_section(one.text, names)
         of_channel = of_channel if section is None else section
-        yield from ((one, claim) for claim in unknown_in(one.text, mark, names, of_channel))
+        yield from ((one, *found) for found in unknown_in(one.text, mark, names, of_channel))
 
 
 def _unlisted(told: Sequence[Told]) -> list[Told]:

@@ -168,7 +168,8 @@ NUMBERED = words(
 CHECKED = words(
     "software|stamped|left (?:on|at)|set as|set to|entered|configur*|assum*|typed|programmed"
     "|gave|says|file|indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
-    "|tats(?:\u00e4|ae)chlich*"
+    "|tats(?:\u00e4|ae)chlich*|eingetragen|eingestellt|gesetzt|laut|inscrit*|saisi*|introducid*|impostat*|inserit*"
+    "|zadan*|nastaven*|wpisan*|ustawion*"
 )
 #: What rows are made of, where they are counted by a rate that the head names.
 OF_ROWS = words("scans?|samples?|rows?|points?|readings?|values?|zeilen?|werte?|messwerte?|abtastwerte?")
@@ -180,7 +181,7 @@ NO_ROWS = words(
 )
 #: A load that is told to be below zero where it pulls.
 AGAINST = re.compile(
-    r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\s*$))"
+    r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\W*$))"
     r"|\+\s*(?:=|is|:)\s*(?:push|compress|druck|down)|-\s*(?:=|is|:)\s*(?:pull|tens|zug)"
     r"|\bpush(?:ing)? (?:is )?(?:positive|plus)"
     r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\s*$))",
@@ -223,8 +224,8 @@ IN_ERROR = words(
 )
 #: Halves of something else.
 HALVES = re.compile(
-    r"\b(?:half|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid\w*(?: rope)?|wire|point"
-    r"|phase)\w*",
+    r"\b(?:half|quarter|full|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid\w*(?: rope)?|wire"
+    r"|point|phase)\w*",
     re.I,
 )
 #: That a sign, whose word stands beside, is another one.

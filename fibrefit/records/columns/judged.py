@@ -128,7 +128,9 @@ def _is_step(amount: Amount, read: ReadColumn) -> bool:
 
 def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
     words = MULTIPLIED.search(claim.about)
-    of_times = words and (words.group().casefold() in ("divider", "divisor") or SLOWED.search(line))
+    of_times = words and (
+        words.group().casefold() in ("divider", "divisor") or SLOWED.search(line) or "time" in kinds_named(line)
+    )
     if of_times and read.role != "time" and not read.named(line):
         return ""  # of a clock: whether it is one is asked of the times
     if not words:
@@ -171,7 +173,8 @@ def _bare(claim: Claim, one: Told, read: ReadColumn) -> str:
     """A number without a unit beside the name of a column that is no name, count or form itself."""
     if not read.named(claim.about) or one.of or NUMBERED.search(claim.about) or OF_OTHERS.search(claim.about):
         return ""
-    bare = [a for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
+    rows = read.column.numbers.values.size
+    bare = [a for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0, float(rows))]
     numbered = bool(bare) and bare[0].counted and bare[0].value <= read.beside + 1  # that of a channel
     return f"({bare[0].value:g}) may be a factor of" if len(bare) == len(claim.amounts) == 1 and not numbered else ""
 

@@ -1,7 +1,8 @@
-"""Whether all that a line beside the numbers says is known to leave them as they are.
+"""What a line beside the numbers may do to them: move them, which is asked about, or nothing that can be told.
 
-A claim with a number, a quantity or a word of measuring bears on the numbers unless every word of it is known, and its
-numbers have an owner that is no reading; so does any claim with a word of change. What is not known is not harmless.
+A claim is asked about where a word of it tells a change, a share, a side or another unit, or a number of it stands
+beside what is measured and is of nothing else. What is said of channels without that is no question: it is repeated
+beside the record, as not understood. What is of nothing that is measured is passed over.
 """
 
 from __future__ import annotations
@@ -9,27 +10,46 @@ from __future__ import annotations
 import functools
 import itertools
 import re
+from typing import NamedTuple
 
 from fibrefit.core import units as registry
-from fibrefit.records.columns.bearing import CHECKED, CONSTANT, DONE, HALVES, OF_OTHERS, UNDONE
+from fibrefit.records.columns.bearing import CHECKED, CONSTANT, DONE, HALVES, OF_OTHERS, OTHER_QUANTITY, UNDONE
 from fibrefit.records.columns.lexicon import (
+    BESIDE,
     CERTIFIED,
     CHANGES,
-    GLUE,
-    LABELS,
+    CONTRAST,
+    DATED,
+    IN_MASS,
+    INACCURACY,
+    INITIALS,
+    NEUTRAL,
+    NO_UNITS,
     NOT_READ,
+    NOTHING,
     OF_TIMES,
+    ONE_OF,
     PHRASES,
+    RANGE,
+    RATIO,
+    SEPARATORS,
+    SIDED,
+    SIZED,
+    SLASH,
+    SOMEBODY,
     SWITCHED,
+    SWITCHED_ON,
     TECHNICAL,
-    lexicon,
+    TO_BE,
+    UNIT_KEY,
+    VERSION,
 )
 from fibrefit.records.columns.unmoved import (
     COUNTS,
     DESIGNATION,
-    OWNER,
     SHARES,
     is_label,
+    is_long,
     is_measured,
     is_name_behind_key,
     is_quantity,
@@ -40,55 +60,44 @@ from fibrefit.records.columns.unmoved import (
     without_units,
 )
 from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
+from fibrefit.records.grammar.facts import OF_OTHER_RATES, find_facts
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.thresholds import (
     LEAST_CERTIFICATE,
     LONGEST_LABEL,
     LONGEST_SAID,
+    LONGEST_STEP,
     MOST_NAME_WORDS,
     SAME_LENGTH,
+    SHORTEST_NAME,
     SHORTEST_SENTENCE,
 )
 
-_GLUE = lexicon(*GLUE)
-_NOT_READ = lexicon(NOT_READ)
-#: What is told in per cent of a quantity and changes nothing.
-_INACCURACY = lexicon(
-    "accuracy genauigkeit uncertainty tolerance* linearity nonlinearity hysteresis noise resolution* limit* class"
-    " klasse precision repeatability creep aborted triggered"
-)
-_RATIO = re.compile(r"\d\s?:\d|\d : \d")
-#: What is told by a number of parts and their size: "2 x 1.25 kg", "M8 x 20".
-_SIZED = lexicon(
-    "zoom cord* lano lana corde corda cuerda lina fibre* sling* rope* seil* weight* gewicht* mass* masse* screw*"
-    " schraube* bolt* specimen* plate* size* dimension*"
-)
-_NEUTRAL = re.compile(
-    r"[:=;,\t ]\s*(?:no|none|off|false|nein|aus|0|0[.,]0+|1|1[.,]0+|ok|auto|n/a|disabled|default|normal"
-    r"|positive|-|)\W*$",
-    re.I,
-)
-#: A key of which nothing is said.
-_NOTHING = re.compile(
-    r"([^:=;,|\t]+)[:=;,|\t]\s*(?:no|none|nothing|n/a|keine?[rsn]?|aucune?|ningun[oa]?|nessun[oa]?|zadn[aey]|brak|-+)?\W*",
-    re.I,
-)
-_SWITCHED_ON = re.compile(r"[:=;,\t ]\s*(?:yes|on|true|ja|ein|done|ok|durchgef\w*|active|enabled)\W*$|\bby\b", re.I)
-_NO_UNITS = frozenset(("in", "ft", "um"))
-_SEPARATORS = r"[:=;|\t,]"
-_SLASH = re.compile(r" / (?=\d+(?:\.\d+)? ?[^\W\d]|\d+(?:\.\d+)? ?%)")
-#: Forces that are told in units of mass.
-_IN_MASS = re.compile(r"^(?!.*(?:mass|weight)).*\bin (?:lbs?|kgs?|kilos?|pounds?|grams?|kilograms?)\b", re.I)
-#: A name with digits in it, such as U9C, S2M or drop_4.csv, and what stands in the place of a path.
-_SOMEBODY = re.compile(
-    r"\b(?:by|von|par|por|da)\s+(?:(?:Dr|Mr|Ms|Prof|Ing)\.?\s+)?(?:[A-Z]\.?\s+)*[A-Z][a-z]+\b(?!\s*\d)"
-)
-_INITIALS = re.compile(r"\b[A-Z]{2,4}\b")
+
+class AsRead(NamedTuple):
+    """What is known of a table when what stands beside it is weighed.
+
+    Parameters
+    ----------
+    mark : str
+        Decimal mark of its lines.
+    rate : float
+        Of its rows as they were read, in Hz; 0 where they tell none.
+    rows : int
+        How many there are.
+    thinned : bool
+        Whether the file says that some were left out: each is then one of several that were sampled.
+    """
+
+    mark: str = "."
+    rate: float = 0.0
+    rows: int = 0
+    thinned: bool = False
 
 
-def unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool = False) -> tuple[Claim, ...]:
-    """Claims of a line that are not known to leave the numbers as they are; none where all of it is.
+def unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool = False) -> tuple[tuple[Claim, bool], ...]:
+    """Claims of a line on what is measured, each with whether it may well move the numbers; none where it has none.
 
     Parameters
     ----------
@@ -102,37 +111,49 @@ def unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool = F
         Whether it stands in a section on one of them.
     """
     parts = [line] if len(line) <= LONGEST_SAID else re.split(r"(?<=[.;,\t|])\s*", line)
-    return tuple(claim for part in parts for claim in _unknown_in(part[:LONGEST_SAID], mark, names, of_channel))
+    return tuple(one for part in parts for one in _unknown_in(part[:LONGEST_SAID], mark, names, of_channel))
 
 
 @functools.lru_cache(maxsize=4096)
-def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -> tuple[Claim, ...]:
+def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -> tuple[tuple[Claim, bool], ...]:
     unknown = []
-    nothing = _NOTHING.fullmatch(line)
+    nothing = NOTHING.fullmatch(line)
     if nothing and not any(tells_change(word) or TECHNICAL.fullmatch(word) for word in tokens(nothing[1])):
         return ()
+    if VERSION.fullmatch(line) and not any(
+        tells_change(word) or TECHNICAL.fullmatch(word) or is_quantity(word, names) for word in tokens(line)
+    ):
+        return ()
+    halves = {match[0].casefold() for match in HALVES.finditer(line)}
+    if len(halves) > len({re.split("[- ]", half)[-1] for half in halves}):
+        return tuple((claim, True) for claim in claims_of(line, mark))
     first, _, rest = line.partition(", ")
     if not of_channel and is_name_behind_key(first, mark, names):
-        line = f"{re.split(_SEPARATORS, first)[0]}: {rest}"
+        line = f"{re.split(SEPARATORS, first)[0]}: {rest}"
     prose = _is_prose(line) and not has_day(line)
     said = tokens(line) if _is_prose(line) else ()
-    plain = not (of_channel or any(may_bear(word, names) or "time" in kinds_named(word) for word in said))
+    plain = not (
+        of_channel or ONE_OF.search(line) or any(may_bear(word, names) or "time" in kinds_named(word) for word in said)
+    )
     bears = prose and any(_bears(word, names) for word in tokens(line))
-    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, _SOMEBODY.sub(" ", _SLASH.sub("; ", line)))), mark))
-    if CHECKED.search(line) and is_told_twice(claims, bare=prose):
-        return claims
+    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, SOMEBODY.sub(" ", SLASH.sub("; ", line)))), mark))
+    sensitivities = {a.value for claim in claims for a in claim.amounts if a.unit.casefold() == "mv/v"}
+    if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
+        return tuple((claim, True) for claim in claims)
+    if CHECKED.search(line) and is_told_twice(claims, bare=prose or any("/" in word for word in line.split())):
+        return tuple((claim, True) for claim in claims)
     for claim in claims:
         about = without_units(DESIGNATION.sub(" ", claim.about))
         if not claim.amounts and about != about.upper():
-            about = _INITIALS.sub(lambda m: m[0] if CHANGES.fullmatch(m[0].casefold()) else " ", about)
+            about = INITIALS.sub(lambda m: m[0] if CHANGES.fullmatch(m[0].casefold()) else " ", about)
         found = tokens(about)
         if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
             continue  # a row of numbers is told by where it stands; names of types change nothing
         if plain and (said or len(found) <= MOST_NAME_WORDS) and moves_nothing(claim, found, names):
             continue
-        if _harmless(claim, found, line, names, bears):
-            continue
-        unknown.append(claim)
+        asked = _is_asked(claim, found, line, names, bears)
+        if asked is not None:
+            unknown.append((claim, asked))
     return tuple(unknown)
 
 
@@ -146,14 +167,15 @@ def told_unit(line: str, kind: str, unit: str | None) -> bool:
     kind, unit : str
         Of the column.
     """
-    if kind == "force" and _is_prose(line) and _IN_MASS.search(line):
+    if kind == "force" and ((_is_prose(line) and IN_MASS.search(line)) or UNIT_KEY.search(line)):
         return True
-    words = [w.strip(".,;:=\"'()[]") for w in re.split(r"[\s=:;,|\t]+", line)]
-    units = [w for w in words if w not in _NO_UNITS and len(w) > 1 and registry.kind_of(w) == kind]
+    plain = re.sub(r"\d[\d.,]*\s*[^\W\d]+", " ", line)
+    words = [w.strip(".,;:=\"'()[]") for w in re.split(r"[\s=:;,|\t]+", plain)]
+    units = [w for w in words if w not in NO_UNITS and w[1:].isalpha() and registry.kind_of(w) == kind]
+    units = [w for w in units if kind != "time" or registry.to_si(w, "s") <= LONGEST_STEP]
     if not (unit and any(contradicted([unit, u]) for u in units)):
         return False
-    bare = tokens(without_units(line))
-    return _is_prose(line) or not any(registry.expression(w) is None and OWNER.fullmatch(w) for w in bare)
+    return _is_prose(line) or (kind != "time" and len(tokens(without_units(line))) <= LONGEST_LABEL)
 
 
 def kinds_of(claim: Claim, names: frozenset[str]) -> frozenset[str]:
@@ -178,26 +200,32 @@ def kinds_of(claim: Claim, names: frozenset[str]) -> frozenset[str]:
     )
 
 
-def agrees(claim: Claim, rate: float) -> bool:
-    """Whether a claim tells the rate or the step of the rows as they were read, and no change.
+def agrees(line: str, claim: Claim, read: AsRead) -> bool:
+    """Whether a claim tells the rate, the step or the number of the rows as they were read, and no change.
 
     Parameters
     ----------
+    line : str
+        In which it stands.
     claim : Claim
         Of a line.
-    rate : float
-        In Hz; nothing agrees with 0.
+    read : AsRead
+        The table.
     """
+    mark, rate, rows, thinned = read
+    words = tokens(claim.about)
+    if not claim.amounts or any(tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in words):
+        return False
     told = [a.value * registry.to_si(a.unit, "Hz") for a in claim.amounts if a.kind == "frequency"]
     told += [1.0 / (a.value * registry.to_si(a.unit, "s") or 1.0) for a in claim.amounts if a.kind == "time"]
-    words = tokens(claim.about)
-    changed = any(tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in words)
-    return (
-        bool(told)
-        and len(told) == len(claim.amounts)
-        and not changed
-        and all(abs(t - rate) < SAME_LENGTH * rate for t in told)
-    )
+    read_as = [told if len(told) == len(claim.amounts) else [], find_facts([line], mark).rates]
+    bare = [a.value for a in claim.amounts if not a.unit]
+    if len(bare) == len(claim.amounts) and (
+        set(bare) <= {float(rows)} or (set(bare) <= {rate} and any(map(OF_TIMES.fullmatch, words)))
+    ):
+        return True
+    shares = [[t / (round(t / rate) or 1) if thinned and rate else t for t in rates] for rates in read_as]
+    return any(rates and all(abs(t - rate) < SAME_LENGTH * rate for t in rates) for rates in shares)
 
 
 def is_of_times(claim: Claim, names: frozenset[str]) -> bool:
@@ -214,7 +242,8 @@ def is_of_times(claim: Claim, names: frozenset[str]) -> bool:
     found = [w for w in tokens(claim.about) if not (w == "times" and by)]  # "times 2" multiplies
     rates = bool(claim.amounts) and all(amount.kind in ("frequency", "time") for amount in claim.amounts)
     named = any(OF_TIMES.fullmatch(word) or "time" in kinds_named(word) for word in found)
-    return (rates or named) and not any(is_quantity(word, names) for word in found)
+    other = any(is_quantity(w, names) or registry.kind_of(w) in ("force", "length") for w in found if w not in NO_UNITS)
+    return (rates or named) and not other and not any(a.kind in ("force", "length") for a in claim.amounts)
 
 
 def _noun(match: re.Match[str]) -> str:
@@ -223,60 +252,97 @@ def _noun(match: re.Match[str]) -> str:
 
 def _is_prose(line: str) -> bool:
     """Whether a line is a sentence, and no statement of a key."""
-    return not re.search(r"[:=;|\t]", line) and len(line.split()) >= SHORTEST_SENTENCE
+    return not re.search(r":(?!\d)|[=;|\t]", line) and len(line.split()) >= SHORTEST_SENTENCE
 
 
 def _bears(word: str, names: frozenset[str]) -> bool:
     return is_measured(word) or is_quantity(word, names) or "time" in kinds_named(word)
 
 
-def _harmless(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool:
-    """Whether a claim does not bear on the numbers, or is known to leave them as they are."""
+def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool | None:
+    """Whether a claim may well move the numbers; None where it cannot, and False where nothing speaks for it.
+
+    A change, a contrast, a way of the load or a number that is no name, beside what is measured, speaks for it. A word
+    that is not known does not.
+    """
     quantity = any(is_quantity(word, names) for word in words)
     measured = bears or any(is_measured(word) for word in words)
-    counted = _counted(words) if not (quantity or measured) else frozenset[str]()
+    counted = _counted(tokens(claim.about)) if not (quantity or measured) else frozenset[str]()
     words = [word for word in words if word not in counted]
-    changes = [w for w in words if tells_change(w) or w in WORDED or TECHNICAL.fullmatch(w)]
-    unknown = [w for w in words if not _known(w, names) and not TECHNICAL.fullmatch(w)]
+    technical = [w for w in words if TECHNICAL.fullmatch(w)]
+    changes = [w for w in words if tells_change(w) or w in WORDED] + technical
     amounts = [a for a in claim.amounts if a.value != 0.0 and (a.value != 1.0 or a.unit) and not is_label(a)]
-    if not (quantity or amounts or measured or any(w in WORDED for w in words)):
-        return not any(map(tells_change, words)) or _settled(claim, words, line, names)
-    if unknown:
-        return False
-    if changes:
-        return _settled(claim, words, line, names)
-    factors = [a for a in amounts if a.factor and (not a.ratio or _RATIO.search(line))]
-    if factors and not any(map(_SIZED.fullmatch, words)):
-        return False
-    if any(is_measured(word) for word in words) and any(a.kind == "angle" for a in amounts):
-        return False
-    if amounts and not any(map(OWNER.fullmatch, words)):
-        return False
-    if not (amounts and quantity):
+    of_rows = any(OF_TIMES.fullmatch(w) and not registry.kind_of(w) and not w.startswith("time") for w in words)
+    timed = of_rows or any(OF_TIMES.fullmatch(w) or "time" in kinds_named(w) for w in words if not registry.kind_of(w))
+    units = any(a.unit.casefold() in COUNTS for a in amounts) or (
+        not claim.amounts
+        and any(registry.kind_of(w.casefold()) in ("force", "length") for w in claim.about.split() if len(w) > 1)
+    )
+    touched = quantity or measured or units or bool(technical) or "height" in words or "distance" in words
+    if touched or timed or (claim.amounts and CONTRAST.search(line)):
+        changes += [w for w in words if BESIDE.fullmatch(w)]
+    if (
+        touched and (SIDED.search(line) or TO_BE.search(line) or (claim.amounts and CONTRAST.search(line)))
+    ) or ONE_OF.search(line):
         return True
-    shares = any(a.factor or a.unit in ("%", "\u2030") for a in amounts) and not any(map(_INACCURACY.fullmatch, words))
-    return not shares and any(map(_NOT_READ.fullmatch, words))
+    if (
+        changes == technical
+        and any(map(INACCURACY.fullmatch, tokens(line)))
+        and {a.unit for a in amounts} <= {"%", "\u2030"}
+    ):
+        return None
+    if changes:
+        return (False if _is_prose(line) else None) if _settled(claim, words, line, names) else True
+    if not (touched or timed or amounts):
+        return None
+    if any(a.factor and (not a.ratio or RATIO.search(line)) for a in amounts) and not any(map(SIZED.fullmatch, words)):
+        return True
+    if measured and any(a.kind == "angle" for a in amounts):
+        return True
+    owned = any(map(NOT_READ.fullmatch, words))
+    bare = [a for a in amounts if not a.unit]
+    if touched and bare and not owned:
+        return True
+    if touched and any(a.unit in ("%", "\u2030") for a in amounts) and not any(map(INACCURACY.fullmatch, words)):
+        return True
+    if (
+        of_rows
+        and not OF_OTHER_RATES.search(line)
+        and any(a.kind == "frequency" or (a.kind == "time" and not is_long(a)) for a in amounts)
+    ):
+        return not OTHER_QUANTITY.search(claim.about)
+    return bool(
+        not touched
+        and any(not a.counted for a in bare)
+        and max(map(len, words), default=0) < SHORTEST_NAME
+        and not OF_OTHERS.search(claim.about)
+    )
 
 
 def _counted(words: list[str]) -> frozenset[str]:
     """Numbers in words that count something, such as three strands, or tell which one it is: rig three."""
     pairs = list(itertools.pairwise(words))
-    counts = {a for a, b in pairs if WORDED.get(a, 0.5) in range(2, 11) and a not in SHARES and OWNER.fullmatch(b)}
+    shared = {b for a, b in pairs if a in ("of", "von", "de", "dei", "in")}
+    counts = {a for a, b in pairs if WORDED.get(a, 0.5) in range(2, 11) and a not in SHARES | shared}
     return frozenset(counts | {b for a, b in pairs if WORDED.get(b, 0.5) in range(2, 11) and a in ("rig", "run", "of")})
 
 
 def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -> bool:
     """Whether a change is none, was made before, or is of something else that is named."""
-    if any(not _known(w, names) and not TECHNICAL.fullmatch(w) for w in words):
-        return False
     changes = [w for w in words if TECHNICAL.fullmatch(w)]
-    if _NEUTRAL.search(line) or (has_day(line) and not claim.amounts):
+    if (
+        (NEUTRAL.search(line) and not _is_prose(line))
+        or (has_day(line) and not claim.amounts)
+        or (changes and DATED.search(claim.about))
+    ):
         return True
+    told = [w for w in words if (tells_change(w) or BESIDE.fullmatch(w) or w in WORDED) and not TECHNICAL.fullmatch(w)]
     named = all(a.counted and not a.unit and a.value >= LEAST_CERTIFICATE for a in claim.amounts)
     if (
         named
         and changes
         and all(map(CERTIFIED.fullmatch, changes))
+        and not told
         and not (CONSTANT.search(line) or UNDONE.search(line))
     ):
         return True
@@ -288,29 +354,24 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         return False
     if DONE.search(line) and not UNDONE.search(line):
         return True
-    if _SWITCHED_ON.search(line) and all(map(SWITCHED.fullmatch, changes)):
+    if told or not changes:
+        return False
+    if SWITCHED_ON.search(line) and all(map(SWITCHED.fullmatch, changes)):
         return True
-    if not claim.amounts and changes and not any(map(tells_change, words)):
+    if not claim.amounts:
+        return (
+            len(changes) == len(words)
+            or max(len(tokens(cell)) for cell in re.split(r"[;\t|]|,(?! )", line)) <= LONGEST_LABEL
+        )
+    if all(a.value in (0.0, 1.0) for a in claim.amounts):
         return True
-    if not claim.amounts and all(map(LABELS.fullmatch, changes)) and len(words) <= LONGEST_LABEL:
-        return True
-    if claim.amounts and all(a.value in (0.0, 1.0) for a in claim.amounts):
-        return True
-    if claim.amounts and all("/" in a.unit and not _is_ratio(a.unit) for a in claim.amounts):
+    if all("/" in a.unit and not _is_ratio(a.unit) for a in claim.amounts):
         return True
     quantity = any(is_quantity(word, names) for word in words)
-    others = OF_OTHERS.search(line if all(w.startswith("gain") for w in changes) else claim.about)
-    brief = bool(claim.amounts) and len(words) <= MOST_NAME_WORDS
-    return bool(others) and brief and not quantity and not any(word in WORDED for word in words)
+    others = OF_OTHERS.search(line if all(w.startswith(("gain", "verst")) for w in changes) else claim.about)
+    return bool(others) and len(words) <= MOST_NAME_WORDS and not quantity
 
 
 def _is_ratio(unit: str) -> bool:
     above, _, below = unit.partition("/")
     return registry.kind_of(above) == registry.kind_of(below.strip("()")) != "voltage"
-
-
-@functools.lru_cache(maxsize=8192)
-def _known(word: str, names: frozenset[str]) -> bool:
-    if word in WORDED:
-        return False
-    return bool(OWNER.fullmatch(word) or _GLUE.fullmatch(word) or word in names or kinds_named(word))

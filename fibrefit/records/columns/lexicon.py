@@ -1,6 +1,6 @@
-"""Words that what stands beside a table is made of, where they are known to leave its numbers as they are; and others.
+"""Words by which what stands beside a table may tell that its numbers are to be changed, and those that settle it.
 
-A word that is not here is not known. A star stands for any letters; accents are left out, and a word is in lower case.
+A star stands for any letters; accents are left out, and a word is in lower case.
 """
 
 from __future__ import annotations
@@ -20,78 +20,17 @@ def lexicon(*text: str) -> re.Pattern[str]:
     return re.compile("|".join(word.replace("*", r"[^\W\d_]*") for word in words))
 
 
-#: Words that join others, by language.
-GLUE = (
-    "yes no on off none true false positive positiv ja nein aus ein more a an the of in at to from by with and or for"
-    " as is are was were be been has have had it its this that these those there here then after before during while"
-    " when until since between under above below over behind beside near into via which who whose where all any every"
-    " some new old",
-    "der die das den dem des ein eine einer eines einem einen und oder mit von vom zu zum zur im am an auf bei nach"
-    " vor aus fur durch uber unter ist sind war waren wurde wurden wird werden hat haben als wie es sich je pro",
-    "le la les l d de du des un une et ou avec par pour dans sur sous est sont au aux en ce cette s y el los las del"
-    " con por para es son al il lo i gli di della dei e o su da alla dal",
-    "v ve na z ze se do od pri po je jsou byl byla bylo w we przy dla jest sa",
-)
-#: What owns a number, or is set: people, dates, places, parts, settings; and what is done without changing numbers.
-OWNERS = (
-    # people, dates, papers, files
-    "operator* lab date* datum day* monday am pm zone saved export printed written recorded acquired logged stored"
-    " started stopped generated measured name* file* folder path test* *test* versuch* run* no nr n number id serial"
-    " sn certificate* kalibrierschein standard* version firmware software model* type typ* class klasse line* row*"
-    " columns record* messung* dataset set block* section* trigger* pretrigger posttrigger pre status mode* cycle*"
-    " step* ok ready done start* end* stop* first last next second third room drop* fall* impact* impactor* release*"
-    " released hit* creep preload* pretension* vorkraft vorspann* warm* setting info* results comment* value* wert*"
-    " data",
-    # chain of measurement
-    "sensor* sensors transducer* aufnehmer *aufnehmer capteur sensore cell* *zelle loadcell* laser* encoder* lvdt"
-    " potentiometer camera* kamera daq* logger* datalogger recorder* scope* oscilloscope instrument* gerat* device*"
-    " module* modul amplifier* amp verstarker *verstarker preamp* bridge brucke excitation supply speisung batter*"
-    " voltage spannung power mains channel* kanal* kanale canal* chan ch voie ai ao di input* output* eingang*"
-    " ausgang* port pin slot cable kabel connector usb ethernet com baud bus ip address adc bit bits resolution*"
-    " auflosung accuracy genauigkeit precision linearity hysteresis uncertainty noise rauschen rms rated capacity"
-    " cap nennlast nennkraft nennwert range* bereich* messbereich *bereich measuring span limit* grenz* overload"
-    " protection safe breaking strength alarm sensitivity kennwert empfindlichkeit bandwidth bandbreite filter*"
-    " gefiltert *filter tiefpass* lowpass highpass bandpass notch low high pass cut cutoff corner bessel butterworth"
-    " chebyshev anti aliasing antialias* fir iir median smoothing oversampling bandstop grenzfrequenz carrier"
-    " frequency frequenz frekvence frequence* frecuencia freq fs rate messrate abtastrate datenrate bildrate"
-    " scanrate framerate baudrate sample* sampled sampling abtast* vzorkovac* echantillonnage muestreo acquisition"
-    " acquire* erfassung scan* interval* intervall* *intervall period* periode dt delta increment* inc xinc tinc"
-    " timebase zeitbasis zeitschritt schrittweite samplerate sampletime sps ksps fps frame* bild* hz khz duration"
-    " dauer *dauer length* lange* *lange laenge points punkte anzahl size buffer memory speicher depth total values"
-    " waveform* trace* curve* signal* plot* diagram graph chart axis achse x y z horizontal vertical unit units"
-    " einheit* unite* unidad* jednotk* format decimal* separator delimiter encoding checksum crc hash terminal rse"
-    " differential diff single ended coupling dc ac impedance probe* div display refresh update screen monitor"
-    " language locale region",
-    # specimen, rig, surroundings
-    "*probe batch rope* seil* cord* webbing knot* screw* clamp* rig* machine crosshead table bearing guide* rail"
-    " mass* masse* weight* pendulum height* diameter* thickness width gauge slack taut speed* velocity stroke energy"
-    " temperature* temperatur* teplota humidity pressure ambient dried trocken conditioned upper lower top bottom"
-    " oben unten left right links rechts front rear middle ends inner outer colour polyester static dynamic"
-    " halbstatisch strands kg kistler hbm shimadzu python numpy arduino teensy catmanfile",
-    # what instruments print
-    "excel header footer label* legend fc g h trace* index xstart xstop tot capture subject usec max* min minimum speed"
-    " rel plate* setup frame* head chain end* link* point* celda zoom std relative ts sr e kp ki kd d l annotation* log"
-    " timed column count atf sequence samples vision vom point trig determined zmk trace lsb j controller* meta"
-    " history down downwards up order milliseconds microseconds seconds minutes hours len due unused included used"
-    " gps fmin fmax mean avg peak* valley tup missing nodata xorg stamp daylight saving see model root quality"
-    " degrees auto analog analogue digital long infinii scopy bio ware wf hresolution timeaxis ruckfuhrung aborted"
-    " carga linear principle method humid* mounted montiert befestigt installed placed hanging vertically"
-    " horizontally attached fixed fastened tied full measurement* measur* c ambient* frequence filtre filtro czujnik"
-    " snimac cella electromagnet device view temp strain ohm loop video photo* rssi disabled bungee attempt stopper"
-    " hits clamp elapsed since bm internal complete messkanal kraftaufnehmer wegaufnehmer wa pandas *sensor rows"
-    " gestartet gemessen logging campionamento none list fallweg genauigkeitsklasse mittelwert maximalwert"
-    " minimalwert standardabweichung rest nano",
-)
 #: What of a quantity owns a number that is no reading of it, in the same claim as its name.
-NOT_READ = (
-    "celda column* spalte* fallweg federweg bremsweg *sensor snimac* czujnik* capteur* sensore* len crosshead"
-    " traverse ai ch range* vorkraft pull* capacity rated sensor* cell* *zelle transducer* limit* overload preload"
-    " pretension vorlast breaking impact noise resolution* accuracy rate speed step* stop* max* min* peak* fmax fmin"
-    " mean avg valley mittelwert filter* bandwidth trigger* mass* hohe *hohe height channel* kanal* kan* interval*"
-    " intervall* *intervall sampling sample* sampled duration dauer record* recording test* stamp* increment* inc"
-    " division div axis zone step base start* end* messrate abtastrate datenrate bildrate scanrate framerate baudrate"
-    " unit units einheit* acquisition points number bereich messbereich *bereich aufnehmer *aufnehmer nennwert"
-    " kennwert sensitivity kraftaufnehmer wegaufnehmer class klasse frame* plate* id nr no serial model* type typ*"
+NOT_READ = lexicon(
+    "rows count total top* bottom* anzahl length lange longueur longitud lunghezza celda column* spalte* fallweg"
+    " federweg bremsweg *sensor snimac* czujnik* capteur* sensore* len crosshead traverse ai ch range* vorkraft"
+    " pull* capacity rated sensor* cell* *zelle transducer* limit* overload preload pretension vorlast breaking"
+    " impact noise resolution* accuracy rate speed step* stop* max* min* peak* fmax fmin mean avg valley"
+    " mittelwert filter* bandwidth trigger* mass* hohe *hohe height channel* kanal* kan* interval* intervall*"
+    " *intervall sampling sample* sampled duration dauer record* recording test* stamp* increment* inc division"
+    " div axis zone step base start* end* messrate abtastrate datenrate bildrate scanrate framerate baudrate unit"
+    " units einheit* acquisition points number bereich messbereich *bereich aufnehmer *aufnehmer nennwert kennwert"
+    " sensitivity kraftaufnehmer wegaufnehmer class klasse *klasse frame* plate* id nr no serial model* type typ*"
     " laser* encoder* lvdt camera* logger* period* header*"
 )
 #: Words of a change that are at home in a head, where something else says what becomes of it.
@@ -106,38 +45,41 @@ TECHNICAL = lexicon(
     " angewandt berucksichtigt eingerechnet enthalten korrigiert kompensiert tared zeroed nulled genullt tariert"
     " bereits missing",
 )
-#: Words of a change wherever they stand, with nothing else known in a sentence.
+#: Words of a change wherever they stand: what multiplies, moves or turns, and shares.
 CHANGES = lexicon(
-    "scal* rescal* factor* faktor* fact mult mul korr att pulses"
-    " multipl* divid* divis* convert* calibrat* uncalib* gain* amplif* attenuat* lever*"
-    " offset* zero* tare* untared bias* shift* drift* subtract* deduct* invert* inverted negat* negativ* revers* flip*"
-    " mirror* opposite upside swap* swopp* exchang* interchang* confus* wrong* mistak* erron* incorrect* error* should"
-    " must instead half* halv* doubl* twice tripl* percent* averag* decimat* thinn* skip* omit* missing lost delay*"
-    " lag lags lagged lagging late slow* stretch* overestim* underestim* too unreliable broken defect* unplugged"
-    " disconnect* not never yet beware careful attention",
-    "skalier* umrechn* umgerechn* verstark* gedampft hebel* versatz nullpunkt* abzieh* abzuzieh* abgezog* addier*"
-    " invertier* negativ* umgekehrt* umgedreht* verdreht* vertausch* verwechs* gespiegelt falsch* irrtum* irrtumlich*"
-    " versehentlich statt anstatt soll* muss* mussen halb* doppelt* verdoppel* dreifach* zehnfach* prozent* gemittelt"
-    " ausgedunnt jede* fehl* verloren verzoger* verspat* zu langsam* gedehnt nicht kein* nie noch achtung vorsicht mal"
-    " geteilt kalibrier* unkalibriert tariert* genullt* korrigier*",
-    "facteur* multipli* divis* converti* etalonn* calibr* inverse* invers* negatif* oppose* echang* faux fausse"
-    " erreur* doit devrait lieu moitie double* triple* pourcent moyenn* decim* manqu* perdu* retard* ralenti pas non"
-    " jamais encore tarer tare decalage corrig* soustrai* attention echelle",
+    "scal* rescal* factor* faktor* fact mult mul korr att pulses multipl* divid* divis* convert* calibrat*"
+    " uncalib* gain* amplified amplification amplific* attenuat* lever* offset* zero* tare* untared bias* shift*"
+    " drift* subtract* deduct* invert* inverted negat* negativ* revers* flip* mirror* opposite upside swap* swopp*"
+    " exchang* interchang* confus* error* half* halv* doubl* twice tripl* percent* averag* decimat* thinn* skip*"
+    " omit* delay* lag lags lagged lagging stretch* overestim* underestim* defect* unplugged disconnect*",
+    "skalier* umrechn* umgerechn* verstarkt* verstarkung gedampft hebel* versatz nullpunkt* abzieh* abzuzieh*"
+    " abgezog* addier* invertier* negativ* umgekehrt* umgedreht* verdreht* vertausch* verwechs* gespiegelt irrtum*"
+    " irrtumlich* versehentlich halb halbe[nmrs]? halbiert* doppelt* verdoppel* dreifach* zehnfach* prozent*"
+    " gemittelt ausgedunnt jede* verzoger* gedehnt geteilt kalibrier* unkalibriert tariert* genullt* korrigier*",
+    "facteur* multipli* divis* converti* etalonn* calibr* inverse* invers* negatif* oppose* echang* erreur*"
+    " moitie double* triple* pourcent moyenn* decime* decimat* decima decimas decimo* retard* ralenti tarer tare"
+    " decalage corrig* soustrai* echelle",
     "factor* multiplic* dividi* dividir convers* calibr* ganancia invert* negativ* opuest* intercambi* equivoc*"
-    " erron* debe* lugar mitad doble* triple* porcentaje promedi* diezm* falta* perdid* retras* lento nunca aun tara"
-    " desplaz* corrig* restar atencion escala",
-    "fattore* moltiplic* divid* converti* tarat* calibr* guadagno invert* negativ* oppost* scambi* sbagliat* errat*"
-    " errore deve dovrebbe invece doppi* tripl* percento mediat* decimat* manca* perso ritard* lento non mai ancora"
-    " azzer* corrett* sottra* attenzione scala",
+    " mitad doble* triple* porcentaje promedi* diezm* retras* tara desplaz* corrig* restar escala",
+    "fattore* dimezz* raddopp* moltiplic* divid* converti* tarat* calibr* guadagno invert* negativ* oppost*"
+    " scambi* sbagliat* errat* doppi* tripl* percento mediat* decimat* manca* ritard* azzer* corrett* sottra*"
+    " scala",
     "nasob* vynasob* delen* delit* vydel* prevod* prepoct* kalibr* zesilen* obracen* opacn* zaporn* prehozen*"
-    " zamenen* spatn* chyb* omyl* misto musi polovi* dvoj* dvakrat trikrat procent* prumer* vynech* chybi ztrac*"
-    " zpozd* pomal* neni nebyl* jeste pozor tara tarov* posun* odecist odecten* nekalibr* desetin* setin* krat"
-    " znamenk*",
-    "mnoz* pomnoz* podziel* dziel* przelicz* kalibr* wzmocn* odwroc* odwrotn* ujemn* zamien* zle bledn* blad* omylk*"
-    " zamiast powin* musi* polow* podwoj* dwukrot* procent* sredn* pomin* brak opozn* spowoln* nie jeszcze uwaga tara"
-    " przesun* odjac",
+    " zamenen* omyl* polovi* dvoj* dvakrat trikrat procent* prumer* vynech* ztrac* zpozd* tara tarov* posun*"
+    " odecist odecten* nekalibr* desetin* setin* krat znamenk*",
+    "mnoz* pomnoz* podziel* dziel* przelicz* kalibr* wzmocn* odwroc* odwrotn* ujemn* zamien* omylk* polow*"
+    " podwoj* dwukrot* procent* sredn* opozn* spowoln* tara przesun* odjac",
     "minus moins menos meno doubled backwards upside tackle",
     "plus",
+    # that something is amiss
+    "wrong* mistak* erron* incorrect* should must instead not never yet too missing lost late slow* unreliable broken"
+    " attention careful beware",
+    "statt anstatt falsch* soll* muss* mussen fehl* verloren verspat* zu langsam* nicht kein* nie noch"
+    " achtung vorsicht mal",
+    "faux fausse doit devrait lieu manqu* perdu* pas non jamais encore debe* lugar falta* perdid* lento nunca aun"
+    " atencion errore deve dovrebbe invece manca perso mai ancora attenzione",
+    "misto musi chyb* spatn* pomal* neni nebyl* jeste pozor zamiast powin* musi* pomin* brak nie jeszcze uwaga zle"
+    " bledn* blad*",
 )
 #: Of these, what heads a column of a list of channels.
 LABELS = lexicon(
@@ -152,7 +94,8 @@ SWITCHED = lexicon(
 CERTIFIED = lexicon("calib* kalib* cal kal")
 #: What has a word of a change in it and is none.
 PHRASES = re.compile(
-    r"(?:\+/-|\u00b1)|\b(?:missing values?|no ?data value|(?:per|pro) (?:second|sekunde)|scale divisions?|and +\d+ more"
+    r"(?:\+/-|\u00b1)\s*[\d.,]+\s*[^\s;,]*|\b(?:n[or](?=\.? ?\d)|missing values?"
+    r"|no ?data value|(?:per|pro) (?:second|sekunde)|scale divisions?|and +\d+ more"
     r"|raw data|rohdaten|reading mode|every sample stored|all samples|some words|real[- ]?time|no averag\w*"
     r"|(?:laboratory|kitchen|digital) scale|gain set by factory|offset of the laser from the axis|not used"
     r"|[\w-]+\.(?:jpe?g|png|mp4|mov|avi|csv|txt|dat|py|m|vi|log|xlsx?)|[a-z]+_\d+|(?-i:[A-Z]{1,6}-\d{2,}[A-Z]*)"
@@ -177,3 +120,95 @@ OF_THE_RATE = lexicon(
     " messrate messintervall messfrequenz fs dt ts delta t campionamento frequence frequenza frecuencia muestreo"
     " echantillonnage vzorkovaci vzorkovani speed time step of at was the is with frames"
 )
+#: Words that beside what is measured tell that it is not as it should be, or is borne, moved or counted otherwise.
+BESIDE = lexicon(
+    # a contrast, a mistake, something to be done
+    "forg* assum* actual* really true vs versus but although though despite rather only still need* pending old"
+    " previous template dead loose",
+    "nur anstelle eigentlich wirklich stimmt seul* reel* oubli* solo sola no real* olvid* cambi* reale dimentic*",
+    "jen pouze nutno treba tylko nalezy trzeba",
+    # a part of it
+    "per each every split* parallel leg* strand* branch* limb* equal* half both pair",
+    "pro je jede* zweite* strang strange*",
+    "chaque brin* mouf* dixieme* demi* moitie veces fois volte krat razy",
+    "cada ramal* mitad ogni ramo rami pramen* desetin* polovin* kazd* polow*",
+    # another way of the load or of the motion
+    "lever* tackle sheave* pulley* counterweight gear* drum turns looped reeve* paranco palan rolle* umlenk* hebel*"
+    " flaschenzug gegengewicht",
+    # a side
+    "other negative compression rises rising falling grows growing backward* envers reves contrario rovescio ruckwarts"
+    " arriere indietro atras pozpatku wstecz",
+    # a unit in words
+    "*newton* kilogram* gram* grams pound* kilopond* libra* livre* kilo kilos",
+    # how fast time goes
+    "speed* fast* slow* compressed pace crystal replay* renumbered langsam* lento pomal*",
+)
+#: What is told in per cent of a quantity and changes nothing.
+INACCURACY = lexicon(
+    "accuracy genauigkeit uncertainty tolerance* linearity nonlinearity hysteresis noise resolution* limit* class"
+    " klasse precision repeatability creep aborted triggered"
+)
+RANGE = lexicon("range* *bereich plage rango campo rozsah zakres")
+RATIO = re.compile(r"\d\s?:\d|\d : \d")
+#: What is told by a number of parts and their size: "2 x 1.25 kg", "M8 x 20".
+SIZED = lexicon(
+    "zoom cord* lano lana corde corda cuerda lina fibre* sling* rope* seil* weight* gewicht* mass* masse* screw*"
+    " schraube* bolt* specimen* plate* size* dimension*"
+)
+NEUTRAL = re.compile(
+    r"(?<!\d)[:=;,\t ]\s*(?:no|none|off|false|nein|aus|0|0[.,]0+|1|1[.,]0+|ok|auto|n/a|disabled|default|normal"
+    r"|positive|)\W*$|[:=;,\t]\s*-\s*$",
+    re.I,
+)
+#: A key of which nothing is said.
+NOTHING = re.compile(
+    r"([^:=;,|\t]+)[:=;,|\t]\s*(?:no|none|nothing|n/a|keine?[rsn]?|aucune?|ningun[oa]?|nessun[oa]?|zadn[aey]|brak|-+)?\W*",
+    re.I,
+)
+SWITCHED_ON = re.compile(r"[:=;,\t ]\s*(?:yes|on|true|ja|ein|done|ok|durchgef\w*|active|enabled)\W*$|\bby\b", re.I)
+#: One of several, in words, and a side that is the other one.
+_UP, _DOWN = r"(?:up(?:wards?)?|oben|arriba|haut|nahoru)", r"(?:down(?:wards?)?|unten|abajo|bas|dol[u\u016f])"
+ONE_OF = re.compile(
+    rf"\b(?:{_UP} \w+ {_DOWN}|{_DOWN} \w+ {_UP})\b|"
+    r"\b(?:one|each|either|eine[rnms]?|une?|uno|jeden|jedna|jedn\w+|jednoho)\b"
+    r"(?: \w+)? (?:in|of|out of|von|de|des|di|dei|delle|ze?|entre|sur)"
+    r" (?:(?:the|den|les|los|las) )?(?:two|three|four|zwei|drei|vier|deux|trois|dos|tres"
+    r"|due|tre|dvou|dwoch|dwóch|several|\d+)\b",
+    re.I,
+)
+#: A side that is counted, or stands for another.
+SIDED = re.compile(
+    rf"\b{_UP}\b.*\b(?:positiv\w*|plus)\b"
+    rf"|\b(?:counts?|reads?|registers?|grows?|increases?|z(?:\u00e4|ae)hlt|zeigt|cuenta|compte|conta)\b.*\b(?:{_UP}|{_DOWN}|backwards?)\b",
+    re.I,
+)
+TO_BE = re.compile(r"\b(?:to be|has to|have to|is to|are to)\b", re.I)
+#: A name with its version.
+VERSION = re.compile(r"\W*(?:[A-Z][\w-]*[a-z][\w-]*\s+){1,4}v?\d+(?:\.\d+)*\W*")
+#: That something is otherwise than it should be, whatever it is.
+CONTRAST = re.compile(
+    r"\b(?:should|must|instead|in place of|wrong\w*|mistake\w*|actual\w*|really|assum\w*|vs|versus|statt|anstelle"
+    r"|falsch\w*|au lieu|invece|al posto|en lugar|en vez|m[i\u00ed]sto|zamiast)\b",
+    re.I,
+)
+#: What makes a number beside a calibration that of its certificate.
+DATED = re.compile(r"\b(?:dates?|datum|due|valid|until|expires?|certificate\w*|cert|serial)\b", re.I)
+#: A number with its unit.
+NUMBERED = re.compile(r"\d[\d.,]*\s*[^\W\d][^\s;,)]*")
+UNIT_KEY = re.compile(
+    r"\b(?:units?|einheit|unit[\u00e9e]|unidad|unit[\u00e0a]|jednotka)\b[^:=;,\t]*[:=;,\t]\s*(?:lbs?|kgf?|kilo\w*|pounds?|gram\w*|libras?|livres?)\b",
+    re.I,
+)
+NO_UNITS = frozenset(("in", "ft", "um"))
+SEPARATORS = r"[:=;|\t,]"
+SLASH = re.compile(r" / (?=\d+(?:\.\d+)? ?[^\W\d]|\d+(?:\.\d+)? ?%)")
+#: Forces that are told in units of mass.
+IN_MASS = re.compile(
+    r"^(?!.*(?:mass|weight|gewicht|peso|poids)).*\b(?:in|en|em|ve?|we?)\s+(?:lbs?|kgf?|kilo\w*|pounds?|libras?|livres?|gram\w*|pond\w*)\b",
+    re.I,
+)
+#: A name with digits in it, such as U9C, S2M or drop_4.csv, and what stands in the place of a path.
+SOMEBODY = re.compile(
+    r"\b(?:by|von|par|por|da)\s+(?:(?:Dr|Mr|Ms|Prof|Ing)\.?\s+)?(?:[A-Z]\.?\s+)*[A-Z][a-z]+\b(?!\s*\d)"
+)
+INITIALS = re.compile(r"\b[A-Z]{2,4}\b")

@@ -11,18 +11,17 @@ import re
 from collections.abc import Sequence
 
 from fibrefit.core import units as registry
-from fibrefit.records.columns.lexicon import CHANGES, OF_TIMES, OWNERS, TECHNICAL, lexicon
+from fibrefit.records.columns.lexicon import BESIDE, CHANGES, OF_TIMES, TECHNICAL, lexicon
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_STEP, MOST_NAME_WORDS, SHORTEST_NAME
 
-OWNER = lexicon(*OWNERS)
 #: Words of measuring: of what is read, if not of something that is named beside them.
 _MEASURED = lexicon(
     "compression compressive pull push signal* channel* kanal* kanale reading* measure* messwert* wert* value* data"
     " daten sensor* *zelle cell* record* sample* samples row* rows column* number* scan* laser* encoder* lvdt"
     " loadcell results transducer* *aufnehmer capteur* sensore* snimac* czujnik* celda celula cella canal* recorder*"
-    " logger* amplifier* verstarker everything all alles tout todo tutto vse wszystko *signal *sensor *kanal"
+    " logger* amp amplifier* verstarker everything all alles tout todo tutto vse wszystko *signal *sensor *kanal"
     " *messung wegmess* wegaufnehmer bridge brucke pont most gauge* transducer"
 )
 #: Numbers in words that are shares or factors wherever they stand.
@@ -58,7 +57,7 @@ def opens_section(line: str, names: frozenset[str]) -> bool | None:
 def may_bear(word: str, names: frozenset[str]) -> bool:
     """Whether a word is of the numbers, or tells a change of anything."""
     told = tells_change(word) or is_measured(word) or TECHNICAL.fullmatch(word) or word in WORDED
-    return bool(told) or is_quantity(word, names)
+    return bool(told) or is_quantity(word, names) or (len(word) >= SHORTEST_NAME and registry.kind_of(word) == "force")
 
 
 def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool:
@@ -68,7 +67,7 @@ def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool
     """
     if any(may_bear(word, names) for word in words):
         return False
-    timed = not all((a.unit and a.kind not in (None, "time", "frequency")) or _is_long(a) for a in claim.amounts)
+    timed = not all((a.unit and a.kind not in (None, "time", "frequency")) or is_long(a) for a in claim.amounts)
     if (timed or "unit" in words) and any(map(OF_TIMES.fullmatch, words)):
         return False
     return any(len(word) >= SHORTEST_NAME for word in words) and all(_is_of_itself(amount) for amount in claim.amounts)
@@ -80,14 +79,14 @@ def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     return len(told) > len({unit for unit, _ in told})
 
 
-def _is_long(amount: Amount) -> bool:
+def is_long(amount: Amount) -> bool:
     """Whether a time is too long to be that from one sample to the next."""
     return amount.kind == "time" and amount.value * registry.to_si(amount.unit, "s") >= LONGEST_STEP
 
 
 def _is_of_itself(amount: Amount) -> bool:
     """Whether a number cannot be a factor, a zero or a step of others: a count, a length, a temperature, an hour."""
-    if _is_long(amount):
+    if is_long(amount):
         return True
     if amount.factor or amount.kind in ("force", "time", "frequency") or (amount.kind is None and "/" in amount.unit):
         return False
@@ -108,7 +107,7 @@ def is_name_behind_key(line: str, mark: str, names: frozenset[str]) -> bool:
     if any(is_quantity(word, names) for word in keys) and not any(map(is_measured, keys)):
         return False
     if len(name) > MOST_NAME_WORDS or any(
-        may_bear(word, names) for word in name if word not in WORDED or word in SHARES
+        may_bear(word, names) or BESIDE.fullmatch(word) for word in name if word not in WORDED or word in SHARES
     ):
         return False
     return not any(amount.unit or amount.factor for claim in claims_of(key[2], mark) for amount in claim.amounts)
@@ -121,7 +120,7 @@ def is_measured(word: str) -> bool:
 
 def tells_change(word: str) -> bool:
     """Whether a word tells that something is, was or should be otherwise."""
-    return bool(CHANGES.fullmatch(word)) and not OWNER.fullmatch(word)
+    return bool(CHANGES.fullmatch(word))
 
 
 def is_label(amount: Amount) -> bool:
@@ -147,5 +146,5 @@ def _is_unit(word: str) -> bool:
 
 def without_units(text: str) -> str:
     """Words without those that are units as they are written."""
-    words = [word.strip(".,;:=") for word in re.split(r"[\s\[\]()/_]+", text)]
-    return " ".join(w for w in words if OWNER.fullmatch(w.casefold()) or not _is_unit(w))
+    words = [word.strip(".,;:=") for word in re.split(r"[\s\[\]()/_;:=,|]+", text)]
+    return " ".join(w for w in words if not _is_unit(w))

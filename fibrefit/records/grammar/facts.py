@@ -67,7 +67,7 @@ _IN_TURN = re.compile(
 )
 #: A frequency, with the words before it; and words for one that is not of the samples.
 _FREQUENCY = re.compile(r"([^,;()\d]*)(?<![\d.,])(\d[\d.,]*)\s*([kM]?Hz|[kM]?S/s|[kM]?sps)\b", re.IGNORECASE)
-_OF_OTHERS = re.compile(
+OF_OTHER_RATES = re.compile(
     r"filter|cut|pass|band|bessel|butter|excit|carrier|mains|anti|alias|nyquist|displ|refresh|updat|test|signal|resonan|max",
     re.IGNORECASE,
 )
@@ -201,12 +201,12 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
     stated = [line for line in lines if len(facts.rates) == 1 and (_RATE.search(line) or _BARE_RATE.match(line))]
     for line in (line for line in stated if len(line) <= LONGEST_HEADING):
         turn = _IN_TURN.search(line)
-        others = [m[2] + m[3] for m in _FREQUENCY.finditer(line) if not _OF_OTHERS.search(m[1])]
+        others = [m[2] + m[3] for m in _FREQUENCY.finditer(line) if not OF_OTHER_RATES.search(m[1])]
         if turn or len(set(others)) > 1:
             beside = turn[0] if turn else " and ".join(dict.fromkeys(others))
             return f'"{" ".join(line.split())[:60]}", of which "{beside}" leaves open which rate the rows have'
     for line in (line for line in lines if line not in stated and len(line) <= LONGEST_HEADING):
-        for match in _FREQUENCY.finditer(line) if len(facts.rates) == 1 and not _OF_OTHERS.search(line) else ():
+        for match in _FREQUENCY.finditer(line) if len(facts.rates) == 1 and not OF_OTHER_RATES.search(line) else ():
             if match[3].casefold().endswith("hz") and not _OF_ROWS.search(line):
                 continue
             numbers = _numbers(match[2], mark, in_groups=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 #: Lines named one by one; the rest are counted.
 _NAMED = 4
@@ -50,3 +50,21 @@ def line_numbers(numbers: Collection[int]) -> str:
 def are(number: int) -> str:
     """``is`` for one, ``are`` for more."""
     return "is" if number == 1 else "are"
+
+
+def not_understood(remarks: Sequence[tuple[str, str]]) -> list[str]:
+    """Sentence on what a file says that is not understood and was taken to change no number; none for nothing.
+
+    Parameters
+    ----------
+    remarks : sequence of (str, str)
+        Place and text, in the order of the file.
+
+    Returns
+    -------
+    list of str
+        ``Not understood, and taken to change no number: line 3 "Sensor above".``
+    """
+    shown = "; ".join(f'{place} "{" ".join(text.split())[:60]}"' for place, text in remarks[:_NAMED])
+    more = f"; and {len(remarks) - _NAMED} more" if len(remarks) > _NAMED else ""
+    return [f"Not understood, and taken to change no number: {shown}{more}."] if remarks else []

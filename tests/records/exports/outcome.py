@@ -14,6 +14,8 @@ from fibrefit.records import Record, read_record
 from tests.records.exports.base import Export
 
 RIGHT, CLEAR, UNCLEAR, WRONG, FAULT = "right", "clear refusal", "unclear refusal", "silently wrong", "fault"
+NOTED = "wrong, with a remark"
+"""What a record is that quotes, as not understood, the words by which it was to be told."""
 
 
 def written(export: Export, folder: Path) -> Path:
@@ -62,7 +64,11 @@ def outcome(export: Export, folder: Path) -> tuple[str, str]:
     except Exception as error:  # what must not happen
         return FAULT, f"{type(error).__name__}: {error}"
     wrong = differences(export, record)
-    return (WRONG if wrong else RIGHT), "; ".join(wrong)
+    said = "; ".join(wrong)
+    noted = export.refused is not None and any(
+        note.startswith("Not understood") and re.search(export.refused, note, re.I) for note in record.history
+    )
+    return (RIGHT if not wrong else NOTED if noted else WRONG), said
 
 
 def _is_clear(export: Export, path: Path, error: FibrefitError) -> bool:

@@ -17,12 +17,12 @@ from tests.records.exports.rounds.tenth import TENTH
 from tests.records.exports.rounds.thirteenth import THIRTEENTH
 from tests.records.exports.rounds.thirtieth import THIRTIETH
 from tests.records.exports.rounds.thirtyeighth import THIRTYEIGHTH
-from tests.records.exports.rounds.thirtyseventh import THIRTYSEVENTH
-from tests.records.exports.rounds.thirtysixth import THIRTYSIXTH
 from tests.records.exports.rounds.thirtyfifth import THIRTYFIFTH
 from tests.records.exports.rounds.thirtyfirst import THIRTYFIRST
 from tests.records.exports.rounds.thirtyfourth import THIRTYFOURTH
 from tests.records.exports.rounds.thirtysecond import THIRTYSECOND
+from tests.records.exports.rounds.thirtyseventh import THIRTYSEVENTH
+from tests.records.exports.rounds.thirtysixth import THIRTYSIXTH
 from tests.records.exports.rounds.thirtythird import THIRTYTHIRD
 from tests.records.exports.rounds.twelfth import TWELFTH
 from tests.records.exports.rounds.twentieth import TWENTIETH
@@ -76,17 +76,12 @@ NOT_MET = frozenset(
         "nasty: deadband of indicator: shows every second newton",
         "nasty: The amp was left on range 2; the table is for range 1",
         "nasty: Anchor carries 2 T, cell reads T",
+        "nasty: Attach factor from page 3",
+        "nasty: Load cell sensitivity: 2.0 mV/V (file made with 1.0)",
+        "nasty: position = encoder * 1.0  # 2.0 since new wheel",
         "ordinary: <meta operator='Ivy' lab='B12' shift='night'/>",
         "ordinary: LineScale 3 - 30 kN",
         "ordinary: Tester,J. Ortiz",
-        "ordinary: Room lights off, laser class 2, goggles on",
-        "ordinary: Load cell hangs from the I-beam, laser looks up from the floor",
-        "ordinary: Kraftaufnehmer am Tr\u00e4ger, Laser am Boden",
-        "ordinary: Sampled by Teensy, sent over USB, written by PuTTY",
-        "ordinary: Photo 12 shows the setup; the tape measure is in cm",
-        "ordinary: Sheet metal screw 4.8 x 19; washer 12 mm; torque 3 N m",
-        "ordinary: Kostenstelle: 4410",
-        "ordinary: Troisi\u00e8me chute, n\u0153ud resserr\u00e9",
     )
 )
 """Layouts that are still read wrongly, or asked about without need: no rule of form tells them from others."""

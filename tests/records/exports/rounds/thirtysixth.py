@@ -45,19 +45,28 @@ for language, head in (
         "en",
         "Root Name,Title,Author,Date/Time,Groups,Description\ndrop_0017,,labuser,03/14/2024 09:12:44 AM,1,FlexLogger",
     ),
-    ("en", "Instrument: Tinius Olsen H5KS\nTest routine: FR2\nExtensometer: none fitted\nApproach: manual\nReturn: auto"),
+    (
+        "en",
+        "Instrument: Tinius Olsen H5KS\nTest routine: FR2\nExtensometer: none fitted\nApproach: manual\nReturn: auto",
+    ),
     (
         "de",
         "WinTest; Version 6.2\nPrüfling;Reepschnur 6 mm\nPrüfnorm;EN 564\nAuftraggeber;DAV\nPrüfgeschwindigkeit;500 mm/min\nTemperatur;23 °C",
     ),
-    ("de", "NEXTVIEW 4\nGerät: bmcm USB-AD16f\nAufzeichnungsdauer: 0,03 s\nScanbeginn: 09:12:44\nPufferung: Ringpuffer"),
+    (
+        "de",
+        "NEXTVIEW 4\nGerät: bmcm USB-AD16f\nAufzeichnungsdauer: 0,03 s\nScanbeginn: 09:12:44\nPufferung: Ringpuffer",
+    ),
     ("de", "imc FAMOS ASCII-Export\nKommentar: Sturz 17\nTriggerzeit: 14.03.2024 09:12:44\nTrennzeichen: Semikolon"),
     ("fr", "Dewetron Oxygen 5.3\nNom du projet : corde\nVoies : 2\nDébut : 14/03/2024 09:12\nDéclenchement : manuel"),
     (
         "es",
         "Ibertest WinTest32\nNorma: EN 892\nCliente: Cuerdas del Norte S.L.\nLongitud útil: 2500 mm\nVelocidad de ensayo: 10 mm/min",
     ),
-    ("it", "Galdabini Graphwork 6\nProva: strappo\nCommittente: Alpe S.r.l.\nLunghezza iniziale: 300 mm\nSezione: 78,5 mm²"),
+    (
+        "it",
+        "Galdabini Graphwork 6\nProva: strappo\nCommittente: Alpe S.r.l.\nLunghezza iniziale: 300 mm\nSezione: 78,5 mm²",
+    ),
     ("cs", "Dewesoft X3\nZakázka: 24-117\nZkušebna: Brno\nVzorek: smyčka 120 cm\nVlhkost: 44 %\nZapsal: Novotný"),
     ("pl", "Kistler MARS\nZlecenie: 24/117\nPróbka: taśma 16 mm\nTemperatura: 21 °C\nWykonał: Wójcik"),
     ("en", "Zeroed before test\nUnits: SI\nOperator confirmed setup: yes\nResult: PASS\nBreak: no"),
