@@ -456,7 +456,13 @@ def words_of(first: str, more: str, number: float) -> str:
 
 WHOLE = (
     Bracket("LONGEST_LABEL", known, lambda x: known_to_be_harmless(words_of("gain", " quux", x)), 3, 4),
-    Bracket("SHORTEST_SENTENCE", known, lambda x: not passed_over(words_of("temps", " quux", x)), 3, 2),
+    Bracket(
+        "SHORTEST_SENTENCE",
+        known,
+        lambda x: known.told_unit(words_of("quux", " quux", x - 1) + " ms", "time", "s"),
+        3,
+        2,
+    ),
     Bracket(
         "MOST_NAME_WORDS", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
     ),

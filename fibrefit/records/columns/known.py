@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import itertools
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from fibrefit.core import units as registry
@@ -59,7 +60,7 @@ from fibrefit.records.columns.unmoved import (
     tells_change,
     without_units,
 )
-from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
+from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
 from fibrefit.records.grammar.facts import OF_OTHER_RATES, find_facts
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import contradicted
@@ -73,6 +74,9 @@ from fibrefit.records.thresholds import (
     SHORTEST_NAME,
     SHORTEST_SENTENCE,
 )
+
+#: A whole number behind a word.
+_WHICH = re.compile(r"[^\W\d_]{3,} \d+(?![\d.,/x\u00d7])")
 
 
 class AsRead(NamedTuple):
@@ -270,53 +274,44 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
     counted = _counted(tokens(claim.about)) if not (quantity or measured) else frozenset[str]()
     words = [word for word in words if word not in counted]
     technical = [w for w in words if TECHNICAL.fullmatch(w)]
-    changes = [w for w in words if tells_change(w) or w in WORDED] + technical
     amounts = [a for a in claim.amounts if a.value != 0.0 and (a.value != 1.0 or a.unit) and not is_label(a)]
-    of_rows = any(OF_TIMES.fullmatch(w) and not registry.kind_of(w) and not w.startswith("time") for w in words)
-    timed = of_rows or any(OF_TIMES.fullmatch(w) or "time" in kinds_named(w) for w in words if not registry.kind_of(w))
+    times = [w for w in words if (OF_TIMES.fullmatch(w) or "time" in kinds_named(w)) and not registry.kind_of(w)]
     units = any(a.unit.casefold() in COUNTS for a in amounts) or (
         not claim.amounts
         and any(registry.kind_of(w.casefold()) in ("force", "length") for w in claim.about.split() if len(w) > 1)
     )
-    touched = quantity or measured or units or bool(technical) or "height" in words or "distance" in words
-    if touched or timed or (claim.amounts and CONTRAST.search(line)):
-        changes += [w for w in words if BESIDE.fullmatch(w)]
-    if (
-        touched and (SIDED.search(line) or TO_BE.search(line) or (claim.amounts and CONTRAST.search(line)))
-    ) or ONE_OF.search(line):
+    touched = quantity or measured or units or bool(technical) or not {"height", "distance"}.isdisjoint(words)
+    contrast = bool(claim.amounts and CONTRAST.search(line))
+    if ONE_OF.search(line) or (touched and (contrast or SIDED.search(line) or TO_BE.search(line))):
         return True
-    if (
-        changes == technical
-        and any(map(INACCURACY.fullmatch, tokens(line)))
-        and {a.unit for a in amounts} <= {"%", "\u2030"}
-    ):
-        return None
-    if changes:
+    changes = [w for w in words if tells_change(w) or w in WORDED] + technical
+    changes += [w for w in words if BESIDE.fullmatch(w) and (touched or contrast or set(times) - {w})]
+    inexact = any(map(INACCURACY.fullmatch, tokens(line))) and {a.unit for a in amounts} <= {"%", "\u2030"}
+    if changes and not (inexact and changes == technical):
         return (False if _is_prose(line) else None) if _settled(claim, words, line, names) else True
-    if not (touched or timed or amounts):
+    if changes or not (touched or times or amounts) or (not amounts and len(words) <= LONGEST_LABEL):
         return None
-    if any(a.factor and (not a.ratio or RATIO.search(line)) for a in amounts) and not any(map(SIZED.fullmatch, words)):
-        return True
     if measured and any(a.kind == "angle" for a in amounts):
         return True
-    owned = any(map(NOT_READ.fullmatch, words))
-    bare = [a for a in amounts if not a.unit]
-    if touched and bare and not owned:
-        return True
-    if touched and any(a.unit in ("%", "\u2030") for a in amounts) and not any(map(INACCURACY.fullmatch, words)):
-        return True
-    if (
-        of_rows
-        and not OF_OTHER_RATES.search(line)
-        and any(a.kind == "frequency" or (a.kind == "time" and not is_long(a)) for a in amounts)
-    ):
+    of_rows = any(OF_TIMES.fullmatch(w) and not w.startswith("time") for w in times)
+    rates = any(a.kind == "frequency" or (a.kind == "time" and not is_long(a)) for a in amounts)
+    if of_rows and rates and not OF_OTHER_RATES.search(line):
         return not OTHER_QUANTITY.search(claim.about)
-    return bool(
-        not touched
-        and any(not a.counted for a in bare)
-        and max(map(len, words), default=0) < SHORTEST_NAME
-        and not OF_OTHERS.search(claim.about)
-    )
+    return _multiplies(amounts, words, line, touched, quantity)
+
+
+def _multiplies(amounts: Sequence[Amount], words: Sequence[str], line: str, touched: bool, quantity: bool) -> bool:
+    """Whether a number may be a factor: it is written as one, or stands beside what is measured and is of nothing."""
+    if any(a.factor and (not a.ratio or RATIO.search(line)) for a in amounts):
+        return not any(map(SIZED.fullmatch, words))
+    bare = [a for a in amounts if not a.unit]
+    which = all(a.counted for a in bare) and len(_WHICH.findall(line)) >= len(bare)  # of several: channel 2
+    if not touched:
+        short = max(map(len, words), default=0) < SHORTEST_NAME
+        return short and any(not a.counted for a in bare) and not any(map(OF_OTHERS.search, words))
+    if bare and not any(map(NOT_READ.fullmatch, words)) and (quantity or not which):
+        return True
+    return any(a.unit in ("%", "\u2030") for a in amounts) and not any(map(INACCURACY.fullmatch, words))
 
 
 def _counted(words: list[str]) -> frozenset[str]:

@@ -80,7 +80,6 @@ NOT_MET = frozenset(
         "nasty: Load cell sensitivity: 2.0 mV/V (file made with 1.0)",
         "nasty: position = encoder * 1.0  # 2.0 since new wheel",
         "ordinary: <meta operator='Ivy' lab='B12' shift='night'/>",
-        "ordinary: LineScale 3 - 30 kN",
         "ordinary: Tester,J. Ortiz",
     )
 )
