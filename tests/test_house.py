@@ -326,6 +326,34 @@ def test_the_name_of_a_threshold_is_seen_anywhere(monkeypatch: pytest.MonkeyPatc
         test_a_threshold_has_a_name_of_its_own()
 
 
+#: What shows results to a person has sizes of its own, each for its page.
+PAGES = ("plots", "report", "cli", "store", "tables")
+
+
+def shared_numbers() -> dict[str, list[str]]:
+    """Names of numbers that a module reads from another one, and the modules that give a number to such a name."""
+    floors = {module: tree for module, tree in MODULES.items() if module.split(".")[0] not in PAGES}
+    read = {name for module in floors for name in imports(module)}
+    homes: dict[str, list[str]] = {}
+    for module, tree in floors.items():
+        for target, value in _assigned(tree):
+            if isinstance(target, ast.Name) and target.id.isupper() and _is_number(value):
+                homes.setdefault(target.id, []).append(module)
+    return {name: where for name, where in homes.items() if read & {f"fibrefit.{module}.{name}" for module in where}}
+
+
+def test_a_number_that_is_read_elsewhere_has_a_name_of_its_own() -> None:
+    twice = {name: homes for name, homes in shared_numbers().items() if len(homes) > 1}
+    assert not twice, twice
+
+
+def test_the_name_of_a_shared_number_is_seen_anywhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = next(iter(shared_numbers()))
+    monkeypatch.setitem(MODULES, "core.errors", ast.parse(f"WIDTH, {name} = 3, 4"))
+    with pytest.raises(AssertionError, match=name):
+        test_a_number_that_is_read_elsewhere_has_a_name_of_its_own()
+
+
 def test_a_number_in_a_verdict_is_seen() -> None:
     tree = ast.parse("LIMIT = 0.3\nWIDTH = 4\ndef f(x):\n    return Check('', 2 * LIMIT > x > 0.7, WIDTH)")
     assert judges(tree)

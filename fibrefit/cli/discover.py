@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     default=0.0,
     show_default=True,
     help="Smallest strength of interest: rms of what an effect explains over that of the noise. What is there but "
-    "smaller is told, not added.",
+    "smaller is reported, not added.",
 )
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")

@@ -10,7 +10,7 @@ from fibrefit.core import units
 from fibrefit.core.errors import FibrefitError, StudyError
 from fibrefit.core.units import ACCEPTED
 
-SMALLEST, LARGEST = 1e-18, 1e15
+SMALLEST_SIZE, LARGEST_SIZE = 1e-18, 1e15
 """Sizes in SI beyond which a number is a slip of the pen, or damage: within, squares and quotients stay finite."""
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"

@@ -17,7 +17,7 @@ from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
 from fibrefit.discovery.engine.effort import lost, time_for_gls
-from fibrefit.discovery.engine.supermodel import FAR
+from fibrefit.discovery.engine.supermodel import TOO_FAR
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
@@ -300,7 +300,7 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
     coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())
     # Where much is missing, readings count up to the first bounce alone: a fit takes them whole. And it begins with
     # records that are alike: where they differ, it is at another place than these readings.
-    near = None if differ or search.gap(search.plain(best)) > FAR else best.supermodel.sensitivities
+    near = None if differ or search.gap(search.plain(best)) > TOO_FAR else best.supermodel.sensitivities
     # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.
     whiten = differ or time_for_gls(budget.left, budget.seconds)
     # Readings linearised in errors of inputs about one place serve records that do not differ.

@@ -23,7 +23,7 @@ from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
-from fibrefit.problem.estimate.view import DRAWS, View, apart
+from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View, apart
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
@@ -111,9 +111,9 @@ def _settled(bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> G
         if seen.raw is None:
             seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
         left = (
-            seen.residuals(local_of(unknowns, place), DRAWS)[0]
+            seen.residuals(local_of(unknowns, place), DRAWS_OF_ERRORS)[0]
             if evidence is None
-            else seen.as_the_noise_left(evidence, DRAWS)
+            else seen.as_the_noise_left(evidence, DRAWS_OF_ERRORS)
         )
         noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))
@@ -171,7 +171,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
     values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
-    residuals, coefficients = seen.residuals(local, DRAWS)
+    residuals, coefficients = seen.residuals(local, DRAWS_OF_ERRORS)
     return GlsEstimate(
         values=values,
         local=local,

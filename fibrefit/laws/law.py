@@ -24,7 +24,7 @@ Memory = tuple[jax.Array, ...]
 Channels = dict[str, jax.Array]
 INSTANTS = (0.06, 0.12, 0.18, 0.26, 0.36, 0.48, 0.62, 0.8)
 """Shares of a record at which a search looks for a sudden change; most of what happens, happens early."""
-LEAST = 0.02
+ALWAYS_LEFT = 0.02
 """Share of a stiffness or friction that is always left."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
-from fibrefit.core.scale import LARGEST
+from fibrefit.core.scale import LARGEST_SIZE
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.claimed import first_row_told, wrong_times
 from fibrefit.records.clock.times import time_base
@@ -181,7 +181,7 @@ def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | Non
         notes.append(f'Column "{column.header}": unit "{column.unit}" is not known; the values are as in the file.')
     numbers, outliers = _masked(column, base, si, notes)
     if si is not None:
-        numbers = masked_with(numbers, np.abs(numbers.values) > LARGEST / abs(factor), "absurd")
+        numbers = masked_with(numbers, np.abs(numbers.values) > LARGEST_SIZE / abs(factor), "absurd")
     valid = numbers.reasons == 0
     counts = {REASONS[c]: int(n) for c, n in enumerate(np.bincount(numbers.reasons)) if c and n}
     return Column(

@@ -18,7 +18,7 @@ from fibrefit.sampling.deviations import records_at
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PARETO_K
 
-BLOCK_SECONDS = 0.05
+LEFT_OUT_SECONDS = 0.05
 NORMAL_MEDIAN = 0.6745
 """Median magnitude of a normal variable over its standard deviation."""
 
@@ -87,7 +87,7 @@ def block_index(density: LogPosterior) -> tuple[np.ndarray, int]:
     data = density.problem.observations
     times = np.asarray(data.experiment.times)
     valid = np.any([np.asarray(w) > 0.0 for w in data.weight.values()], axis=0)
-    number = ((times - times[:, :1]) / BLOCK_SECONDS).astype(int)
+    number = ((times - times[:, :1]) / LEFT_OUT_SECONDS).astype(int)
     largest = int(number.max()) + 1
     index = number + largest * np.arange(len(times))[:, None]
     return np.where(valid, index, largest * len(times)), largest * len(times) + 1

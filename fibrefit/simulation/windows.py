@@ -37,7 +37,7 @@ from fibrefit.simulation.switched import Grid, Solution, take
 ROUGH, EXACT = 3, 2
 """Simulations of a window that look for its start, with a rough derivative and with that of the motion itself."""
 Read = Callable[[jax.Array], jax.Array]
-STARTS = {"position": (1.0, 1.0), "velocity": (0.0, 1.0)}
+STARTS_FOUND = {"position": (1.0, 1.0), "velocity": (0.0, 1.0)}
 """Which of position and velocity at its start is found of a window, by what was measured: a velocity shows no place."""
 LEAST = 1e-9
 """Share of the larger of its two directions below which a window does not determine a start."""
@@ -89,7 +89,7 @@ class WindowedModel(Model):
 
     def _read(self, sensors: tuple[SensorLaw, ...], times: jax.Array, moved: jax.Array) -> jax.Array:
         """What the sensors make of positions and velocities ``(2, n_time)``, each instant by itself."""
-        channels = {self._anchor: moved[tuple(STARTS).index(self._anchor)]}
+        channels = {self._anchor: moved[tuple(STARTS_FOUND).index(self._anchor)]}
         for sensor in sensors:
             channels = sensor.measure(channels, times)
         return channels[self._anchor]
@@ -108,7 +108,7 @@ class WindowedModel(Model):
         here = jax.vmap(lambda step, time: inputs_at(driven, times, step, time))(steps, times)
         anchor = inputs["anchor"]
 
-        whole = _Window(system, read, driven, here, times, self._start(inputs), jnp.array(STARTS[self._anchor]))
+        whole = _Window(system, read, driven, here, times, self._start(inputs), jnp.array(STARTS_FOUND[self._anchor]))
         best, slopes = _without_tangents(_best_start, (whole, anchor, counted))
         solution = _followed(whole, best)
         readings = read(_moved(solution))

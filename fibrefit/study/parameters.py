@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.scale import SMALLEST, uncertain
+from fibrefit.core.scale import SMALLEST_SIZE, uncertain
 from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
 from fibrefit.study.table import StudyTable
 
@@ -302,8 +302,8 @@ def _prior(
 def _positive(value: float, unit: str, where: str) -> float:
     if value <= 0:
         raise StudyError(where, f"{value:g} {unit}", f"a value above 0 {unit}", "")
-    if value < SMALLEST:
-        raise StudyError(where, f"{value:g} {unit}", f"at least {SMALLEST:g} {unit}", CHECK_IT)
+    if value < SMALLEST_SIZE:
+        raise StudyError(where, f"{value:g} {unit}", f"at least {SMALLEST_SIZE:g} {unit}", CHECK_IT)
     return value
 
 

@@ -20,7 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.scale import LARGEST, SMALLEST, uncertain
+from fibrefit.core.scale import LARGEST_SIZE, SMALLEST_SIZE, uncertain
 from fibrefit.core.units import parse_quantity
 
 CHECK_IT = "Check the exponent and the unit."
@@ -68,8 +68,8 @@ class Unit:
         below = number < self.lower or (number == self.lower and not self.lower_allowed)
         if below or number > self.upper:
             raise refusal(f'"{value}" is out of range', self._range(), "")
-        if not self.lower_allowed and number < self.lower + SMALLEST:
-            raise refusal(f"{shown(value)} is out of range", f"at least {SMALLEST:g} {self.si}", CHECK_IT)
+        if not self.lower_allowed and number < self.lower + SMALLEST_SIZE:
+            raise refusal(f"{shown(value)} is out of range", f"at least {SMALLEST_SIZE:g} {self.si}", CHECK_IT)
         return number
 
     def write(self, value: float) -> str:
@@ -120,8 +120,8 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
         raise refusal(error.got, error.expected or f'a quantity such as "{example}"', error.do) from None
     if not math.isfinite(number):
         raise refusal(f'"{value}" is not finite', f'a quantity such as "{example}"', "")
-    if abs(number) > LARGEST:
-        raise refusal(f"{shown(value)} is out of range", f"at most {LARGEST:g} {unit}", CHECK_IT)
+    if abs(number) > LARGEST_SIZE:
+        raise refusal(f"{shown(value)} is out of range", f"at most {LARGEST_SIZE:g} {unit}", CHECK_IT)
     return number
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from fibrefit.plots import Figures
     from fibrefit.store.hdf5 import Variable
 
-STARTS = 32
+FIT_STARTS = 32
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,7 +86,7 @@ class Fit(Predicts):
 
 @one_blas_thread
 def fit_study(
-    study: Study | str | Path, *, starts: int = STARTS, seed: int = 0, robust: bool = False, profile: bool = False,
+    study: Study | str | Path, *, starts: int = FIT_STARTS, seed: int = 0, robust: bool = False, profile: bool = False,
     progress: Progress | None = None, stop: Callable[[], bool] = lambda: False,
 ) -> Fit:  # fmt: skip
     """Identify the model of a study from its records by least squares.

@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.core.roles import STICKING
 from fibrefit.discovery.residuals.events import events
-from fibrefit.discovery.residuals.residuals import WINDOW
+from fibrefit.discovery.residuals.residuals import SHORTEST_WINDOW
 from fibrefit.discovery.residuals.where import onset
 from tests.discovery.left import BOUNCE, COUNT, RATE, RECORDS, TAUT, noise_alone, with_gap
 
@@ -31,7 +31,7 @@ def test_an_event_is_seen_in_a_single_record() -> None:
     left = with_gap(noise_alone(0, records=1), STEP)
     ((record, instant),) = events(left)
     assert record == "0.csv"
-    assert abs(instant - AT / RATE) <= WINDOW
+    assert abs(instant - AT / RATE) <= SHORTEST_WINDOW
     assert onset(left) == (record, instant)
 
 
@@ -50,7 +50,7 @@ def test_one_record_among_several_is_found_as_ever() -> None:
     found = onset(left)
     assert found is not None
     assert found[0] == "2.csv"
-    assert abs(found[1] - AT / RATE) <= WINDOW
+    assert abs(found[1] - AT / RATE) <= SHORTEST_WINDOW
     assert [record for record, _ in events(left)] == ["2.csv"]
 
 

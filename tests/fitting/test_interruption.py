@@ -10,11 +10,11 @@ import pytest
 from fibrefit.core.time_limit import time_limit
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import CHUNK, Searched, search, sobol_starts
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, Searched, search, sobol_starts
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence, fit_sentence
 
-STARTS = 4 * CHUNK
+STARTS = 4 * STARTS_AT_ONCE
 
 
 def after(times: int) -> Callable[[], bool]:
@@ -42,7 +42,7 @@ def test_the_best_start_is_followed_to_its_end(task: Task, found: Identification
     assert task.horizons.shape[1] > 1
     stopped = searched(task, after(0))
     assert stopped.ended.sum() == 1
-    assert np.flatnonzero(stopped.ended)[0] < CHUNK
+    assert np.flatnonzero(stopped.ended)[0] < STARTS_AT_ONCE
     assert stopped.descent.cost[stopped.ended][0] == pytest.approx(found.starts.cost.min(), rel=1e-6)
 
 
@@ -50,7 +50,7 @@ def test_starts_that_came_to_an_end_are_kept(task: Task) -> None:
     at_once = task.horizons[:, -1:]
     whole, stopped = (searched(task, stop, horizons=at_once) for stop in (lambda: False, after(1)))
     assert whole.ended.all()
-    np.testing.assert_array_equal(stopped.ended, np.arange(STARTS) < 2 * CHUNK)
+    np.testing.assert_array_equal(stopped.ended, np.arange(STARTS) < 2 * STARTS_AT_ONCE)
     np.testing.assert_array_equal(stopped.descent.cost[stopped.ended], whole.descent.cost[stopped.ended])
     assert not np.isfinite(stopped.descent.cost[~stopped.ended]).any()
 

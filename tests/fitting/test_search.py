@@ -27,7 +27,7 @@ from fibrefit.fitting.search.multistart import (
     sobol_starts,
 )
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import EXACT, Care, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.solve import TO_THE_END, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import FEWEST_KEPT, thinning
 from fibrefit.fitting.search.trust_region import TrustRegion
 from fibrefit.problem.statement.layout import Layout, Slot
@@ -188,7 +188,7 @@ def test_rounding_of_the_cost_holds_no_descent_up(task: Task, found: Identificat
     width = widths(task.problem, free)
     away = free + 3.0 * width * np.random.default_rng(0).choice([-1.0, 1.0], (8, layout.size))
     starts, counts = np.resize(away, (8, layout.size)), np.tile(task.counts[-1], (8, 1))
-    ended = descend_all(task.problem, starts, width, counts, np.ones(8, dtype=bool), Care(np.asarray(EXACT)))
+    ended = descend_all(task.problem, starts, width, counts, np.ones(8, dtype=bool), Care(np.asarray(TO_THE_END)))
     # Quadratic convergence from three errors away: what more there is would be steps that rounding refuses.
     assert np.max(np.asarray(ended.steps)) <= MOST_FROM_NEARBY
     np.testing.assert_allclose(np.asarray(ended.free), np.tile(free, (8, 1)), atol=1e-2 * width.min())

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, lsq_linear
 
-from fibrefit.problem.estimate.gauss_newton import NOTICED, SETTLED, Effort, mode
+from fibrefit.problem.estimate.gauss_newton import NOTICED, SETTLED_FALL, Effort, mode
 from fibrefit.problem.estimate.normal_equations import (
     Place,
     PosteriorMode,
@@ -153,7 +153,7 @@ def test_the_promised_fall_is_the_fall() -> None:
     # The damping of the first step, 1e-4, costs its square.
     assert begin.promised == pytest.approx(begin.objective - dense(linear, of, sigma)[1], rel=1e-4)
     end = mode(of, begun(of), linear.gram, sigma)
-    assert 0.0 <= end.promised <= SETTLED
+    assert 0.0 <= end.promised <= SETTLED_FALL
 
 
 def test_what_no_record_sees_stays() -> None:
@@ -164,7 +164,7 @@ def test_what_no_record_sees_stays() -> None:
     start = begun(of, records=2)._replace(own=np.full((2, 2), 0.3))
     found = mode(of, start, blind.gram, np.zeros(0), ARRIVED)
     np.testing.assert_array_equal(found.place.own[:, 1], 0.3)
-    assert found.promised < SETTLED
+    assert found.promised < SETTLED_FALL
 
 
 def test_where_slopes_are_no_numbers_a_start_is_lost_and_nothing_fails() -> None:
@@ -319,7 +319,7 @@ def test_what_creeps_is_left_and_what_is_worth_nothing_given_up() -> None:
     assert mode(of, begun(of), misled, nothing, effort=given_up).steps == 6
     # What does not creep ends where it ended.
     easy = [mode(of, begun(of), linear.gram, nothing, effort=effort) for effort in (Effort(), Effort(patience=2))]
-    assert easy[0].objective == pytest.approx(easy[1].objective, abs=SETTLED)
+    assert easy[0].objective == pytest.approx(easy[1].objective, abs=SETTLED_FALL)
 
 
 def test_of_several_places_it_goes_on_from_the_one_that_leads_lowest() -> None:

@@ -13,7 +13,7 @@ import pytest
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines, stacked_weights
 from fibrefit.problem.inputs.errors_in_variables import (
-    CHUNK,
+    COSINES,
     corrected,
     error_rms,
     expanded,
@@ -96,7 +96,7 @@ def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: di
     times = task.problem.observations.experiment.times
     of_record = jax.tree.map(lambda rows: rows[1], known["drive"])
     for number in (0, 5, 200, of_record.size.size - 1):
-        numbers = jnp.arange(CHUNK) + number - CHUNK // 2
+        numbers = jnp.arange(COSINES) + number - COSINES // 2
         coefficients = np.eye(of_record.size.size)[[number]]
         of_one = corrected(task.problem, known, {"drive": np.concatenate([coefficients, coefficients])})
         expected = [
@@ -108,10 +108,10 @@ def test_cosines_go_through_the_smoother_as_any_error_does(task: Task, known: di
             )
         ]
         for found, row in zip(smoothed_cosines(times[1], of_record, numbers), expected, strict=True):
-            np.testing.assert_allclose(found[CHUNK // 2], row, atol=1e-8 * np.abs(row).max() + 1e-15)
+            np.testing.assert_allclose(found[COSINES // 2], row, atol=1e-8 * np.abs(row).max() + 1e-15)
     # There is none before the first and none after the last.
-    assert not np.any(smoothed_cosines(times[1], of_record, jnp.arange(CHUNK) - CHUNK).values)
-    assert not np.any(smoothed_cosines(times[1], of_record, of_record.size.size + jnp.arange(CHUNK)).values)
+    assert not np.any(smoothed_cosines(times[1], of_record, jnp.arange(COSINES) - COSINES).values)
+    assert not np.any(smoothed_cosines(times[1], of_record, of_record.size.size + jnp.arange(COSINES)).values)
 
 
 def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: dict[str, InputErrors]) -> None:

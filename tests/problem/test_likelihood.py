@@ -12,7 +12,7 @@ from scipy.linalg import toeplitz
 from fibrefit.problem.noise.autoregressive import order_and_covariance
 from fibrefit.problem.noise.blocks import BLOCK, in_blocks
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
-from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Coloured, bank_of, coloured_of
+from fibrefit.problem.noise.coloured import HALF_WIDTH_OF_LINE, LINES, Coloured, bank_of, coloured_of
 from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
@@ -115,7 +115,7 @@ def test_the_covariance_is_that_of_the_parts(valid: np.ndarray) -> None:
     bank, lags = bank_of([2000.0, 1000.0], 0.15), np.arange(40)
     found = coloured(valid).autocovariance(40) * UNITS[:, :, None] ** 2
     for r, rate in enumerate((2000.0, 1000.0)):
-        held = np.exp(-2.0 * np.pi * LINE_WIDTH / rate * lags)
+        held = np.exp(-2.0 * np.pi * HALF_WIDTH_OF_LINE / rate * lags)
         hum, other = (held * np.cos(2.0 * np.pi * line * lags / rate) for line in (MAINS[0], 150.3))
         wander = np.asarray(bank.pink)[r] @ np.asarray(bank.decay)[r][:, None] ** lags
         expected = 1.2e-4 * 0.5 * rate * (lags == 0) + 6e-3 * wander + 2e-3 * hum + 4e-3 * other

@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import OutOfTimeError, check_time
 from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
-from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
+from fibrefit.discovery.engine.supermodel import TOO_FAR, Supermodel, supermodel_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
@@ -238,7 +238,7 @@ def trial_of(
     if weakened:
         fits += _continuation(supermodel, context, subset, min(fits, key=lambda found: found.cost), added)
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
-    near = supermodel.sensitivities is not None and parent.fit.cost < FAR**2 * supermodel.samples.sum()
+    near = supermodel.sensitivities is not None and parent.fit.cost < TOO_FAR**2 * supermodel.samples.sum()
     if not parent.effects and not near:
         fits += [_from_data(supermodel, context, subset, _suggested(supermodel, start, context)) for start in starts]
     return Trial(supermodel, effects, tuple(sorted(fits, key=lambda found: found.cost)[:FINALISTS]))

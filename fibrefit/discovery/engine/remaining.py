@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick
 from fibrefit.problem.estimate.normal_equations import local_grams
 from fibrefit.problem.estimate.population import roots_of_posterior
-from fibrefit.problem.estimate.view import DRAWS, drawn_about, spread_about
+from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, drawn_about, spread_about
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
@@ -40,7 +40,7 @@ def remaining_noise(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) 
     counts : (n_record,) int
     """
     problem = with_steps(weighed.supermodel.problem, dict(yardstick.steps))
-    best = residuals_of(yardstick, weighed, counts, DRAWS)
+    best = residuals_of(yardstick, weighed, counts, DRAWS_OF_ERRORS)
     return noise_of_residuals(problem, spread_about(best, changes_of(yardstick, weighed, counts)))
 
 

@@ -31,7 +31,7 @@ from fibrefit.discovery.engine.thresholds import (
 )
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.normal_equations import STEP
+from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.spectrum import Noise, periodogram
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.rigs.signals.rest import rests
@@ -103,12 +103,12 @@ def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     unknowns, place = best.evidence.mode.unknowns, best.evidence.mode.place
     columns = unknowns.shared[unknowns.scattering]
     local = best.local
-    targets = local[:, columns] * np.exp(STEP)
+    targets = local[:, columns] * np.exp(DIFFERENCE_STEP)
     supermodel = scales.yardstick.on(best.supermodel)
     products, squares = stretch_products(supermodel, local, columns, targets, scales.context.whole)
-    information, score = products[:, :, :-1, :-1] / STEP**2, products[:, :, :-1, -1] / STEP
+    information, score = products[:, :, :-1, :-1] / DIFFERENCE_STEP**2, products[:, :, :-1, -1] / DIFFERENCE_STEP
     assert place.eta.shape[1] == len(columns)
-    pairs = zip(information.sum(axis=1), squares / STEP**2, strict=True)
+    pairs = zip(information.sum(axis=1), squares / DIFFERENCE_STEP**2, strict=True)
     return information, np.einsum("rpq,rsq->rsp", np.array([_levelled(*pair) for pair in pairs]), score)
 
 

@@ -13,7 +13,7 @@ from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 
-WINDOW = 0.010
+SHORTEST_WINDOW = 0.010
 """Length in s of the shortest windows whose gap is compared: a fraction of a contact."""
 
 
@@ -66,7 +66,7 @@ class ChannelResidual(NamedTuple):
     @property
     def window(self) -> int:
         """Samples of the shortest windows that are compared."""
-        return max(round(WINDOW * self.rate), 4)
+        return max(round(SHORTEST_WINDOW * self.rate), 4)
 
     @property
     def excess(self) -> np.ndarray:

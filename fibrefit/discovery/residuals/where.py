@@ -10,7 +10,7 @@ from fibrefit.discovery.engine.thresholds import BY_ITSELF, HAPPENED, LOUDER_STI
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
-from fibrefit.discovery.residuals.residuals import WINDOW, ChannelResidual, channel_residuals
+from fibrefit.discovery.residuals.residuals import SHORTEST_WINDOW, ChannelResidual, channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.study.summaries.discovery import GapPlace
@@ -168,7 +168,7 @@ def onset(found: ResidualSet) -> tuple[str, float] | None:
     r = found.problem.layout.records.index(worst)
     times = np.asarray(found.problem.observations.experiment.times)[r]
     step = float(times[1] - times[0])
-    width = max(round(WINDOW / step), 4)
+    width = max(round(SHORTEST_WINDOW / step), 4)
     squares = found.residuals[r].max(axis=0) ** 2
     blocks = squares[: len(squares) // width * width].reshape(-1, width).mean(axis=1)
     loud = np.flatnonzero(blocks > HAPPENED)

@@ -12,7 +12,7 @@ from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_b
 from fibrefit.discovery.engine.effort import LINEARISED_ANEW, lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.supermodel import FAR, Supermodel, residual_rows, supermodel_of
+from fibrefit.discovery.engine.supermodel import TOO_FAR, Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
@@ -67,7 +67,7 @@ def linearised_about(search: Search, weighed: Weighed) -> About | None:
     search.tell("finding what errors of inputs do to the better model", None)
     plain = search.plain(weighed)
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
-    sensitivities = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, search.gap(plain) > FAR)
+    sensitivities = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, search.gap(plain) > TOO_FAR)
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, weighed.effects, sensitivities) if weighed.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)

@@ -14,7 +14,7 @@ from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, carr
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import FAR, Supermodel, supermodel_of
+from fibrefit.discovery.engine.supermodel import TOO_FAR, Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
@@ -110,7 +110,7 @@ def set_up(task: Task, before: Identification | None, effects: Sequence[type[Eff
 
 
 def _is_far(before: Identification) -> bool:
-    return total(before.gap) > FAR * before.expected_gap
+    return total(before.gap) > TOO_FAR * before.expected_gap
 
 
 def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:

@@ -33,7 +33,7 @@ from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
-from fibrefit.problem.estimate.view import ROUGH, View
+from fibrefit.problem.estimate.view import ROUGHLY_THERE, View
 from fibrefit.problem.formulate.formulate import first_size
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
@@ -181,7 +181,7 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
     place = place_of(unknowns, layout.local(start))
     unknowns = unknowns.holding(places_of(layout, unknowns)[0][held], place.z)
     for counts in way:
-        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGH)
+        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGHLY_THERE)
         if not end.normal.cost <= (2.0 * LOUDEST) ** 2 * counts.sum() * len(problem.model.rig.channels):
             return None
         place = end.place

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.multistart import CHUNK, SAME_PLACE, basins_of
-from fibrefit.fitting.search.solve import EXACT, Care, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.multistart import SAME_PLACE, STARTS_AT_ONCE, basins_of
+from fibrefit.fitting.search.solve import TO_THE_END, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
 from fibrefit.fitting.thresholds import SETTLED_FIT
 from fibrefit.problem.statement.layout import Layout
@@ -36,19 +36,19 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
     whole : (1, n_record) int
         Samples of each record.
     """
-    layout, counts, every = problem.layout, np.repeat(whole, CHUNK, axis=0), thinning(problem)
+    layout, counts, every = problem.layout, np.repeat(whole, STARTS_AT_ONCE, axis=0), thinning(problem)
     low, high = (np.array([getattr(slot.range, end) for slot, _ in layout.entries]) for end in ("lower", "upper"))
     for look in range(LOOKS):
         best = int(np.argmin(starts.cost))
         values, cost = starts.values[best], float(starts.cost[best])
         places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), look)
         began, width = np.clip(places, low, high), widths(problem, layout.free(values))
-        free, active = layout.free(began), np.ones(CHUNK, dtype=bool)
+        free, active = layout.free(began), np.ones(STARTS_AT_ONCE, dtype=bool)
         if every > 1:
             free, active = _lower_of_few(problem.thinned(every), np.array([layout.free(values), *free]), width, counts)
         if not active.any():
             break
-        found = descend_all(problem, free, width, counts, active, Care(np.asarray(EXACT)))
+        found = descend_all(problem, free, width, counts, active, Care(np.asarray(TO_THE_END)))
         lower = cost - np.asarray(found.cost).min() > SETTLED_FIT
         if not lower and not look:
             return starts
@@ -79,32 +79,32 @@ def _joined(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -
 def _lower_of_few(
     thin: Problem, free: np.ndarray, width: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ends ``(CHUNK, n_free)`` of descents in few of many samples, and which lie lower than the first place's own.
+    """Ends ``(STARTS_AT_ONCE, n_free)`` of descents in few of many samples; which lie lower than the first place's own.
 
     Parameters
     ----------
     thin : Problem
-    free : (1 + CHUNK, n_free) free coordinates
+    free : (1 + STARTS_AT_ONCE, n_free) free coordinates
         Of the best place, and of those that are looked from.
     width : (n_free,) unit of the steps of all samples
-    counts : (CHUNK, n_record) int, of all samples
+    counts : (STARTS_AT_ONCE, n_record) int, of all samples
     """
     fewer = np.asarray(thin.observations.experiment.count)
     every = float(counts[0].sum() / fewer.sum())
-    wider, care = np.sqrt(every) * width, Care(np.asarray(EXACT))
-    fewer = np.repeat(fewer[None], CHUNK, axis=0)
-    own = descend_all(thin, np.resize(free[0], free[1:].shape), wider, fewer, np.arange(CHUNK) < 1, care)
-    others = descend_all(thin, free[1:], wider, fewer, np.ones(CHUNK, dtype=bool), care)
+    wider, care = np.sqrt(every) * width, Care(np.asarray(TO_THE_END))
+    fewer = np.repeat(fewer[None], STARTS_AT_ONCE, axis=0)
+    own = descend_all(thin, np.resize(free[0], free[1:].shape), wider, fewer, np.arange(STARTS_AT_ONCE) < 1, care)
+    others = descend_all(thin, free[1:], wider, fewer, np.ones(STARTS_AT_ONCE, dtype=bool), care)
     ends, costs = np.asarray(others.free), np.asarray(others.cost)
     lowest = int(np.argmin(costs))
     same = np.max(np.abs(ends - ends[lowest]) / wider, axis=-1) < SAME_PLACE
     lower = float(np.asarray(own.cost).min()) - costs > SETTLED_FIT / every
-    return ends, lower & (~same | (np.arange(CHUNK) == lowest))
+    return ends, lower & (~same | (np.arange(STARTS_AT_ONCE) == lowest))
 
 
 def _signs(size: int, look: int) -> np.ndarray:
-    """Ways from a place, ``(CHUNK, size)`` of one and minus one: Walsh functions, other ones at each look."""
-    rows, places = np.arange(1, CHUNK // 2 + 1) + look * CHUNK // 2, np.arange(size)
+    """Ways from a place, ``(STARTS_AT_ONCE, size)`` of one and minus one: Walsh functions, other ones at each look."""
+    rows, places = np.arange(1, STARTS_AT_ONCE // 2 + 1) + look * STARTS_AT_ONCE // 2, np.arange(size)
     odd = np.array([[(int(row) & int(place)).bit_count() % 2 for place in places] for row in rows])
     return np.concatenate([1.0 - 2.0 * odd, 2.0 * odd - 1.0])
 

@@ -12,7 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.solve import EXACT, MAX_STEPS, NEAR, ROUGH_STEPS, Care, Descent, descend_all, widths
+from fibrefit.fitting.search.solve import (
+    FOR_A_HORIZON,
+    MAX_STEPS,
+    ROUGH_STEPS,
+    TO_THE_END,
+    Care,
+    Descent,
+    descend_all,
+    widths,
+)
 from fibrefit.fitting.search.thinned import thinning
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import LENGTH_STEP
@@ -21,7 +30,7 @@ from fibrefit.problem.task import Task
 
 LOST = 100.0
 """Factor on the cost of a sample at the best start beyond which another is given up."""
-CHUNK = 4
+STARTS_AT_ONCE = 4
 """Starts that are searched from in one go, by one core."""
 WORTH_A_PROGRAM = 1_000_000
 """Samples of all starts and records beyond a horizon from which it has arrays of its own: ten steps through so many
@@ -152,7 +161,14 @@ class _Sparse:
         last = stage == counts.shape[1] - 1
         count = -(-counts[:, stage] // self.spacing(last))
         problem = as_long_as_needed(self.problem if last else self._thin, count)
-        return partial(_part, problem, found.free, width, count, Care(np.asarray(EXACT if last else NEAR), self._steps))
+        return partial(
+            _part,
+            problem,
+            found.free,
+            width,
+            count,
+            Care(np.asarray(TO_THE_END if last else FOR_A_HORIZON), self._steps),
+        )
 
 
 def _searched(
@@ -218,7 +234,7 @@ def _stage(
     stop: Callable[[], bool],
 ) -> tuple[Descent, np.ndarray]:
     """Descents from the starts `going` over one horizon, and those that were reached before it was stopped."""
-    parts = [going[i : i + CHUNK] for i in range(0, len(going), CHUNK)]
+    parts = [going[i : i + STARTS_AT_ONCE] for i in range(0, len(going), STARTS_AT_ONCE)]
     ended = found._replace(steps=np.zeros_like(found.steps))
     futures, done = [pool.submit(run, part) for part in parts], 0
     for part, future in zip(parts, futures, strict=True):
@@ -271,8 +287,8 @@ def _part(
     problem: Problem, frees: np.ndarray, width: np.ndarray, counts: np.ndarray, care: Care, part: np.ndarray
 ) -> Descent:
     """Descents from the starts `part`; a short part is filled up, since one of another length is another program."""
-    rows = np.resize(part, CHUNK)
-    active = np.arange(CHUNK) < len(part)
+    rows = np.resize(part, STARTS_AT_ONCE)
+    active = np.arange(STARTS_AT_ONCE) < len(part)
     ended = descend_all(problem, frees[rows], width, counts[rows], active, care)
     return Descent(*(np.asarray(leaf)[: len(part)] for leaf in ended))
 

@@ -17,7 +17,7 @@ MAX_STEPS = 60
 ROUGH_STEPS = 12
 """The same where inputs are noisy: the cost of a motion that follows their errors is rough, and a descent creeps from
 kink to kink towards a place that is none of the likelihood's. Twelve come into its valley, in a fifth of the time."""
-NEAR, EXACT = 1.0, 1e-3
+FOR_A_HORIZON, TO_THE_END = 1.0, 1e-3
 """What an early horizon teaches is good enough to a tenth of its error; only the last has to be exact."""
 STRIDE = 10.0
 """Unit of the solver's variables in widths: its first damping is one part in a hundred of the curvature."""
@@ -35,7 +35,7 @@ class Care(NamedTuple):
     Parameters
     ----------
     near : ()
-        How exact it is, in units of the width of its steps: `NEAR` or `EXACT`.
+        How exact it is, in units of the width of its steps: `FOR_A_HORIZON` or `TO_THE_END`.
     steps : int
         At the most.
     """
@@ -149,7 +149,7 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any) -> Descent:
         found = _descend(problem, carry[0], width, horizon[0], Care(horizon[1]))
         return (found.free, carry[1] + found.steps), (found.cost, found.success)
 
-    near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, NEAR, EXACT)
+    near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, FOR_A_HORIZON, TO_THE_END)
     (free, steps), (cost, success) = jax.lax.scan(stage, (start, jnp.zeros((), dtype=int)), (counts, near))
     return Descent(free, cost[-1], steps, success[-1])
 

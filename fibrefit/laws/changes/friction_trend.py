@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.laws.forms_of_change import ByRecord, OfFriction
-from fibrefit.laws.law import LEAST, quantity
+from fibrefit.laws.law import ALWAYS_LEFT, quantity
 
 
 class FrictionTrend(ByRecord, OfFriction):
@@ -35,4 +35,4 @@ class FrictionTrend(ByRecord, OfFriction):
 
     def relative(self) -> jax.Array:
         """max(0.02, 1 + a (n - 1)) - 1."""
-        return jnp.maximum(LEAST - 1.0, self.trend)
+        return jnp.maximum(ALWAYS_LEFT - 1.0, self.trend)

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.laws.forms_of_change import ByRecord
-from fibrefit.laws.law import LEAST, FibreLaw, quantity
+from fibrefit.laws.law import ALWAYS_LEFT, FibreLaw, quantity
 
 
 class StiffnessTrend(ByRecord, FibreLaw):
@@ -35,4 +35,4 @@ class StiffnessTrend(ByRecord, FibreLaw):
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
         """max(0.02, 1 + a (n - 1))."""
-        return jnp.maximum(LEAST, 1.0 + self.trend)
+        return jnp.maximum(ALWAYS_LEFT, 1.0 + self.trend)

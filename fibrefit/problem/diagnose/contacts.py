@@ -15,10 +15,10 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.stretches import (
+    CARRIES_LOAD,
     FORCE,
-    LOADED,
     POSITION,
-    SMOOTHED,
+    SMOOTHED_LOAD,
     TURNED,
     error_of_sum,
     fitted_shapes,
@@ -128,9 +128,9 @@ def _contacts(task: Task) -> list[_Contact]:
         counted = np.isfinite(measured_positions(task, r))
         if np.isfinite(force).sum() < SHORTEST_CONTACT:
             continue
-        loads = derivative(force, trace.times, SMOOTHED, 0)
-        margin = round(0.5 * SMOOTHED / trace.step)
-        for start, end in runs(loads > LOADED * np.nanmax(loads)):
+        loads = derivative(force, trace.times, SMOOTHED_LOAD, 0)
+        margin = round(0.5 * SMOOTHED_LOAD / trace.step)
+        for start, end in runs(loads > CARRIES_LOAD * np.nanmax(loads)):
             samples = np.arange(start - margin, end + margin)
             if samples[0] < 0 or samples[-1] >= n:
                 continue  # it has no flight on one side: the weight may hang there, held by the guide as well

@@ -17,10 +17,10 @@ from fibrefit.core.capability import Capability
 from fibrefit.core.roles import SLACK
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.stretches import (
+    CARRIES_LOAD,
     FORCE,
-    LOADED,
     POSITION,
-    SMOOTHED,
+    SMOOTHED_LOAD,
     TURNED,
     SharedShapes,
     error_of_sum,
@@ -107,8 +107,8 @@ def _measured(task: Task, motion: Motion) -> list[_Flight]:
     found = list[_Flight]()
     for r, trace in enumerate(task.traces):
         n = len(trace.times)
-        force = derivative(trace.channels[FORCE], trace.times, SMOOTHED, 0)
-        free = (motion.phase[r, :n] == SLACK) & (force < LOADED * np.nanmax(force))
+        force = derivative(trace.channels[FORCE], trace.times, SMOOTHED_LOAD, 0)
+        free = (motion.phase[r, :n] == SLACK) & (force < CARRIES_LOAD * np.nanmax(force))
         found += _flights(trace, r, measured_positions(task, r), free)
     return found
 

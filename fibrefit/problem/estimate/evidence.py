@@ -23,7 +23,7 @@ from itertools import product
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import EVERYTHING, SETTLED, Effort, mode
+from fibrefit.problem.estimate.gauss_newton import EVERYTHING, SETTLED_FALL, Effort, mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns
 from fibrefit.problem.estimate.schur import eliminated, solved
@@ -99,7 +99,7 @@ def weigh(
     start: Place,
     gram: Gram,
     sigma: np.ndarray | None = None,
-    settled: float = SETTLED,
+    settled: float = SETTLED_FALL,
     effort: Effort = EVERYTHING,
 ) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.

@@ -26,7 +26,7 @@ from fibrefit.problem.estimate.gram import Corrected, Gram
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead
 from fibrefit.problem.estimate.trust_region import radius_after, step_within
 
-SETTLED = 0.02
+SETTLED_FALL = 0.02
 """Promised fall of Q that is not taken any more; two are a factor e in probability."""
 NOTICED = 1.0
 """Fall of Q that is worth further evaluations."""
@@ -78,7 +78,7 @@ def mode(
     start: Place | PosteriorMode,
     gram: Gram,
     sigma: np.ndarray,
-    settled: float = SETTLED,
+    settled: float = SETTLED_FALL,
     effort: Effort = EVERYTHING,
 ) -> PosteriorMode:
     """Minimise Q from a place.

@@ -12,9 +12,9 @@ import numpy as np
 
 from fibrefit.problem.estimate.gram import Gram
 
-STEP = 1e-6
+DIFFERENCE_STEP = 1e-6
 """Difference step of a coordinate."""
-STEADY = 0.01
+STEADY_SIZE = 0.01
 """Size below which a difference step no longer falls with its coordinate."""
 RIGID = 1e-7
 """Standard deviation that stands for no deviations at all."""
@@ -249,9 +249,9 @@ def local_grams(
     local = local_of(unknowns, place)
     z = np.repeat(place.z[None], len(local), axis=0)
     z[:, unknowns.scattering] += place.eta
-    shared = np.where(unknowns.log, STEP, STEP * np.maximum(np.abs(place.z), STEADY))
+    shared = np.where(unknowns.log, DIFFERENCE_STEP, DIFFERENCE_STEP * np.maximum(np.abs(place.z), STEADY_SIZE))
     steps = np.repeat(shared[None], len(local), axis=0)
-    own = STEP * np.maximum(np.abs(place.own), STEADY)
+    own = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE)
     targets = np.concatenate([unknowns.value(z + steps), (place.own + own) * unknowns.size], axis=1)
     columns, rate = unknowns.columns, np.concatenate([1.0 / steps, 1.0 / own], axis=1)
     if further is not None:

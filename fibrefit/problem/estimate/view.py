@@ -30,9 +30,9 @@ BROAD = 0.02
 """Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
 LOUD = 1.1
 """Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
-DRAWS = 4
+DRAWS_OF_ERRORS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-ROUGH = 0.1
+ROUGHLY_THERE = 0.1
 """Promised fall of the objective at which that descent ends."""
 
 
@@ -199,7 +199,7 @@ def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.
         See `Task`.
     """
     sigma = np.full(len(unknowns.scattering), BROAD)
-    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH) for place in places]
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGHLY_THERE) for place in places]
     tried = len(found)
     samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
     for way in horizons:
@@ -208,14 +208,14 @@ def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.
         there = places[0]._replace(eta=np.zeros_like(places[0].eta))
         for counts in way:
             shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
-            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH)
+            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGHLY_THERE)
             there = end.place
         found.append(end)
     if len(found) == tried:
         return _lowest(found).place
     best = np.argmin([end.normal.costs for end in found], axis=0)
     local = np.stack([found[i].local[r] for r, i in enumerate(best)])
-    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGH))
+    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGHLY_THERE))
     return _lowest(found).place
 
 

@@ -18,7 +18,7 @@ of it a stiff fibre turns into force and is not looked for is noise that comes a
 play as large as the noise of the drive, which swallows it, was 39 nats more probable than none, with 100 Hz 9 less."""
 MOST = 1024
 """Most cosines for a record; a longer one has a lower highest frequency."""
-CHUNK = 16
+COSINES = 16
 """Cosines whose effects are found in one pass along the motion."""
 ALIKE = 1e-11
 """Difference of two weights of the smoother, of the largest one, up to which they are the same but for rounding."""
@@ -34,7 +34,7 @@ class InputErrors(NamedTuple):
     Parameters
     ----------
     numbers : (n_record, n_wave)
-        Half periods of each cosine over the record; consecutive ones within each `CHUNK`.
+        Half periods of each cosine over the record; consecutive ones within each `COSINES`.
     size : (n_record, n_wave)
         Amplitude of each cosine, in SI units, for a coefficient of one.
     duration : (n_record,) in s
@@ -52,7 +52,7 @@ class InputErrors(NamedTuple):
 
 
 def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) -> Signals:
-    """Cosines at some places of one `CHUNK`, after the smoother, ``(n_place, n_time)``; zero where there is no such.
+    """Cosines at some places of one `COSINES`, after the smoother, ``(n_place, n_time)``; zero where there is no such.
 
     A cosine shifted in time is a sum of two that are not: the smoother's weights are multiplied once for all instants.
     Each cosine is the one before it, turned on, as the functions themselves take most of the time.
@@ -97,12 +97,12 @@ def taken_off(inputs: Mapping[str, Signals], times: jax.Array, known: Any, coeff
 def error_signal(times: jax.Array, known: InputErrors, wave: jax.Array) -> jax.Array:
     """Error of an input at each instant, before the smoother, ``(n_time,)``; see `smoothed_cosines`.
 
-    The angle of a cosine is that of the first of its `CHUNK` and a few half periods more: by the theorem of addition
+    The angle of a cosine is that of the first of its `COSINES` and a few half periods more: by the theorem of addition
     the sum is two products of matrices, and few functions are evaluated.
     """
-    angle, first = jnp.pi * (times - times[0]) / known.duration, known.numbers[::CHUNK, None]
-    further = jnp.arange(CHUNK)[:, None] * angle
-    parts = (known.size * wave).reshape(-1, CHUNK)
+    angle, first = jnp.pi * (times - times[0]) / known.duration, known.numbers[::COSINES, None]
+    further = jnp.arange(COSINES)[:, None] * angle
+    parts = (known.size * wave).reshape(-1, COSINES)
     even, odd = parts @ jnp.cos(further), parts @ jnp.sin(further)
     return jnp.sum(jnp.cos(first * angle) * even - jnp.sin(first * angle) * odd, axis=0)
 
@@ -127,9 +127,9 @@ def wave_numbers(noise: Noise, durations: np.ndarray) -> np.ndarray:
     noise : Noise
     durations : (n_record,) in s
     """
-    number = max(min(int(2.0 * FASTEST * durations.max()), MOST) // CHUNK, 1) * CHUNK
+    number = max(min(int(2.0 * FASTEST * durations.max()), MOST) // COSINES, 1) * COSINES
     runs = [np.tile(np.arange(number), (len(durations), 1))]
-    width = -(-int(4.0 * LINE_WIDTH * durations.max()) // CHUNK) * CHUNK
+    width = -(-int(4.0 * LINE_WIDTH * durations.max()) // COSINES) * COSINES
     for place in (place for place, _ in noise.lines if 2.0 * place * durations.min() > number):
         middle = np.round(2.0 * place * durations).astype(int)
         runs.append(np.maximum(middle - width // 2, number)[:, None] + np.arange(width))

@@ -34,7 +34,7 @@ import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.problem.inputs.error_signals import (
-    CHUNK,
+    COSINES,
     InputErrors,
     amplitudes,
     error_signal,
@@ -181,13 +181,17 @@ def _linearised(problem: Problem, local: Any, known: Any, coefficients: Any) -> 
 
     rows = jax.lax.map(jax.vmap(along), _tangents(columns.size, inputs, times, known))
     rows = rows.reshape(-1, rows.shape[-1])
-    return residuals(local[columns], inputs), rows[: columns.size], rows[CHUNK * (-(-columns.size // CHUNK)) :]
+    return (
+        residuals(local[columns], inputs),
+        rows[: columns.size],
+        rows[COSINES * (-(-columns.size // COSINES)) :],
+    )
 
 
 def _tangents(free: int, inputs: Any, times: jax.Array, known: Any) -> tuple[jax.Array, Any]:
-    """Tangents of the free values, then of the inputs for each wave, ``(n_chunk, CHUNK, ...)``."""
-    first = CHUNK * (-(-free // CHUNK))
-    numbers = jnp.arange(first + sum(of.size.size for of in known.values())).reshape(-1, CHUNK)
+    """Tangents of the free values, then of the inputs for each wave, ``(n_chunk, COSINES, ...)``."""
+    first = COSINES * (-(-free // COSINES))
+    numbers = jnp.arange(first + sum(of.size.size for of in known.values())).reshape(-1, COSINES)
     parts = jnp.where(numbers[..., None] == jnp.arange(free), 1.0, 0.0)
     moved = {}
     for name, signal in inputs.items():

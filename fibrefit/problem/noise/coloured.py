@@ -26,7 +26,7 @@ PARTS = 4
 """First-order parts are carried in multiples of this."""
 LINES = 3
 """Lines a channel may hold."""
-LINE_WIDTH = 0.02
+HALF_WIDTH_OF_LINE = 0.02
 """Half width of a line in Hz: it keeps its phase for some ten seconds."""
 LOWEST = 0.25
 """Lowest corner, in periods a record: what is slower still is an offset of each record."""
@@ -246,7 +246,7 @@ def _lines(noise: Noise) -> list[tuple[float, float]]:
 def _turns(decay: jax.Array, rate: jax.Array, lines: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Factors ``(n_record, n_channel, n_state)`` of each state on itself and, of a line's, on its other one."""
     pace = 2.0 * jnp.pi / rate[:, None, None]
-    held = jnp.exp(-pace * LINE_WIDTH)
+    held = jnp.exp(-pace * HALF_WIDTH_OF_LINE)
     cosine, sine = held * jnp.cos(pace * lines), held * jnp.sin(pace * lines)
     decay = jnp.broadcast_to(decay[:, None, :], (*cosine.shape[:2], decay.shape[1]))
     along = jnp.concatenate([decay, cosine, cosine], axis=-1)

@@ -20,7 +20,7 @@ import jax
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.problem.noise.coloured import LINE_WIDTH, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
+from fibrefit.problem.noise.coloured import HALF_WIDTH_OF_LINE, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.lags import lag_transforms
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
@@ -352,4 +352,12 @@ def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodogram
     return float(frequency[best]), float(total[best] / max(valid.sum(), 1))
 
 
-__all__ = ["LINE_WIDTH", "Periodograms", "fitted", "noise_of_residuals", "periodograms", "whitening_of", "with_lines"]
+__all__ = [
+    "HALF_WIDTH_OF_LINE",
+    "Periodograms",
+    "fitted",
+    "noise_of_residuals",
+    "periodograms",
+    "whitening_of",
+    "with_lines",
+]

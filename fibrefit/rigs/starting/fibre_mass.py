@@ -14,7 +14,7 @@ from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
 
-SMOOTHED = 8e-3
+SMOOTHED_DROP = 8e-3
 """Length [s] of the windows by which the rate of a stretch is found, and where a signal crosses a level."""
 STILL = 0.3
 """Share of its lift by which a weight at least moves where it falls at all."""
@@ -122,7 +122,7 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
     rows, forces = [], []
     for trace, drop in zip(traces, drops, strict=True):
         stretch = trace.channels["position"] - drop.zero
-        rate = derivative(stretch, trace.times, SMOOTHED, 1)
+        rate = derivative(stretch, trace.times, SMOOTHED_DROP, 1)
         force = trace.channels["force"]
         loaded = (stretch > 0.1 * np.nanmax(stretch)) & (force > 0.1 * np.nanmax(force)) & np.isfinite(rate)
         rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
@@ -138,7 +138,7 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:
     # Where samples lie closer than the noise is wide, the readings themselves cross the taut point many times.
-    time, position = trace.times, derivative(trace.channels["position"], trace.times, SMOOTHED, 0)
+    time, position = trace.times, derivative(trace.channels["position"], trace.times, SMOOTHED_DROP, 0)
     first = _first(position > drop.zero, trace, "does not reach the taut point")
     slack = (position < drop.zero) & (np.arange(len(time)) > first)
     # A weight that the fibre never lets go again swings: a little more than half a period counts as the contact.

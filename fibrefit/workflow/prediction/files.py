@@ -12,6 +12,7 @@ from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
 from fibrefit.study.summaries.summaries import (
     InputErrorSummary,
@@ -21,7 +22,7 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.workflow.fit_files import gap_summary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
-from fibrefit.workflow.prediction.judge import BAND, expected_square, limit, prediction_checks
+from fibrefit.workflow.prediction.judge import expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.thresholds import LACKING
 
@@ -76,7 +77,7 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
         fit_rms=None if fitted is None else fitted.rms,
         fit_explained=None if fitted is None else fitted.explained,
         expected=float(expected),
-        inside=float(np.mean(np.abs(error[counted]) <= BAND * sigma[counted])),
+        inside=float(np.mean(np.abs(error[counted]) <= Z_95 * sigma[counted])),
     )
     return predicted, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
 

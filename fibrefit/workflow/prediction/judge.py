@@ -12,8 +12,6 @@ from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.thresholds import LACKING, RARE
 
-BAND = 1.959964
-
 
 def expected_square(parts: Mapping[str, np.ndarray], counted: np.ndarray) -> float:
     """Mean square of measured minus predicted that is expected, in units of the noise's.

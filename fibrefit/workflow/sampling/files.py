@@ -7,7 +7,7 @@ import numpy as np
 
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words, remark
-from fibrefit.sampling.compare import BLOCK_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
+from fibrefit.sampling.compare import LEFT_OUT_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
 from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
@@ -170,5 +170,7 @@ def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
         "readings": Variable(values, ("chain", "draw", "block"), doc="Of all channels together, SI units."),
         "usual": Variable(usual, ("block",), doc="Of noise that scatters as neighbouring readings do, SI units."),
         "block_record": Variable(np.array([records[b // each] for b in used], dtype=object), ("block",)),
-        "block_begin": Variable(used % each * BLOCK_SECONDS, ("block",), "s", "After the first sample of the record."),
+        "block_begin": Variable(
+            used % each * LEFT_OUT_SECONDS, ("block",), "s", "After the first sample of the record."
+        ),
     }

@@ -17,7 +17,7 @@ from fibrefit.problem.task import Task
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check
-from fibrefit.workflow.fit import STARTS, Fit
+from fibrefit.workflow.fit import FIT_STARTS, Fit
 
 CHAINS = "chains.npz"
 START = "start.json"
@@ -108,7 +108,7 @@ def begin(
     if fit is not None:
         start = _agreeing(start_of(fit.identification), names, "start")
     else:
-        start = start_of(identify(task, starts=STARTS, seed=seed, progress=progress))
+        start = start_of(identify(task, starts=FIT_STARTS, seed=seed, progress=progress))
     if folder is not None:
         start.save(folder)
     return start
