@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from itertools import islice
 from pathlib import Path
 
@@ -10,9 +11,10 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import DataError
+from fibrefit.problem.diagnose import scales
 from fibrefit.problem.diagnose.scales import refuse_misread
 from fibrefit.rigs.catalogue import rig_of
-from fibrefit.rigs.signals.newton import newton_of
+from fibrefit.rigs.signals.newton import Sizes, newton_of
 from fibrefit.rigs.signals.trace import Trace
 from tests.independent.laws import DRIVE, DROP
 from tests.independent.series import Recording
@@ -91,6 +93,16 @@ def test_what_a_model_may_explain_is_left_to_the_fit(records: list[Recording]) -
     refuse_misread(doubled, rig_of(kind, "", (("weight_mass", 3.0),)))
     with pytest.raises(DataError):
         refuse_misread(doubled, rig_of(kind), ["fibre.hardening"])
+
+
+def test_a_slope_that_a_model_can_name_is_left_to_the_fit(records: list[Recording], monkeypatch) -> None:
+    rig = rig_of(records[0].conditions.kind)
+    for gravity, force, refused in ((1.4, 1.0, False), (0.7, 1.0, False), (1.0, 1.4, True), (1.4, 1.4, True)):
+        found = Sizes(gravity, force, 0.01, 0.01, 0.0, 1.0)
+        monkeypatch.setattr(scales, "newton_of", lambda *_, found=found: found)
+        told = pytest.raises(DataError) if refused else nullcontext()
+        with told:
+            refuse_misread([trace_of(records[0])], rig)
 
 
 def test_too_few_readings_tell_nothing(records: list[Recording]) -> None:

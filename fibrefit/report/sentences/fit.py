@@ -213,7 +213,7 @@ def _free_flight(check: Check) -> str:
     return (
         f"{found}; chance allowed for, at most {100.0 * (check.threshold or 0.0):g} % passes. A clock or sampling rate "
         f"that is {abs(excess) / 2.0:.2g} % {'slow' if excess > 0.0 else 'fast'}, a wrong scale of the positions or a "
-        "wrong slope would do so, and the values take it up: they may mislead."
+        "wrong slope, which study.inclination finds, would do so, and the values take it up: they may mislead."
     )
 
 
