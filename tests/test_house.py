@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -136,6 +137,9 @@ def test_no_import_cycle() -> None:
             todo |= graph[current] - seen
         assert start not in seen, f"{start} reaches itself through its imports"
 
+
+#: A text that names code, and is no sentence of a person's, is no longer.
+LONGEST_REFERENCE = 60
 
 ROOMS = sorted({name.rpartition(".")[0] for name in MODULES} - ABOVE)
 
@@ -401,6 +405,54 @@ def public_names() -> dict[str, list[str]]:
             if not node.name.startswith("_") and not (node.name == "command" and module.startswith("cli.")):
                 homes.setdefault(node.name, []).append(module)
     return homes
+
+
+def used_names() -> set[str]:
+    """Every name that is read, imported or named by a text anywhere in the package, but for one by itself."""
+    found = set()
+    for tree in MODULES.values():
+        for top in tree.body:
+            itself = {top.name} if isinstance(top, ast.FunctionDef | ast.ClassDef) else set()
+            said = {id(node.value) for node in ast.walk(top) if isinstance(node, ast.Expr)}
+            for node in (node for node in ast.walk(top) if id(node) not in said):
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+                    found |= {node.id} - itself
+                elif isinstance(node, ast.Attribute):
+                    found.add(node.attr)
+                elif isinstance(node, ast.ImportFrom):
+                    found |= {alias.name for alias in node.names}
+                elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                    found |= set(re.findall(r"\w+", node.value)) if len(node.value) < LONGEST_REFERENCE else set()
+    return found
+
+
+USED = used_names()
+
+
+def unused(module: str, used: set[str]) -> set[str]:
+    """Names that a module makes and nothing in the package uses; rules of derivation and rigs are reached otherwise."""
+    made = {
+        node.id for target, _ in _assigned(MODULES[module]) for node in ast.walk(target) if isinstance(node, ast.Name)
+    }
+    for node in MODULES[module].body:
+        plain = (
+            isinstance(node, ast.FunctionDef | ast.ClassDef) and "defjvp" not in ast.unparse(node).partition("def ")[0]
+        )
+        made |= {node.name} if plain else set()
+    declared = {module.rpartition(".")[2].upper()} if module.startswith("rigs.") else set()
+    return {name for name in made - used - declared if not name.startswith("__")}
+
+
+@pytest.mark.parametrize("module", sorted(m for m in MODULES if not m.startswith("cli.")))
+def test_what_nothing_uses_is_not_there(module: str) -> None:
+    found = unused(module, USED)
+    assert not found, f"{module}: nothing in the package uses {', '.join(sorted(found))}"
+
+
+def test_what_nothing_uses_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "LIMIT, WIDTH = 1, 2\ndef f(x):\n    return f(x - 1) + WIDTH\nclass C: ...\ng = C()"
+    monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))
+    assert unused("core.errors", {"WIDTH", "C"}) == {"LIMIT", "f", "g"}
 
 
 def test_a_public_name_stands_for_one_thing() -> None:

@@ -81,10 +81,6 @@ CHANGES = lexicon(
     "misto musi chyb* spatn* pomal* neni nebyl* jeste pozor zamiast powin* musi* pomin* brak nie jeszcze uwaga zle"
     " bledn* blad*",
 )
-#: Of these, what heads a column of a list of channels.
-LABELS = lexicon(
-    "factor* faktor* gain* offset* zero* slope* intercept scale scaling invert* calibration unit* raw null"
-)
 #: Of these, what was done where a switch says yes.
 SWITCHED = lexicon(
     "calib* kalib* balance* shunt temperature coefficient tare* tara* zero* null* compensat* autozero offset*"
@@ -193,8 +189,6 @@ CONTRAST = re.compile(
 )
 #: What makes a number beside a calibration that of its certificate.
 DATED = re.compile(r"\b(?:dates?|datum|due|valid|until|expires?|certificate\w*|cert|serial)\b", re.I)
-#: A number with its unit.
-NUMBERED = re.compile(r"\d[\d.,]*\s*[^\W\d][^\s;,)]*")
 UNIT_KEY = re.compile(
     r"\b(?:units?|einheit|unit[\u00e9e]|unidad|unit[\u00e0a]|jednotka)\b[^:=;,\t]*[:=;,\t]\s*(?:lbs?|kgf?|kilo\w*|pounds?|gram\w*|libras?|livres?)\b",
     re.I,
