@@ -130,7 +130,7 @@ def _worth_following(look: Comparison) -> float:
 
 
 def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
-    """Candidates and parent weighed in the noise of the most probable of them."""
+    """Candidates and parent, all weighed by the search as it is, weighed in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
     again: list[Weighed] = []
     moved = False

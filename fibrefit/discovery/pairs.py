@@ -138,8 +138,14 @@ def best_exchange(look: Comparison, found: Weighed) -> Comparison | None:
 
 
 def _beside(look: Comparison, instead: Weighed) -> list[Weighed]:
-    """What pairs are held against: the single effect that was found, or two that were found one after the other."""
-    return [next((one for one in look.found if one.names == instead.names), instead)] if instead.effects else []
+    """What pairs are held against: the single effect that was found, or two that were found one after the other.
+
+    These were weighed in the noise of another look, whose nats say nothing here.
+    """
+    if not instead.effects:
+        return []
+    here = next((one for one in look.found if one.names == instead.names), None)
+    return [weighed_about(look.search, instead) if here is None else here]
 
 
 def pruned(scales: Scales, best: Weighed) -> Weighed:

@@ -92,9 +92,8 @@ def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
 
 
 def _law_instead(first: Comparison, chosen: Weighed, before: Identification, ports: Collection[str]) -> Unnamed | None:
-    """A law in the place of two effects, all seen with readings that are linearised about neither."""
-    there = chosen if first.parent.supermodel.sensitivities is None else weighed_about(first.search, chosen)
-    return _law_about(first, there, before, ports, 0.0)
+    """A law in the place of two effects, all in the noise of the first look and linearised about its model."""
+    return _law_about(first, weighed_about(first.search, chosen), before, ports, 0.0)
 
 
 def _law_about(

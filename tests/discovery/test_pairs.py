@@ -55,6 +55,7 @@ def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     monkeypatch.setattr(pairs, "in_same_noise", same)
+    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: other)
     monkeypatch.setattr(pairs, "pruned", lambda scales, best: best)
 
 
@@ -84,12 +85,28 @@ def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch
     assert best_pair(look, look.found[0]) is None
 
 
+@pytest.mark.parametrize(("here", "there"), [(285.0, True), (305.0, False)])
+def test_two_found_one_after_the_other_are_weighed_in_the_noise_of_the_pairs(
+    monkeypatch: pytest.MonkeyPatch, here: float, there: bool
+) -> None:
+    # In the noise of a later look they have 40 000 nats less: that says nothing of them.
+    later = cast(Any, Model((A, E), -39_700.0))
+    look = look_of(GAINS, {(B, C): 300.0}, [])
+    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: replace(other, log=here))
+    found = best_pair(look, later)
+    assert (found is not None) is there
+    if found is not None:
+        assert [(one.names, one.log) for one in found.found[:2]] == [
+            ((B.name, C.name), 300.0),
+            ((A.name, E.name), here),
+        ]
+
+
 def exchange(
     monkeypatch: pytest.MonkeyPatch, together: dict[tuple[Any, Any], float], asked: list[Any]
 ) -> Comparison | None:
     """What takes the place of A, which was found first, beside E: 300 nats together, E alone 60."""
     look = look_of(GAINS, together, asked)
-    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: other)
     look.search.scales = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
     return best_exchange(look, cast(Any, Model((A, E), 300.0)))
 

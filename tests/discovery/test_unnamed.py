@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -45,10 +46,12 @@ class Bench:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
         self.left, self.ports, self.searches = left, list[Any](), list[Any]()
+        self.elsewhere = 0.0
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "curves_beyond", self.curves)
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
+        monkeypatch.setattr(module, "weighed_about", self.about)
 
     def alarms(self, search: Any, one: Model) -> list[Alarm]:
         self.searches.append(search)
@@ -58,6 +61,10 @@ class Bench:
     def curves(self, search: Any, parent: Any, before: Any, ports: Any) -> list[str]:
         self.ports.append(set(ports))
         return ["a curve"]
+
+    def about(self, search: Any, other: Model) -> Model:
+        # A later look has another noise, in which nats count from elsewhere.
+        return replace(other, log=other.log + self.elsewhere)
 
     @staticmethod
     def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
@@ -123,6 +130,15 @@ def test_a_law_has_to_be_beyond_doubt_better_and_its_forms_are_paid_for(
 ) -> None:
     bench = Bench(monkeypatch)
     assert (bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), WORTH - less)) is not None) is there
+
+
+def test_two_effects_are_weighed_in_the_noise_of_the_first_look_before_a_law_takes_their_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = Bench(monkeypatch)
+    bench.elsewhere = 40_000.0
+    assert bench.asked(Model((TOE,), 60.0 - 40_000.0), Model((TOE, HARDENING), WORTH - 1.0 - 40_000.0)) is None
+    assert bench.asked(Model((TOE,), 60.0 - 40_000.0), Model((TOE, HARDENING), WORTH - 50.0 - 40_000.0)) is not None
 
 
 def test_a_law_that_leaves_more_than_noise_takes_no_place(monkeypatch: pytest.MonkeyPatch) -> None:
