@@ -34,9 +34,9 @@ from fibrefit.discovery.search.pace import FITTED_AGAIN, slowdown
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.fitting.checks import COMPLETION
-from fibrefit.fitting.gls import Ended
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
 
@@ -298,15 +298,12 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         horizons=task.horizons[:1, -1:],
     )
     coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())
-    # Where much is missing, readings count up to the first bounce alone: a fit takes them whole. And it begins with
-    # records that are alike: where they differ, it is at another place than these readings.
-    near = None if differ or search.gap(search.plain(best)) > TOO_FAR else best.supermodel.sensitivities
+    # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
+    near = None if search.gap(search.plain(best)) > TOO_FAR else best.supermodel.sensitivities
     # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.
     whiten = differ or time_for_gls(budget.left, budget.seconds)
-    # Readings linearised in errors of inputs about one place serve records that do not differ.
-    ended = Ended(local, coefficients if differ else None)
     # What one law more would be worth has been looked for.
-    how = How(whiten=whiten, coefficients=coefficients, near=near, rivals=False, ended=ended)
+    how = How(whiten=whiten, rivals=False, ended=Ended(local, differ, coefficients, near))
     with time_limit(budget.left):
         return identify(
             nearby, FINAL_STARTS if coefficients is None else 1, seed, how,

@@ -8,23 +8,26 @@ not noise, the plain estimate stands.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.time_limit import time_left
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
-from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors
-from fibrefit.fitting.thresholds import MODE_REACHED
+from fibrefit.fitting.search.optimum import Ended, Optimum
+from fibrefit.fitting.search.with_input_errors import as_predicted, lets_more_count, linearised_in_errors
+from fibrefit.fitting.thresholds import FALLS, MISSED_LINEARISED, MODE_REACHED, MOST_LOOKS
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View, apart
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
+from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
+from fibrefit.problem.inputs.linearity_weights import counted
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -36,23 +39,6 @@ LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
 ROUNDS = 2
 """How often the noise is taken from what is left, the second time with what was fitted put back."""
-LOOKS = 2
-"""How often readings are linearised in the errors of inputs."""
-
-
-class Ended(NamedTuple):
-    """Where a search ended that let records differ.
-
-    Parameters
-    ----------
-    local : (n_record, n_local) in SI units
-        Values of each record.
-    coefficients : mapping of input to (n_record, n_wave), optional
-        Errors of measured inputs.
-    """
-
-    local: np.ndarray
-    coefficients: InputCoefficients | None = None
 
 
 def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | None = None) -> GlsEstimate | None:
@@ -68,27 +54,74 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
         From which to begin as well: where records differ, the plain estimate may lie in another minimum, and take what
         they differ by for errors of their inputs.
     """
-    layout = plain.problem.layout
-    unknowns = fit_unknowns(layout, plain.values, bars.errors["white"])
-    known = bool(plain.input_errors)
+    unknowns = fit_unknowns(plain.problem.layout, plain.values, bars.errors["white"])
     seen = View(plain.problem) if plain.view is None else plain.view
-    place = place_of(unknowns, layout.local(plain.values))
+    place = place_of(unknowns, plain.local)
     if not len(unknowns.columns):
         return None
-    if ended is not None and ended.coefficients:
-        seen = linearised_in_errors(task.problem, input_errors(task), ended.local, ended.coefficients)
-        seen, place = replace(seen, beforehand=seen), place_of(unknowns, ended.local)
-    elif len(unknowns.scattering):
+    apart_already = plain.view is not None and ended is not None and ended.differ
+    if len(unknowns.scattering) and not apart_already:
         further = () if ended is None else (place_of(unknowns, ended.local),)
         place = apart(unknowns, (place, *further), seen, task.horizons)
+    if apart_already:
+        seen = replace(seen, beforehand=seen)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
-    for to_come in reversed(range(LOOKS)):
-        found = _settled(bars, unknowns, place, seen)
-        if found is None or not known or not to_come or not _bends(task, found):
+    return _looked(task, bars, _settled(bars, unknowns, place, seen), apart_already)
+
+
+class _Look(NamedTuple):
+    """An estimate, the share of the samples that count in it, and the mean square of what it leaves of all of them."""
+
+    found: GlsEstimate
+    bends: bool
+    share: float
+    left: float
+
+
+def _looked(task: Task, bars: ErrorBars, found: GlsEstimate | None, searched: bool) -> GlsEstimate | None:
+    """An estimate, readings linearised in the errors of inputs again and again until they are as predicted.
+
+    Parameters
+    ----------
+    task : Task
+    bars : ErrorBars
+        Of the plain estimate.
+    found : GlsEstimate or None
+        With the first look.
+    searched : bool
+        Whether that is one of a search, made with what is known of the errors beforehand alone.
+    """
+    looks: list[_Look] = []
+    while found is not None and found.seen.raw is not None:
+        looks.append(_look(task, found))
+        if not _tells_more(looks, searched):
             break
-        seen, place = _seen(task, found), found.evidence.mode.place
-    return found
+        began, mode = time.monotonic(), found.evidence.mode
+        found = _settled(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
+        # Another look takes as long as this one.
+        if time_left() <= time.monotonic() - began:
+            break
+    return min(looks, key=lambda look: look.left).found if looks else found
+
+
+def _look(task: Task, found: GlsEstimate) -> _Look:
+    assert found.seen.raw is not None
+    counts, downweight = counted(task.problem), found.seen.raw.downweight
+    left = np.asarray(problem_at(task, found).linearised_at(found.local).residuals)
+    bends = not as_predicted(left * downweight, found.residuals)
+    share = float(counted(task.problem, downweight).sum() / counts.sum())
+    return _Look(found, bends, share, float(np.sum(left**2) / counts.sum()))
+
+
+def _tells_more(looks: Sequence[_Look], searched: bool) -> bool:
+    """Whether one look more may tell more: of samples beyond a bounce, once more is known of what leads there."""
+    last = looks[-1]
+    if len(looks) >= MOST_LOOKS:
+        return False
+    if len(looks) == 1 or last.left < 1.0 + MISSED_LINEARISED:
+        return last.bends or (searched and last.left > 1.0 + MISSED_LINEARISED)
+    return last.bends or lets_more_count(last.share, looks[-2].share) or last.left < FALLS * looks[-2].left
 
 
 def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View:
@@ -103,8 +136,10 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     return replace(linearised_in_errors(whole, known, local, coefficients, roots), beforehand=seen.beforehand)
 
 
-def _settled(bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> GlsEstimate | None:
-    """The mode in the noise that is left there."""
+def _settled(
+    bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None = None
+) -> GlsEstimate | None:
+    """The mode in the noise that is left there; standard deviations between records begin at `sigma`."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
     for _ in range(ROUNDS):
@@ -117,17 +152,14 @@ def _settled(bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View) -> G
         )
         noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))
-        evidence = _weighed(unknowns, place, seen, evidence)
+        evidence = _weighed(unknowns, place, seen, sigma)
         if evidence is None:
             return None
-        place = evidence.mode.place
+        place, sigma = evidence.mode.place, evidence.mode.sigma
     return None if evidence is None else _estimate(bars, evidence, seen, noise)
 
 
-def _weighed(
-    unknowns: Unknowns, place: Place, seen: View, before: MarginalLikelihood | None
-) -> MarginalLikelihood | None:
-    sigma = None if before is None else before.mode.sigma
+def _weighed(unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None) -> MarginalLikelihood | None:
     with np.errstate(all="ignore"):
         try:
             found = weigh(unknowns, place, seen.gram(unknowns), sigma)
@@ -145,13 +177,6 @@ def _seen(task: Task, found: GlsEstimate) -> View:
     whole = with_steps(task.problem, problem.observations.steps)
     view = linearised_in_errors(whole, input_errors(task), found.local, found.coefficients, roots)
     return replace(view, beforehand=found.seen.beforehand)
-
-
-def _bends(task: Task, gls: GlsEstimate) -> bool:
-    """Whether errors of inputs have moved so far that what the readings make of them is not what was predicted."""
-    there = np.asarray(problem_at(task, gls).linearised_at(gls.local).residuals)
-    downweight = 1.0 if gls.seen.raw is None else gls.seen.raw.downweight
-    return not as_predicted(there * downweight, gls.residuals)
 
 
 def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:

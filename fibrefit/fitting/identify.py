@@ -20,7 +20,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
 from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.gls import Ended, cost_with_one_held
+from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.alternative import best_alternative
@@ -31,7 +31,7 @@ from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import Searched, collected, most_steps, search, sobol_starts
-from fibrefit.fitting.search.optimum import Optimum, optimum
+from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
@@ -40,8 +40,7 @@ from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import look_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
-from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
@@ -61,25 +60,24 @@ class How(NamedTuple):
         Let residuals beyond `SOFT_BEYOND` times the noise count less; give shared parameters profile intervals.
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
-    coefficients : mapping of input to (n_record, n_wave), optional
-        Errors of measured inputs with which a search ended at the values of the start: it is gone on from there, and
-        not searched anew.
-    near : InputSensitivities, optional
-        Readings linearised in these errors, near where it begins.
     rivals : bool
         Whether to see, where inputs are noisy, what other minima and models with one law more are worth, which takes
         as long as all the rest.
     ended : Ended, optional
-        Where a search ended that let records differ, for the likelihood to begin from as well.
+        Where a search ended, at the values of the start: the likelihood begins from there as well, and where errors of
+        measured inputs are known, nothing is searched anew.
     """
 
     robust: bool = False
     profile: bool = False
     whiten: bool = True
-    coefficients: InputCoefficients | None = None
-    near: InputSensitivities | None = None
     rivals: bool = True
     ended: Ended | None = None
+
+    @property
+    def known(self) -> Ended | None:
+        """Where a search ended that found errors of measured inputs too; None where it is searched for."""
+        return None if self.ended is None or self.ended.coefficients is None else self.ended
 
 
 def identify(
@@ -121,13 +119,14 @@ def identify(
     task = _softened(task) if how.robust else task
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
-    found = _as_it_ended(task, how.coefficients) if how.coefficients else _search(task, starts, seed, tell, stop)
+    ended = how.known
+    found = _search(task, starts, seed, tell, stop) if ended is None else _as_it_ended(task, ended)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
     if not task.noisy_inputs and not stop():
         found = searched_nearby(task.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
-    values, second = (task.start, None) if how.coefficients else _settled(task, width, found, stop)
+    values, second = (task.start, None) if ended else _settled(task, width, found, stop)
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
     if how.profile:
@@ -184,10 +183,11 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop) -> S
     return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, steps))
 
 
-def _as_it_ended(task: Task, coefficients: InputCoefficients) -> Starts:
+def _as_it_ended(task: Task, ended: Ended) -> Starts:
     """The one place where a search for effects ended, as a start that is where it goes to."""
-    layout, there = task.problem.layout, corrected(task.problem, input_errors(task), coefficients)
-    cost = float(np.sum(np.square(there.linearised_at(np.asarray(layout.local(task.start))).residuals)))
+    assert ended.coefficients is not None
+    layout, there = task.problem.layout, corrected(task.problem, input_errors(task), ended.coefficients)
+    cost = float(np.sum(np.square(there.linearised_at(ended.local).residuals)))
     free, none = layout.free(task.start)[None], np.zeros(1, dtype=int)
     return collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
 
@@ -198,7 +198,7 @@ def _rate(task: Task) -> float:
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How) -> Identification:
-    plain = optimum(task, values, how.coefficients, how.near)
+    plain = optimum(task, values, how.ended)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, _rate(task))
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
@@ -212,7 +212,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
-        *(() if how.coefficients else (_agreed(second, settling_unit(problem, bars)),)),
+        *(() if how.known else (_agreed(second, settling_unit(problem, bars)),)),
         judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound.gap.passed, how.rivals)),
         sound.inside,
         judge.determined(weak),

@@ -14,12 +14,12 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
-from fibrefit.fitting.gls import Ended, gls_estimate, problem_at
+from fibrefit.fitting.gls import gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
-from fibrefit.fitting.search.optimum import Optimum
-from fibrefit.fitting.thresholds import SETTLED_FIT
+from fibrefit.fitting.search.optimum import Ended, Optimum
+from fibrefit.fitting.thresholds import LOSES, SETTLED_FIT
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -127,8 +127,17 @@ def reported(
         if not failed:
             why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
             return replace(found, why=why, checks=checks)
-        doubt = Why("not_noise", failed=failed)
+        alike = replace(_of_plain(task, plain, bars, success), why=Why("not_noise", failed=failed), checks=checks)
+        # Values that all share lose bounces of records that differ: what leaves less stands, and what failed is told.
+        if gls.records_differ and _loses(total(alike.seen.gap), total(found.seen.gap)):
+            return replace(found, why=Why("loses_less", failed=failed), checks=checks)
+        return alike
     return replace(_of_plain(task, plain, bars, success), why=doubt or NOT_COMPARED, checks=checks)
+
+
+def _loses(alike: float, own: float) -> bool:
+    """Whether values that all records share lose a bounce, by the gaps that they and values of each record leave."""
+    return alike > LOSES * own
 
 
 def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:
@@ -159,8 +168,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
     if coefficients:
         # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is told by
         # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples.
-        own = problem.layout.local(plain.values)
-        for local in (gls.local, *(() if gls.records_differ else (own,))):
+        for local in (gls.local, *(() if gls.records_differ else (plain.local,))):
             other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
@@ -177,7 +185,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
 
 def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Reported:
     problem = plain.problem
-    seen, residuals = evaluate(task, problem, problem.layout.local(plain.values)), plain.linear.residuals
+    seen, residuals = evaluate(task, problem, plain.local), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     found = estimates(problem, plain.values, bars)
     promised = plain.promised([not estimate.found.at_bound for estimate in found])

@@ -96,5 +96,13 @@ ALL_COUNT = 0.99
 """Share of the samples that count from which no more can be won by looking once more."""
 MORE_COUNT = 0.01
 """Share of the samples that have to count more for another look."""
+MOST_LOOKS = 8
+"""How often readings are linearised in the errors of inputs at the most: five did where a ninth of the samples counted
+at first."""
+FALLS = 0.9
+"""Factor by which such a look has to lower the mean square of what is left of all samples for another one."""
+LOSES = 2.0
+"""Ratio of the gap that values shared by all records leave to that which values of their own leave, beyond which the
+former have lost a bounce: nothing that is missing from a model does that."""
 MODE_REACHED = 0.5
 """Promised fall of the objective beyond which the mode of the likelihood was not reached."""

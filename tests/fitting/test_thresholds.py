@@ -13,7 +13,7 @@ import pytest
 
 from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import gls, identifiability, thresholds
+from fibrefit.fitting import gls, identifiability, reported, thresholds
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
 from fibrefit.fitting.misfit.alternative import Alternative
@@ -105,6 +105,16 @@ def with_spectrum(samples: float) -> bool:
     return structure._shares([(values, 1e4)], Noise(1e-4, 0.0, 0.0, 1000)).power.size > 0
 
 
+def look(share: float, left: float) -> gls._Look:
+    """One in which such a share of the samples counts, and so much is left of all."""
+    return gls._Look(cast("Any", None), False, share, left)
+
+
+def more_counts(number: int) -> bool:
+    """Whether one look more is made where in each of so many more samples count."""
+    return gls._tells_more([look(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
+
+
 CASES = (
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
     Bracket("SETTLED_FIT", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
@@ -115,6 +125,9 @@ CASES = (
     ),
     Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
+    Bracket("MOST_LOOKS", gls, lambda x: more_counts(int(x)), 7, 9),
+    Bracket("FALLS", gls, lambda x: gls._tells_more([look(0.5, 4.0), look(0.5, 4.0 * x)], True), 0.85, 0.95),
+    Bracket("LOSES", reported, lambda x: reported._loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("ASTRAY", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
     Bracket(

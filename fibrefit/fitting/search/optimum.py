@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.roles import ROLES
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.search.with_input_errors import WithInputErrors, noise_left, with_input_errors
+from fibrefit.fitting.search.with_input_errors import WithInputErrors, as_it_ended, noise_left, with_input_errors
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, without_input_errors
@@ -19,6 +20,27 @@ from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.summaries import InputErrorSummary
+
+
+class Ended(NamedTuple):
+    """Where a search ended: a fit goes on from there, and does not search anew.
+
+    Parameters
+    ----------
+    local : (n_record, n_local) in SI units
+        Values of each record.
+    differ : bool
+        Whether records differ in more than their own values.
+    coefficients : mapping of input to (n_record, n_wave), optional
+        Errors of measured inputs.
+    near : InputSensitivities, optional
+        Readings linearised in these errors, near there.
+    """
+
+    local: np.ndarray
+    differ: bool = False
+    coefficients: InputCoefficients | None = None
+    near: InputSensitivities | None = None
 
 
 @dataclass(frozen=True)
@@ -32,6 +54,8 @@ class Optimum:
     ----------
     problem : Problem
     values : (n_free,) in SI units
+    local : (n_record, n_local) in SI units
+        The same for each record; where a search ended with records that differ, those of each.
     linear : Linearised
     scores : Scores
     expected_gap : float
@@ -47,6 +71,7 @@ class Optimum:
 
     problem: Problem
     values: np.ndarray
+    local: np.ndarray
     linear: Linearised
     scores: uncertainty.Scores
     expected_gap: float = 1.0
@@ -63,12 +88,7 @@ class Optimum:
         return _promised(self.scores, np.array(moving[: self.scores.size])) if self.further is None else self.further
 
 
-def optimum(
-    task: Task,
-    values: np.ndarray,
-    coefficients: InputCoefficients | None = None,
-    near: InputSensitivities | None = None,
-) -> Optimum:
+def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optimum:
     """What is known at the best values of a task; noisy inputs are corrected first, which moves the values a little.
 
     Parameters
@@ -76,31 +96,45 @@ def optimum(
     task : Task
     values : (n_free,) in SI units
         Best for the inputs as they were measured.
-    coefficients : mapping of input to (n_record, n_wave), optional
-        Errors of the inputs to begin with.
-    near : InputSensitivities, optional
-        Readings linearised near there, where they have been.
+    ended : Ended, optional
+        Where a search ended at these values.
     """
     problem, known = task.problem, input_errors(task)
     if not known:
-        linear = linearised(problem, values)
-        return Optimum(problem, values, linear, uncertainty.Scores.of(problem, linear, values))
-    found = with_input_errors(task, known, values, coefficients, near)
+        linear, local = linearised(problem, values), np.asarray(problem.layout.local(values))
+        return Optimum(problem, values, local, linear, uncertainty.Scores.of(problem, linear, values))
+    if ended is not None and ended.differ and ended.coefficients is not None:
+        # Values that all records share would lose bounces of those that differ.
+        local = ended.local
+        found = as_it_ended(problem, known, values, local, ended.coefficients, ended.near)
+    else:
+        coefficients, near = (None, None) if ended is None else (ended.coefficients, ended.near)
+        found = with_input_errors(task, known, values, coefficients, near)
+        local = np.asarray(problem.layout.local(found.values))
     shares = noise_left(task, found)
-    linear, scores = _scores(found, np.asarray(problem.observations.experiment.count), shares)
+    linear, scores = _scores(found, local, shares)
     rms = error_rms(problem, known, found.coefficients)
     usual = {name: _mean_rms(task.input_noise[name], task) for name in rms}
     errors = {name: InputErrorSummary(rms=size, noise=usual[name], unit=ROLES[name]) for name, size in rms.items()}
     expected = float(np.sqrt(np.mean(shares**2)))
     return Optimum(
-        found.problem, found.values, linear, scores, expected, errors, found.coefficients, found.view, found.promised
+        found.problem,
+        found.values,
+        local,
+        linear,
+        scores,
+        expected,
+        errors,
+        found.coefficients,
+        found.view,
+        found.promised,
     )
 
 
-def _scores(found: WithInputErrors, counts: np.ndarray, shares: np.ndarray) -> tuple[Linearised, uncertainty.Scores]:
+def _scores(found: WithInputErrors, local: np.ndarray, shares: np.ndarray) -> tuple[Linearised, uncertainty.Scores]:
     """Residuals and slopes without what errors of the inputs can imitate."""
     layout, weights = found.problem.layout, found.sensitivities.downweight
-    linear = found.problem.linearised_at(np.asarray(layout.local(found.values)))
+    linear, counts = found.problem.linearised_at(local), np.asarray(found.problem.observations.experiment.count)
     residuals = np.asarray(linear.residuals) * weights
     slopes = np.moveaxis(np.asarray(linear.slopes) * weights[..., None], -1, 1)
     left, waves = without_input_errors(found.sensitivities, slopes.reshape(*slopes.shape[:2], -1))

@@ -132,6 +132,33 @@ def with_input_errors(
     return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
 
 
+def as_it_ended(
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    local: np.ndarray,
+    coefficients: InputCoefficients,
+    near: InputSensitivities | None,
+) -> WithInputErrors:
+    """Values and errors of inputs with which a search ended whose records differ: they are its best ones.
+
+    Parameters
+    ----------
+    problem : Problem
+        With its inputs as measured.
+    known : mapping of input to InputErrors
+    values : (n_free,) in SI units
+        Means over the records.
+    local : (n_record, n_local) in SI units
+        Values of each record.
+    coefficients : mapping of input to (n_record, n_wave)
+    near : InputSensitivities, optional
+        Readings linearised near there, where they have been.
+    """
+    view = linearised_in_errors(problem, known, local, coefficients) if near is None else _view(problem, known, near)
+    return WithInputErrors(corrected(problem, known, coefficients), values, coefficients, view, 0.0)
+
+
 def accounted_for(cost: float, number: float = 1.0) -> bool:
     """Whether a sum of squares, of so many samples, is small enough for errors of inputs to be what the model lacks."""
     return cost < HOPELESS * number

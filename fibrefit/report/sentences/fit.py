@@ -123,6 +123,11 @@ def estimator_sentence(why: Why) -> str:
             "counts by what it adds to those before it, and records may differ in the rig's parameters. Error bars are "
             f"{why.ratio:.2g} times those of ordinary least squares in that noise."
         )
+    if why.identifier == "loses_less":
+        return (
+            "Generalised least squares (GLS): records differ, and values that all of them share lose bounces. "
+            f"Residuals are not noise alone (failed: {', '.join(why.failed)}): error bars are too small."
+        )
     reason = NO_GLS[why.identifier].format(failed=", ".join(why.failed))
     return f"Ordinary least squares (OLS), no GLS step: {reason}"
 
