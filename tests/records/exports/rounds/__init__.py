@@ -20,6 +20,7 @@ from tests.records.exports.rounds.thirtyeighth import THIRTYEIGHTH
 from tests.records.exports.rounds.thirtyfifth import THIRTYFIFTH
 from tests.records.exports.rounds.thirtyfirst import THIRTYFIRST
 from tests.records.exports.rounds.thirtyfourth import THIRTYFOURTH
+from tests.records.exports.rounds.thirtyninth import THIRTYNINTH
 from tests.records.exports.rounds.thirtysecond import THIRTYSECOND
 from tests.records.exports.rounds.thirtyseventh import THIRTYSEVENTH
 from tests.records.exports.rounds.thirtysixth import THIRTYSIXTH
@@ -69,6 +70,7 @@ ROUNDS: dict[str, list[Export]] = {
     "thirty-sixth": THIRTYSIXTH,
     "thirty-seventh": THIRTYSEVENTH,
     "thirty-eighth": THIRTYEIGHTH,
+    "thirty-ninth": THIRTYNINTH,
 }
 
 NOT_MET = frozenset(
