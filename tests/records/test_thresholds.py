@@ -466,6 +466,7 @@ WHOLE = (
     Bracket(
         "MOST_NAME_WORDS", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
     ),
+    Bracket("TOLD_ALIKE", unmoved, lambda x: known_to_be_harmless(f"cell entered {x} V, shown 1 V"), 1.03, 1.08),
     Bracket("LEAST_SERIAL", unmoved, lambda x: unmoved.is_label(Amount(x, counted=True)), 15001, 7001),
     Bracket("SHORTEST_NAME", unmoved, lambda x: passed_over(f"{'quux'[: round(x)]}: 5"), 3, 2),
     Bracket("LONGEST_STEP", unmoved, lambda x: passed_over(f"quux {x} s"), 1.5, 0.7),

@@ -19,7 +19,7 @@ from fibrefit.records.columns.held import ReadColumn, held_columns
 from fibrefit.records.columns.judged import doubt_of, formula_in
 from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
-from fibrefit.records.columns.unmoved import opens_section
+from fibrefit.records.columns.unmoved import DESIGNATION, opens_section
 from fibrefit.records.grammar.claims import Claim
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import kinds_named, score, tokens
@@ -66,7 +66,7 @@ def unaccounted(
             continue
         if not asked:
             unsure.setdefault(one.place, one)
-        elif is_of_times(claim, names) or kinds_named(one.text) == {"time"}:
+        elif is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}:
             if roles.get("time", -1) not in answered:
                 found.setdefault("time", _of_times(one, roles, columns, where))
         else:

@@ -85,11 +85,13 @@ DONE = re.compile(
     r"\b(?:applied|subtracted|removed|compensated|included|already|in engineering units|corrected for|considered"
     r"|eliminated|abgezogen|angewendet|angewandt|ber[u\u00fc]cksichtigt|eingerechnet|enthalten|korrigiert|tared|zeroed"
     r"|nulled|genullt|tariert|corrected|kompensiert"
-    r"|bereits|calibrated|zero(?: of \w+)? set|set to zero)\b",
+    r"|bereits|calibrated|kalibriert|[e\u00e9]talonn[e\u00e9]e?s?|calibrad[oa]s?|tarat[oae]"
+    r"|kalibrov[a\u00e1]n\w*|s?kalibrowan\w*|zero(?: of \w+)? set|set to zero)\b",
     re.I,
 )
 UNDONE = re.compile(
-    r"\b(?:not|never|no|nicht|kein\w*|without|ohne|to be|must|should|needs?|still|un(?:applied|corrected)|isn.t"
+    r"\b(?:not|never|no|nicht|kein\w*|pas|non|nie|nen\u00ed|sin|sans|senza|bez|without|ohne|to be"
+    r"|must|should|needs?|still|un(?:applied|corrected)|isn.t"
     r"|wasn.t)\b",
     re.I,
 )

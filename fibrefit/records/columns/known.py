@@ -139,7 +139,7 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
     plain = not (
         of_channel or ONE_OF.search(line) or any(may_bear(word, names) or "time" in kinds_named(word) for word in said)
     )
-    bears = prose and any(_bears(word, names) for word in tokens(line))
+    bears = prose and any(_bears(word, names) for word in tokens(DESIGNATION.sub(" ", line)))
     claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, SOMEBODY.sub(" ", SLASH.sub("; ", line)))), mark))
     sensitivities = {a.value for claim in claims for a in claim.amounts if a.unit.casefold() == "mv/v"}
     if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
@@ -341,13 +341,13 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         and not (CONSTANT.search(line) or UNDONE.search(line))
     ):
         return True
-    if not claim.amounts and changes and all(w.startswith(("zero", "null")) for w in changes):
+    if not (claim.amounts or told) and changes and all(w.startswith(("zero", "null")) for w in changes):
         return True
     plain = any(a.unit and "/" not in a.unit for a in claim.amounts)
     weighed = plain and any(map(CERTIFIED.fullmatch, changes))  # "calibration: 100 N applied"
     if weighed:
         return False
-    if DONE.search(line) and not UNDONE.search(line):
+    if DONE.search(line) and not UNDONE.search(line) and not any(w in WORDED for w in words):
         return True
     if told or not changes:
         return False

@@ -38,7 +38,7 @@ TECHNICAL = lexicon(
     "scal* skalier* factor* faktor* calib* cal kalib* kalibr* gain* verstarkung ratio* slope* intercept offset* zero*"
     " null* tare* tara balance* baseline bias drift* shift* delay* lag* latency skew compensat* coefficient* coeff*"
     " koeff* correct* korrek* polarit* sign vorzeichen invert* conver* umrechn* attenuat* dampf* damping decimat*"
-    " averag* gemittelt raw unfiltered linear* autozero autoscale exponent clock timer tick* shunt multiplier"
+    " averag* gemittelt raw unfiltered linear* autozero autoscale exponent shunt multiplier"
     " coefficient",
     # and what is said of them once they are done
     "subtract* removed applied already eliminated considered accounted deducted cancelled abgezogen angewendet"
@@ -69,7 +69,7 @@ CHANGES = lexicon(
     " odecist odecten* nekalibr* desetin* setin* krat znamenk*",
     "mnoz* pomnoz* podziel* dziel* przelicz* kalibr* wzmocn* odwroc* odwrotn* ujemn* zamien* omylk* polow*"
     " podwoj* dwukrot* procent* sredn* opozn* spowoln* tara przesun* odjac",
-    "minus moins menos meno doubled backwards upside tackle",
+    "minus moins menos meno doubled backwards upside tackle crossed gekreuzt croise* cruzad* incrociat*",
     "plus",
     # that something is amiss
     "wrong* mistak* erron* incorrect* should must instead not never yet too missing lost late slow* unreliable broken"
@@ -133,7 +133,7 @@ BESIDE = lexicon(
     " flaschenzug gegengewicht",
     # a side
     "other negative compression rises rising falling grows growing backward* envers reves contrario rovescio ruckwarts"
-    " arriere indietro atras pozpatku wstecz",
+    " arriere indietro atras pozpatku wstecz against gegen contre contra contro proti przeciw*",
     # a unit in words
     "*newton* kilogram* gram* grams pound* kilopond* libra* livre* kilo kilos",
     # how fast time goes
@@ -178,7 +178,7 @@ SIDED = re.compile(
     rf"|\b(?:counts?|reads?|registers?|grows?|increases?|z(?:\u00e4|ae)hlt|zeigt|cuenta|compte|conta)\b.*\b(?:{_UP}|{_DOWN}|backwards?)\b",
     re.I,
 )
-TO_BE = re.compile(r"\b(?:to be|has to|have to|is to|are to)\b", re.I)
+TO_BE = re.compile(r"\b(?:in units? of|to be|has to|have to|is to|are to)\b", re.I)
 #: A name with its version.
 VERSION = re.compile(r"\W*(?:[A-Z][\w-]*[a-z][\w-]*\s+){1,4}v?\d+(?:\.\d+)*\W*")
 #: That something is otherwise than it should be, whatever it is.

@@ -14,7 +14,7 @@ from fibrefit.core import units as registry
 from fibrefit.records.columns.lexicon import BESIDE, CHANGES, OF_TIMES, TECHNICAL, lexicon
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_STEP, MOST_NAME_WORDS, SHORTEST_NAME
+from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_STEP, MOST_NAME_WORDS, SHORTEST_NAME, TOLD_ALIKE
 
 #: Words of measuring: of what is read, if not of something that is named beside them.
 _MEASURED = lexicon(
@@ -75,8 +75,10 @@ def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool
 
 def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     """Whether one unit, or none, has two amounts, of which one may be what the other is taken for."""
-    told = {(a.unit, a.value) for claim in claims for a in claim.amounts if a.unit or bare}
-    return len(told) > len({unit for unit, _ in told})
+    told: dict[str, list[float]] = {}
+    for amount in (a for claim in claims for a in claim.amounts if a.unit or bare):
+        told.setdefault(amount.unit, []).append(abs(amount.value))
+    return any(max(values) > TOLD_ALIKE * min(values) for values in told.values())
 
 
 def is_long(amount: Amount) -> bool:
