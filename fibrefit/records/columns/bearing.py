@@ -29,12 +29,6 @@ MULTIPLIED = words(
 CORRECTION = words("korrektur*|correction")
 #: The end of a range, which is no factor of anything but counts.
 FULL_SCALE = re.compile(r"full[- ]?scale|(?<![^\W_])fs(?![^\W_])|endwert|messbereich", re.I)
-#: What is added to them, or taken away.
-SHIFT = words(
-    "offset*|zero|null|nullpunkt*|nullwert|nullung|nullabgleich|tare|tara|bias|baseline|intercept|posun|versatz"
-    "|shift*|drift"
-    "|subtract|deduct*|abzieh*|abzuzieh*|addier*|exclu*|dead ?weight|self ?weight|eigengewicht|residual"
-)
 #: By which side they are counted.
 TURN = words(
     "invert*|inv|neg|negat(?:ed|e|ion)|revers(?:ed|e)|flip(?:ped)?|umgekehrt|umgedreht|invertier*|negier*|polari(?:ty|t\u00e4t|tat|sation)"
@@ -57,8 +51,6 @@ NOT_YET = re.compile(
     r"\W{1,4}(?:no|false|off|nein|n))\s*$",
     re.I,
 )
-#: How late one channel is.
-LATE = words("delay*|lag|lags|lagging|latency|skew|late|behind|versp*|verz*|nachlauf")
 #: What stretches time.
 SLOWED = words(
     "slow[- ]?motion|slow[- ]?mo|time ?lapse|playback|zeitlupe|zeitraffer|time ?stretch*|tape speed|clock|timer|tick*"
@@ -153,19 +145,6 @@ IN_UNIT = re.compile(
 MISTAKEN = (*(10.0**k for k in (-6, -4, -3, -2, -1, 1, 2, 3, 4, 6)), 9.80665, 4.4482216, 25.4, 2.54, 57.29578)
 #: Factors between a clock and a mistaken one: decimations and averages, seconds for minutes or milliseconds.
 MISTAKEN_TIMES = (2.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 50.0, 60.0, 100.0, 1000.0)
-#: Beside a channel's name, what a bare number is of: a name, a count, a place of plugs, a form.
-NUMBERED = words(
-    "cell|sensor*|transducer*|channel*|ch\\d*|step*|cycle*|samples?|points?|rows?|records?|number|no|nr|id|s/n"
-    "|serial|run|test|trial|drop"
-    "|specimen|range|class|order|version|port|pin|slot|module|device|axis|line|page|bits?|digits?|decimals?|size"
-    "|length|columns?|index"
-    "|type|model|file*|level|status|state|mode|colou?r|precision|width|plate|frame|cases?|block*|counts?|min|max"
-    "|average*|mean|std|rms"
-    "|sections?|group|plot|graph|count|total|messstelle|kanal|spalte|zeile|kraftaufnehmer|aufnehmer|wegaufnehmer"
-    "|dose|limit*|control*"
-    "|date|day|time|start|end|trigger|threshold|revision|rev|part|stage|phase|segment|sequence|speed|rate|temp*"
-    "|mass|gauge|hook|bolt"
-)
 #: Of a weight that was hung up to see what is shown.
 CHECKED = words(
     "software|stamped|left (?:on|at)|set as|set to|entered|configur*|assum*|typed|programmed"

@@ -22,18 +22,15 @@ from fibrefit.records.columns.bearing import (
     IN_ERROR,
     IN_STEPS,
     IN_UNIT,
-    LATE,
     MISTAKEN,
     MULTIPLIED,
     NEGATED,
     NEUTRAL,
     NO_STATISTIC,
     NOT_YET,
-    NUMBERED,
     OF_OTHERS,
     OTHER_QUANTITY,
     SHARE_OF,
-    SHIFT,
     SHOWN,
     SLOWED,
     STATISTIC,
@@ -102,13 +99,7 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         about = claim.about
         answered = read.settled and not one.of and not read.named(about)
         if not done and not answered and read.concerns(about, one):
-            said = (
-                _factor(claim, read, line)
-                or _bare(claim, one, read)
-                or _shift(claim, read, line)
-                or _turn(claim, line, read)
-                or _late(claim, read)
-            )
+            said = _factor(claim, read, line) or _turn(claim, line, read)
             if said:
                 return said
         said = _statistic(claim, read)
@@ -167,16 +158,6 @@ def _is_ratio(unit: str) -> bool:
     above, _, below = unit.strip("()").partition("/")
     kinds = registry.kind_of(above), registry.kind_of(below.strip("()")) if below else None
     return kinds[0] is not None and kinds[0] == kinds[1] and kinds[0] != "voltage"
-
-
-def _bare(claim: Claim, one: Told, read: ReadColumn) -> str:
-    """A number without a unit beside the name of a column that is no name, count or form itself."""
-    if not read.named(claim.about) or one.of or NUMBERED.search(claim.about) or OF_OTHERS.search(claim.about):
-        return ""
-    rows = read.column.numbers.values.size
-    bare = [a for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0, float(rows))]
-    numbered = bool(bare) and bare[0].counted and bare[0].value <= read.beside + 1  # that of a channel
-    return f"({bare[0].value:g}) may be a factor of" if len(bare) == len(claim.amounts) == 1 and not numbered else ""
 
 
 def _row(claim: Claim, read: ReadColumn) -> str:
@@ -301,20 +282,6 @@ def _checked(line: str, read: ReadColumn, mark: str) -> str:
     )
 
 
-def _shift(claim: Claim, read: ReadColumn, line: str) -> str:
-    if not SHIFT.search(claim.about) or DATES.search(claim.about):
-        return ""
-    if (OF_OTHERS.search(claim.about) and not read.named(claim.about)) or (
-        "tar" in line.casefold() and UNDONE.search(line)
-    ):
-        return ""
-    for amount in read.own(claim):
-        same = amount.kind == read.kind or (not amount.unit and not amount.factor)
-        if same and amount.value != 0.0:
-            return "may still have to be taken off"
-    return ""
-
-
 def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
     match = TURN.search(claim.about)
     if not match or NEUTRAL.search(line) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
@@ -330,14 +297,6 @@ def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
     said = match.group().casefold().endswith(("ed", "iert", "kehrt", "dreht", "inv", "neg"))
     subject = read.named(line) or SUBJECT.search(line)
     return "may turn the sign of" if stated or ((said or swapped) and subject) else ""
-
-
-def _late(claim: Claim, read: ReadColumn) -> str:
-    """A time by which one channel lags: it is not that of a trigger, or of all of them."""
-    if not LATE.search(claim.about) or not read.named(claim.about) or "trigger" in claim.about.casefold():
-        return ""
-    late = any(a.kind == "time" and a.value for a in claim.amounts)
-    return "may still have to be taken off the times of" if late else ""
 
 
 def _slowed(claim: Claim) -> str:

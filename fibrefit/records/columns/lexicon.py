@@ -81,7 +81,7 @@ CHANGES = lexicon(
     "misto musi chyb* spatn* pomal* neni nebyl* jeste pozor zamiast powin* musi* pomin* brak nie jeszcze uwaga zle"
     " bledn* blad*",
 )
-#: Of these, what was done where a switch says yes.
+#: Of words of a change, what was done where a switch says yes.
 SWITCHED = lexicon(
     "calib* kalib* balance* shunt temperature coefficient tare* tara* zero* null* compensat* autozero offset*"
     " correct* korrek* linear* autoscale gain*"
