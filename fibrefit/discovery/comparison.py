@@ -71,7 +71,7 @@ class Comparison:
         return one.log - self.parent.log
 
 
-def comparison_of(search: Search, parent: Weighed, what: str) -> Comparison:
+def comparison_of(search: Search, parent: Weighed, what: str, first: Comparison | None = None) -> Comparison:
     """A parent with each further effect, all weighed in the noise that the best one of them leaves.
 
     Parameters
@@ -80,8 +80,11 @@ def comparison_of(search: Search, parent: Weighed, what: str) -> Comparison:
     parent : Weighed
     what : str
         What is said of it while it goes on.
+    first : Comparison, optional
+        Of effects one by one: what gained most there is tried first, in case the time ends.
     """
-    effects = search.extensions(parent)
+    gains = {} if first is None else {one.effects[-1]: first.gain(one) for one in first.found}
+    effects = sorted(search.extensions(parent), key=lambda effect: -gains.get(effect, 0.0))
     swift = [effect for effect in effects if not is_costly(effect)]
     costly = [effect for effect in effects if is_costly(effect)]
     with time_limit(LOOKING * time_left()):

@@ -16,7 +16,7 @@ from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
-from fibrefit.discovery.engine.effort import lost, time_for_gls
+from fibrefit.discovery.engine.effort import lost, time_for_gls, time_for_starts
 from fibrefit.discovery.engine.supermodel import TOO_FAR
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
@@ -86,7 +86,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     budget : Budget
         Of time.
     """
-    search, best, parts = at.search, at.best, _Parts(budget, _final_takes(at, before))
+    search, best, parts = at.search, at.best, _Parts(budget, _takes_longer(at.search, at.best, before))
     search.tell("testing the innovations", None)
     alarms = alarms_of(search, best)
     draw = partial(curves_beyond, search, best, before)
@@ -130,13 +130,13 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     )
     more = ("further",) if at.cut_short else ()
     if law is not None:
-        finding = replace(finding, after=_final(search, law[0], limits.seed, budget))
+        finding = replace(finding, after=_final(search, law[0], FINAL_STARTS, limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
 
 
-def _final_takes(at: Selection, before: Identification) -> float:
+def _takes_longer(search: Search, best: Weighed, before: Identification) -> float:
     """Time in s by which a final fit takes longer than the first one: its simulations may be slower."""
-    return FITTED_AGAIN * before.seconds * (slowdown(at.search, at.best) - 1.0) if at.best.effects else 0.0
+    return FITTED_AGAIN * before.seconds * (slowdown(search, best) - 1.0) if best.effects else 0.0
 
 
 def _fitted(
@@ -149,7 +149,8 @@ def _fitted(
     """
     said: list[Statement] = []
     while best.effects:
-        after = _final(search, best, limits.seed, budget)
+        quick = time_for_starts(budget.left, _takes_longer(search, best, before))
+        after = _final(search, best, FINAL_STARTS if quick else 0, limits.seed, budget)
         gaps = total(before.gap), total(after.gap)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
         if cut or limits.choose is not None or not lost(*gaps):
@@ -287,7 +288,8 @@ def _event(found: Identification) -> Statement | None:
     return Statement("events", {"departing": departing}) if departing else None
 
 
-def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identification:
+def _final(search: Search, best: Weighed, starts: int, seed: int, budget: Budget) -> Identification:
+    """The fit of what was found, from so many starts about it; without any, and on a drive, it begins where that is."""
     task, values = search.task_with(best)
     _, local = own_task_by_record(search.task, search.plain(best))
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
@@ -298,6 +300,7 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
         horizons=task.horizons[:1, -1:],
     )
     coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())
+    coefficients = {} if coefficients is None and not starts else coefficients
     # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
     near = None if search.gap(search.plain(best)) > TOO_FAR else best.supermodel.sensitivities
     # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.
@@ -306,6 +309,6 @@ def _final(search: Search, best: Weighed, seed: int, budget: Budget) -> Identifi
     how = How(whiten=whiten, rivals=False, ended=Ended(local, differ, coefficients, near))
     with time_limit(budget.left):
         return identify(
-            nearby, FINAL_STARTS if coefficients is None else 1, seed, how,
+            nearby, starts if coefficients is None else 1, seed, how,
             progress=search.tell, stop=lambda: budget.left < 0.0,
         )  # fmt: skip

@@ -146,7 +146,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     """A selection after one more look, and whether an effect was added."""
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
-    look = comparison_of(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}")
+    look = comparison_of(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}", at.singles)
     single, found = at.singles or look, _believed(look, limits)
     at, found = _where_it_is(replace(at, search=look.search, best=look.parent, look=found.look), found)
     if limits.choose is None and (law := unnamed(*found, single, before)) is not None:

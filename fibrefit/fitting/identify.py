@@ -123,7 +123,7 @@ def identify(
     found = _search(task, starts, seed, tell, stop) if ended is None else _as_it_ended(task, ended)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
-    if not task.noisy_inputs and not stop():
+    if ended is None and not task.noisy_inputs and not stop():
         found = searched_nearby(task.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
     values, second = (task.start, None) if ended else _settled(task, width, found, stop)

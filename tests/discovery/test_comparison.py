@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -47,3 +48,22 @@ def test_what_is_beyond_doubt_is_so_over_the_parent_from_where_it_led(
     assert asked == [(EFFECTS[0].name,)] * refitted
     assert look.parent.log == max(BASE.log, parent_from_there if refitted else BASE.log)
     assert (_chosen(look, Limits()) is not None) is named
+
+
+def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def tried(parent: Any, effects: Sequence[Any], what: str) -> Tried:
+        asked.append(tuple(effects))
+        return Tried([], tuple(effects))
+
+    one, two, three, four, beside = EFFECTS[:5]
+    search: Any = SimpleNamespace(extensions=lambda parent: (one, two, three, four), tried=tried)
+    monkeypatch.setattr(
+        comparison, "_in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, ())
+    )
+    found = tuple(Model((effect,), log) for effect, log in ((three, 90.0), (two, 5.0), (one, -3.0)))
+    first = comparison.Comparison(search, cast(Any, BASE), cast(Any, found))
+    comparison.comparison_of(search, cast(Any, Model((beside,), 200.0)), "trying", first)
+    comparison.comparison_of(search, cast(Any, BASE), "trying")
+    assert asked == [(three, two, four, one), (one, two, three, four)]

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import pytest
 
+from fibrefit.core.time_limit import Budget
 from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _believed, _further
@@ -180,15 +181,29 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 def test_what_a_fit_loses_the_motion_with_is_taken_out_and_said(
     monkeypatch: pytest.MonkeyPatch, after: float, kept: bool
 ) -> None:
-    before, ended = (SimpleNamespace(gap=gap, checks=()) for gap in (1.0, after))
+    before, ended = (SimpleNamespace(gap=gap, checks=(), seconds=1.0) for gap in (1.0, after))
     monkeypatch.setattr(conclusion, "_final", lambda *of: ended)
+    monkeypatch.setattr(conclusion, "slowdown", lambda *of: 1.0)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
     scales = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
     search: Any = SimpleNamespace(scales=scales)
     best, fit, said = conclusion._fitted(
-        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), cast(Any, None)
+        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0)
     )
     assert best.names == ((A.name,) if kept else ())
     assert fit is (ended if kept else before)
     assert [one.identifier for one in said] == ([] if kept else ["lost"])
     assert all("from 1 to 3" in discovery_sentence(one) for one in said)
+
+
+@pytest.mark.parametrize(("slower", "searched"), [(2.0, True), (12.0, False)])
+def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
+    monkeypatch: pytest.MonkeyPatch, slower: float, searched: bool
+) -> None:
+    asked: list[int] = []
+    before: Any = SimpleNamespace(gap=1.0, checks=(), seconds=2.0)
+    monkeypatch.setattr(conclusion, "_final", lambda search, best, starts, *of: asked.append(starts) or before)
+    monkeypatch.setattr(conclusion, "slowdown", lambda *of: slower)
+    monkeypatch.setattr(conclusion, "total", lambda gap: gap)
+    conclusion._fitted(cast(Any, None), cast(Any, Model((A,), 40.0)), before, Limits(), Budget.of(60.0))
+    assert [bool(starts) for starts in asked] == [searched]

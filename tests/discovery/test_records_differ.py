@@ -74,6 +74,6 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
     assert anew is not None
     for looks, low, high in ((gls.MOST_LOOKS, 0.9, 1.1), (1, 2.0, np.inf)):
         monkeypatch.setattr(gls, "MOST_LOOKS", looks)
-        found = conclusion._final(*anew, 0, Budget.of(1e3))
+        found = conclusion._final(*anew, 1, 0, Budget.of(1e3))
         assert low < total(found.gap) < high
         assert (found.why.identifier == "gls") is (looks > 1)

@@ -43,6 +43,9 @@ FAR_BEHIND = 30.0
 readings are linearised about it, nor tried in the place of a first effect once a second one is there."""
 PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself."""
+STARTS_NEED = 2.0
+"""Time that has to be left for a final fit from starts of its own, over what it is expected to take: one of drops with
+a fibre of mass took 1.8 times that."""
 GLS_NEEDS = 0.3
 """Share of the time that has to be left for the GLS estimate of a driven rig."""
 
@@ -123,6 +126,11 @@ def weighed_again(logs: Sequence[float], named: bool) -> list[bool]:
 def is_partner(place: int) -> bool:
     """Whether an effect is tried beside another one, by its place among those that gained most by themselves."""
     return place < PARTNERS
+
+
+def time_for_starts(left: float, takes: float) -> bool:
+    """Whether enough time is left for a final fit from starts of its own, which is expected to take so much, in s."""
+    return left > STARTS_NEED * takes
 
 
 def time_for_gls(left: float, given: float) -> bool:
