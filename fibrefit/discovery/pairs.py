@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, probe_all
-from fibrefit.discovery.engine.effort import FAR_BEHIND, is_partner
+from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING, is_partner
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.engine.weighed import Weighed
@@ -81,18 +81,20 @@ def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
         The pair first; None where there is none.
     """
     search, found = look.search, list[Weighed]()
-    best = [one for i, one in enumerate(look.found) if is_partner(i)]
+    best, beside = [one for i, one in enumerate(look.found) if is_partner(i)], _beside(look, instead)
+    reached = max([look.parent.log, *(one.log for one in beside)])
 
     def partners(first: Weighed, later: Sequence[Weighed]) -> list[Weighed]:
         allowed = set(search.extensions(first)) & {one.effects[-1] for one in later}
         ordered = [one.effects[-1] for one in later if one.effects[-1] in allowed]
-        return search.tried(first, ordered, "trying effects in pairs").found
+        # A pair has to gain more than what was found one by one: slopes promise a fair share of that.
+        return search.tried(first, ordered, "trying effects in pairs", PROMISING * (reached - first.log)).found
 
     for i, first in enumerate(best):
         some, _ = in_time(partial(partners, first, best[i + 1 :]), list[Weighed](), PAIRING * time_left())
         found += some
     others = [one for one in found if one.names != instead.names]
-    pairs = in_same_noise(search, look.parent, [*others, *_beside(look, instead)])
+    pairs = in_same_noise(search, look.parent, [*others, *beside])
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
     if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):

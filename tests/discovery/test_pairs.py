@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -34,11 +35,16 @@ class Model:
         return tuple(effect.name for effect in self.effects)
 
 
+floors: dict[Any, float] = {}
+"""Nats that slopes had to promise beside an effect, when it was last tried."""
+
+
 def look_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], asked: list[Any]) -> Comparison:
     """A first look in which effects gain so much one by one, and two together gain nothing beyond but as told."""
 
-    def tried(first: Model, effects: Sequence[Any], what: str) -> Tried:
+    def tried(first: Model, effects: Sequence[Any], what: str, least: float = -math.inf) -> Tried:
         asked.extend((first.effects[0], effect) for effect in effects)
+        floors[first.effects[0]] = least
         ends = [Model((*first.effects, e), together.get((first.effects[0], e), first.log - 4.0)) for e in effects]
         return Tried(cast("Any", ends), ())
 
@@ -77,6 +83,12 @@ def test_a_pair_has_to_gain_more_than_what_it_replaces_and_its_number_is_paid_fo
     # The logarithm of 28 pairs is 3.3.
     look = look_of(GAINS, {(B, C): 240.0 + more}, [])
     assert (best_pair(look, look.found[0]) is not None) is there
+
+
+def test_beside_an_effect_slopes_have_to_promise_half_of_what_it_is_behind() -> None:
+    look = look_of(GAINS, {(B, C): 310.0}, [])
+    assert best_pair(look, cast(Any, Model((A, E), 300.0))) is not None
+    assert (floors[A], floors[C]) == (30.0, 40.0)
 
 
 def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
