@@ -108,7 +108,7 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
     broken = text.count("\ufffd")
     whole = sum(1 for char in text if char > "\x7f") - broken
     if data.startswith(b"\xef\xbb\xbf") or whole > broken:
-        return text, "UTF-8", (f"{broken} characters are not valid UTF-8.",)
+        return text, "UTF-8", (f"{broken} character{'s are' if broken > 1 else ' is'} not valid UTF-8.",)
     encoding = "cp1251" if _is_cyrillic(data) else "cp1250" if _CZECH & set(data) else "cp1252"
     text = data.decode(encoding, errors="replace")
     if "\ufffd" in text:  # bytes that are no sign of this alphabet
