@@ -100,7 +100,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
-    best, after, refused = _fitted(search, wanted, before, limits, budget)
+    best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
     complete, parts = not alarms and not readings, replace(parts, kept=0.0)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
@@ -140,7 +140,7 @@ def _takes_longer(search: Search, best: Weighed, before: Identification) -> floa
 
 
 def _fitted(
-    search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget
+    search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget, longer: float
 ) -> tuple[Weighed, Identification, list[Statement]]:
     """What was found and its fit; without what no fit finds again, and what is said of that.
 
@@ -149,8 +149,8 @@ def _fitted(
     """
     said: list[Statement] = []
     while best.effects:
-        quick = time_for_starts(budget.left, _takes_longer(search, best, before))
-        after = _final(search, best, FINAL_STARTS if quick else 0, limits.seed, budget)
+        starts = FINAL_STARTS if time_for_starts(budget.left, longer) else 0
+        after = _final(search, best, starts, limits.seed, budget)
         gaps = total(before.gap), total(after.gap)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
         if cut or limits.choose is not None or not lost(*gaps):

@@ -93,15 +93,15 @@ def _looked(task: Task, bars: ErrorBars, found: GlsEstimate | None, searched: bo
         Whether that is one of a search, made with what is known of the errors beforehand alone.
     """
     looks: list[_Look] = []
+    took = 0.0
     while found is not None and found.seen.raw is not None:
         looks.append(_look(task, found))
-        if not _tells_more(looks, searched):
+        # Another look takes as long as the last one.
+        if time_left() <= took or not _tells_more(looks, searched):
             break
         began, mode = time.monotonic(), found.evidence.mode
         found = _settled(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
-        # Another look takes as long as this one.
-        if time_left() <= time.monotonic() - began:
-            break
+        took = time.monotonic() - began
     return min(looks, key=lambda look: look.left).found if looks else found
 
 

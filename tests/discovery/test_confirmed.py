@@ -183,12 +183,11 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_and_said(
 ) -> None:
     before, ended = (SimpleNamespace(gap=gap, checks=(), seconds=1.0) for gap in (1.0, after))
     monkeypatch.setattr(conclusion, "_final", lambda *of: ended)
-    monkeypatch.setattr(conclusion, "slowdown", lambda *of: 1.0)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
     scales = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
     search: Any = SimpleNamespace(scales=scales)
     best, fit, said = conclusion._fitted(
-        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0)
+        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0), 0.0
     )
     assert best.names == ((A.name,) if kept else ())
     assert fit is (ended if kept else before)
@@ -205,5 +204,7 @@ def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     monkeypatch.setattr(conclusion, "_final", lambda search, best, starts, *of: asked.append(starts) or before)
     monkeypatch.setattr(conclusion, "slowdown", lambda *of: slower)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
-    conclusion._fitted(cast(Any, None), cast(Any, Model((A,), 40.0)), before, Limits(), Budget.of(60.0))
+    best = cast(Any, Model((A,), 40.0))
+    longer = conclusion._takes_longer(cast(Any, None), best, before)
+    conclusion._fitted(cast(Any, None), best, before, Limits(), Budget.of(60.0), longer)
     assert [bool(starts) for starts in asked] == [searched]

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from fibrefit.core.time_limit import time_limit
+from fibrefit.fitting import gls
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, Searched, search, sobol_starts
@@ -102,3 +106,30 @@ def test_where_the_time_is_over_the_plain_estimate_is_told_and_why(task: Task, f
     assert found.gls is not None
     np.testing.assert_allclose(plain.values, found.plain.values, rtol=1e-5)
     assert estimator_sentence(plain.why).endswith("the time given ended before it was done.")
+
+
+def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = iter("bcd")
+
+    def estimate(name: str) -> Any:
+        return SimpleNamespace(name=name, seen=SimpleNamespace(raw=True), evidence=SimpleNamespace(mode=mode))
+
+    def settled(*of: Any) -> Any:
+        time.sleep(0.2)
+        return estimate(next(names))
+
+    mode = SimpleNamespace(unknowns=None, place=None, sigma=None)
+    lefts = {"a": 9.0, "b": 4.0, "c": 2.0, "d": 1.5}
+    monkeypatch.setattr(gls, "_settled", settled)
+    monkeypatch.setattr(gls, "_seen", lambda *of: None)
+    monkeypatch.setattr(gls, "_look", lambda _, found: gls._Look(found, True, 0.5, lefts[found.name]))
+
+    def kept(seconds: float) -> str:
+        with time_limit(seconds):
+            found = gls._looked(cast(Any, None), cast(Any, None), estimate("a"), True)
+        return cast(Any, found).name
+
+    # Two more are made, as there is no time for a third one.
+    assert kept(0.5) == "c"
+    # A first one is tried in any case, unless there is no time at all.
+    assert kept(0.0) == "a"
