@@ -132,7 +132,7 @@ def test_a_sample_beside_a_jump_is_held_against_the_nearer_side_of_it() -> None:
         signal = jnp.where(times > instant, 100.0, 0.0)
         for reading, nearer in ((0.0, 0.0), (100.0, 0.0), (60.0, 0.0), (101.0, -1.0), (-1.0, 1.0), (400.0, -300.0)):
             measured = signal.at[2].set(reading)
-            found = nearest_side(times, (signal - measured)[None], jnp.array([instant, 0.7]), jnp.array([[100.0, 0.0]]))
+            found = nearest_side(times, (signal - measured)[None], jnp.array([instant, 9.7]), jnp.array([[100.0, 0.0]]))
             plain = float(signal[2]) - reading
             np.testing.assert_allclose(found[0, 2], plain + share * (nearer - plain))
             np.testing.assert_allclose(np.delete(found[0], 2), 0.0)
@@ -146,6 +146,20 @@ def test_a_sample_is_as_far_off_before_a_jump_passes_it_as_after() -> None:
             signal = jnp.where(times > instant, 100.0, 0.0)
             ends.append(nearest_side(times, signal[None] - reading, jnp.array([instant]), jump)[0, 3])
         np.testing.assert_allclose(*ends, atol=1e-6)
+
+
+@pytest.mark.parametrize("steps", [(3, 3), (3, 4), (3, 5), (0, 0, 1, 1, 2), (4, 5, 5, 6)])
+def test_jumps_beside_each_other_are_passed_one_after_the_other(steps: tuple[int, ...]) -> None:
+    """What one leaves is what the next one finds, as if each were passed by itself."""
+    random = np.random.default_rng(len(steps))
+    times, distances = jnp.arange(8) * 0.5, jnp.asarray(random.normal(0.0, 50.0, (2, 8)))
+    instants = 0.5 * np.sort(np.array(steps) + random.random(len(steps)))
+    heights = random.normal(0.0, 100.0, (2, len(steps)))
+    found, one_by_one = nearest_side(times, distances, jnp.asarray(instants), jnp.asarray(heights)), distances
+    for instant, height in zip(instants, heights.T, strict=True):
+        one_by_one = nearest_side(times, one_by_one, jnp.array([instant]), jnp.asarray(height[:, None]))
+    np.testing.assert_allclose(found, one_by_one, rtol=1e-14)
+    assert np.any(found != distances)
 
 
 def test_the_cost_is_smooth_where_a_snap_passes_a_sample(task: Task) -> None:
