@@ -14,13 +14,18 @@ from click.testing import CliRunner
 
 from fibrefit.cli.main import group
 from fibrefit.core.errors import StudyError
+from fibrefit.core.progress import quiet
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.secant import SecantGram
+from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.laws.functions_of_speed import DampingSpeedExponent
 from fibrefit.problem.estimate.evidence import laplace
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.report.any import report_of
+from fibrefit.series.together import models
+from fibrefit.series.together.laws import LAWS
 from fibrefit.series.together.models import _at_its_mode
+from fibrefit.series.together.search import SpeedSearch
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study
 from fibrefit.study.summaries.series import SeriesSummary
@@ -122,6 +127,50 @@ def test_where_there_is_no_law_none_is_preferred(tmp_path: Path) -> None:
     assert "serves all 4 records" in found.sentence
     assert np.isfinite(found.verdict.models.law.evidence.spread).all()
     assert max(map(len, found.report().splitlines())) <= 80
+    table_agrees(found)
+
+
+def table_agrees(found: SeriesResult) -> None:
+    """The law of the sentence has the same number in the table; a promise is told as one, and has no values."""
+    effects = found.verdict.models.law.names
+    rows = {law.effect: law for law in found.summary().laws}
+    assert len(rows) == len(found.verdict.models.tried)
+    (mine,) = (rows[name] for name in effects)
+    assert mine.log_bayes_factor == found.verdict.logs["speed_law"]
+    assert not mine.promised
+    assert all(row.promised == (not row.parameters) for row in rows.values())
+    assert any(row.promised for row in rows.values())
+    assert "promised by slopes" in found.report()
+
+
+def test_the_table_of_laws_says_what_the_sentence_says(lawful: SeriesResult) -> None:
+    table_agrees(lawful)
+
+
+def test_a_law_that_stood_in_for_another_one_is_left_out_once_that_is_found(
+    lawful: SeriesResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Damping with a free curve, then friction with a power: with friction's law the curve says nothing more."""
+    found = lawful.verdict.models
+    search, base, true = found.search, found.constant, found.law
+    later = next(law.effect for law in LAWS if law.parameter == "friction")
+    # The true law, found after one of the friction, of which there is none.
+    stand_in = search.scales.absent(base, true.supermodel, (later,), 10.0)
+    both = search.scales.weigh(
+        true.supermodel, (later, *true.effects), true.local, true.evidence.mode.sigma, true.evidence.mode.place.eta
+    )
+    rounds = iter([(stand_in,), (both,), ()])
+    seen = []
+
+    def compared(search: SpeedSearch, parent: Weighed, what: str) -> Comparison:
+        seen.append(parent.names)
+        return Comparison(search, parent, next(rounds))
+
+    monkeypatch.setattr(models, "comparison_of", compared)
+    looks, law = models._grown(search, base, quiet)
+    assert seen == [(), (later.name,), true.names]
+    assert law.names == true.names
+    assert models._beside(looks, law) == (both,)
 
 
 def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(lawful: SeriesResult) -> None:

@@ -6,7 +6,9 @@ values of its own about which nothing is known beforehand but their order of mag
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
@@ -55,6 +58,23 @@ class Own:
         return self.mode.local
 
 
+class TriedLaw(NamedTuple):
+    """A law of speed by itself, on top of constant parameters.
+
+    Parameters
+    ----------
+    found : Weighed
+    log : float
+        Logarithm of the Bayes factor over constant parameters.
+    promised : bool
+        Whether that is what slopes promise: it was not followed to where it is best.
+    """
+
+    found: Weighed
+    log: float
+    promised: bool
+
+
 @dataclass(frozen=True)
 class ThreeModels:
     """Three models of the same records, weighed in one noise.
@@ -69,8 +89,10 @@ class ThreeModels:
     law : Weighed
         The most probable one with a law of speed, whether or not it is more probable than constant parameters.
     own : Own
-    ranked : tuple of Weighed
-        All laws tried in the first round, the most probable first.
+    tried : tuple of TriedLaw
+        All laws by themselves, the most probable first.
+    beside : tuple of Weighed
+        Laws tried in the round in which the first one of `law` was found, the most probable first.
     """
 
     search: Search
@@ -78,7 +100,8 @@ class ThreeModels:
     constant: Weighed
     law: Weighed
     own: Own
-    ranked: tuple[Weighed, ...]
+    tried: tuple[TriedLaw, ...]
+    beside: tuple[Weighed, ...]
 
 
 def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeModels:
@@ -96,16 +119,45 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     laws = laws_on(task.problem.model.rig)
     before = identify(task, FIRST_STARTS, seed, How(whiten=False, rivals=False), progress=tell)
     search, base = prepared_search(task, before, [law.effect for law in laws], tell)
-    first = look = comparison_of(SpeedSearch.of(search), base, "trying each law of speed")
-    while (found := _simplest(look)) and _may_grow(found):
-        search, found = _about(look.search, found)
-        look = comparison_of(SpeedSearch.of(search), found, "trying a further law of speed")
-    law = look.parent if look.parent.effects else _at_its_mode(look)
+    looks, law = _grown(search, base, tell)
+    search = looks[-1].search
     tell("weighing constant parameters, and parameters of each record", None)
-    constant = _constant(look, law, base)
-    return ThreeModels(
-        look.search, before, constant, law, own_values(look.search, law.supermodel, constant), first.found
-    )
+    constant = _constant(looks[-1], law, base)
+    own = own_values(search, law.supermodel, constant)
+    return ThreeModels(search, before, constant, law, own, _tried(looks[0], law, constant), _beside(looks, law))
+
+
+def _grown(search: Search, base: Weighed, tell: Progress) -> tuple[list[Comparison], Weighed]:
+    """All rounds of trying laws, and the model with those that are needed; with the best one where none is.
+
+    A law that stood in for another one is left out once that has been found.
+    """
+    looks = [comparison_of(SpeedSearch.of(search), base, "trying each law of speed")]
+    while found := _simplest(looks[-1]):
+        search, found = _about(looks[-1].search, found)
+        law = pruned(search.scales, found)
+        if not _may_grow(law, len(looks)):
+            return [*looks, replace(looks[-1], search=search, parent=law, found=())], law
+        looks.append(comparison_of(SpeedSearch.of(search), law, "trying a further law of speed"))
+    last = looks[-1]
+    return looks, last.parent if last.parent.effects else _at_its_mode(last)
+
+
+def _tried(first: Comparison, law: Weighed, constant: Weighed) -> tuple[TriedLaw, ...]:
+    """Laws of the first round; that which was taken alone as it was weighed at last."""
+    rows = [
+        TriedLaw(law, law.log - constant.log, False)
+        if one.effects == law.effects
+        else TriedLaw(one, first.gain(one), not one.evidence.mode.steps)
+        for one in first.found
+    ]
+    return tuple(sorted(rows, key=lambda row: -row.log))
+
+
+def _beside(looks: Sequence[Comparison], law: Weighed) -> tuple[Weighed, ...]:
+    """Laws of the last round that tried the first law of a model."""
+    rounds = [look for look in looks if any(one.effects[-1] is law.effects[0] for one in look.found)]
+    return rounds[-1].found if rounds else ()
 
 
 def _simplest(look: Comparison) -> Weighed | None:
@@ -125,8 +177,9 @@ def _at_its_mode(look: Comparison) -> Weighed:
     return look.search.scales.weigh(first.supermodel, first.effects, first.local, old.sigma, old.place.eta)
 
 
-def _may_grow(found: Weighed) -> bool:
-    return len(found.effects) < MOST_LAWS
+def _may_grow(found: Weighed, rounds: int) -> bool:
+    """Whether a further law is looked for: each may be found once, and once be made needless by another."""
+    return len(found.effects) < MOST_LAWS and rounds < 2 * MOST_LAWS
 
 
 def _about(search: Search, found: Weighed) -> tuple[Search, Weighed]:

@@ -163,9 +163,9 @@ def _alike(found: ThreeModels) -> tuple[str, ...]:
     if not found.law.effects:
         return ()
     first = found.law.effects[0]
-    mine = next((one.log for one in found.ranked if one.effects[-1] is first), np.inf)
+    mine = next((one.log for one in found.beside if one.effects[-1] is first), np.inf)
     return tuple(
-        one.effects[-1].name for one in found.ranked if one.effects[-1] is not first and one.log > mine - PREFERRED
+        one.effects[-1].name for one in found.beside if one.effects[-1] is not first and one.log > mine - PREFERRED
     )
 
 

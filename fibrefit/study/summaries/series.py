@@ -40,6 +40,9 @@ class LawSummary(Part):
     parameter: str
     form: str
     log_bayes_factor: float
+    promised: bool = Field(
+        default=False, description="Whether that is what slopes promise: the law was not followed to where it is best."
+    )
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
 
 

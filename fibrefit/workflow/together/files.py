@@ -60,25 +60,21 @@ def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
 
 def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
     """Every law by itself: at its best, or by what slopes promise of it, without values, where that is too little."""
-    base = found.models.constant.log
     summaries = []
-    for one in found.models.ranked:
-        law = BY_EFFECT[one.effects[-1].name]
-        own = {name: value for name, value in _safe(one).items() if name.startswith(f"{law.effect.name}.")}
+    for tried in found.models.tried:
+        law = BY_EFFECT[tried.found.effects[-1].name]
+        values = {} if tried.promised else parameters_of(tried.found)
         summaries.append(
             s.LawSummary(
                 effect=law.effect.name,
                 parameter=law.parameter,
                 form=law.form,
-                log_bayes_factor=one.log - base,
-                parameters=own,
+                log_bayes_factor=tried.log,
+                promised=tried.promised,
+                parameters={name: one for name, one in values.items() if name.startswith(f"{law.effect.name}.")},
             )
         )
     return tuple(summaries)
-
-
-def _safe(one: Weighed) -> dict[str, ParameterSummary]:
-    return parameters_of(one) if np.isfinite(one.evidence.z).all() else {}
 
 
 def speed_curve_summary(one: LawCurve) -> s.SpeedCurveSummary:
