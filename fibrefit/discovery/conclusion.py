@@ -32,6 +32,7 @@ from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.pace import FITTED_AGAIN, slowdown
 from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import is_far
 from fibrefit.discovery.search.weighing import weights
 from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
@@ -105,7 +106,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     complete, parts = not alarms and not readings, replace(parts, kept=0.0)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or parts.undone), bool(at.steps or _ranking(at))
-    verdict, reason = _verdict(best, alarms, readings, cut, tried)
+    verdict, reason = _of_whole_records(*_verdict(best, alarms, readings, cut, tried), after)
     known = tried or not cut or bool(readings)
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     predicted = partial(held_out, search, search.base, kept)
@@ -204,6 +205,18 @@ def _verdict(
     levels = best.evidence.grid[int(np.argmax(best.evidence.weight))]
     noise = Statement("noise_left", {"between_records": bool(levels.any())})
     return "named" if best.effects else NOTHING, (noise, *([Statement("no_further_look")] if cut else []))
+
+
+def _of_whole_records(
+    verdict: Verdict, reason: tuple[Statement, ...], after: Identification
+) -> tuple[Verdict, tuple[Statement, ...]]:
+    """A verdict, unless nothing is said to be missing where a fit of whole records loses the motion.
+
+    Then readings were looked at up to the first bounce alone, and that these are noise says nothing of the others.
+    """
+    if verdict != NOTHING or not is_far(after):
+        return verdict, reason
+    return "not_trusted", (Statement("motion_lost", {"gap": total(after.gap)}),)
 
 
 def _left_over(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from fibrefit.core.statement import Statement
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
@@ -21,6 +22,7 @@ from fibrefit.discovery.residuals.innovations import (
     _windows,
     against_rest,
 )
+from fibrefit.discovery.search import setup
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.discovery import discovery_sentence
 from fibrefit.rigs.signals.rest import rests
@@ -265,3 +267,21 @@ def test_a_name_found_before_the_time_ended_says_that_more_may_be_missing(cut: b
     assert verdict == "named"
     assert [one.identifier for one in reason] == ["noise_left", *(["no_further_look"] if cut else [])]
     assert ("--time" in " ".join(map(discovery_sentence, reason))) == cut
+
+
+@pytest.mark.parametrize(
+    ("gap", "inputs", "said"),
+    [(1.3, {"drive": 1e-5}, "nothing_missing"), (16.0, {"drive": 1e-5}, "not_trusted"), (16.0, {}, "nothing_missing")],
+)
+def test_nothing_is_missing_only_where_a_fit_of_a_drive_follows_the_motion_to_its_end(
+    gap: float, inputs: dict[str, float], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (conclusion, setup):
+        monkeypatch.setattr(module, "total", lambda of: of)
+    after = cast(Any, SimpleNamespace(gap=gap, expected_gap=1.0, input_errors=inputs))
+    verdict, reason = conclusion._of_whole_records("nothing_missing", (Statement("noise_left"),), after)
+    assert verdict == said
+    assert [one.identifier for one in reason] == ["motion_lost" if said == "not_trusted" else "noise_left"]
+    assert conclusion._of_whole_records("named", reason, after) == ("named", reason)
+    if said == "not_trusted":
+        assert "a gap of 16 over whole records" in discovery_sentence(reason[0])

@@ -23,7 +23,8 @@ from tests.validation.scores import Outcome, tables
 from tests.validation.tables import ROOT, append, read, revision, write_between
 from tests.validation.workers import carried_out
 
-RESULTS = ROOT / "results" / "validate_discover"
+RESULTS = Path(__file__).parent / "outcomes"
+"""Kept with the project: an outcome is written down once and stays."""
 DOCUMENT = ROOT / "docs" / "discovery.md"
 PROCESSES = 2
 LIMIT = 1200.0

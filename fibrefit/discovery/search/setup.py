@@ -45,7 +45,7 @@ def prepared_search(
     """
     wanted = _wanted(task, effects)
     supermodel = supermodel_of(
-        task, (), sensitivities_of(task, before.plain.values, before.coefficients, _is_far(before))
+        task, (), sensitivities_of(task, before.plain.values, before.coefficients, is_far(before))
     )
     context, local = _context(task), _local(supermodel, task, before.plain.values)
     tell("polishing the fit without more effects", None)
@@ -102,15 +102,16 @@ def set_up(task: Task, before: Identification | None, effects: Sequence[type[Eff
     """As `prepared_search`, all effects in one supermodel, at a task's first values where nothing was fitted."""
     wanted = _wanted(task, effects)
     values = task.start if before is None else before.plain.values
-    sensitivities = None if before is None else sensitivities_of(task, values, before.coefficients, _is_far(before))
+    sensitivities = None if before is None else sensitivities_of(task, values, before.coefficients, is_far(before))
     supermodel = supermodel_of(task, wanted, sensitivities)
     gap = 1.0 if before is None else total(before.gap)
     fit = Refit(_local(supermodel, task, values), gap**2 * float(supermodel.samples.sum()), {}, 0)
     return _search(task, wanted, supermodel, _context(task), fit, tell)
 
 
-def _is_far(before: Identification) -> bool:
-    return total(before.gap) > TOO_FAR * before.expected_gap
+def is_far(before: Identification) -> bool:
+    """Whether a fit with noisy inputs lacks so much that its readings are taken up to the first bounce alone."""
+    return bool(before.input_errors) and total(before.gap) > TOO_FAR * before.expected_gap
 
 
 def _wanted(task: Task, effects: Sequence[type[Effect]]) -> tuple[type[Effect], ...]:

@@ -252,6 +252,10 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "time_ended": lambda facts: (
         "Of what was tried nothing is missing, but the time ended before all was tried; more is given by --time."
     ),
+    "motion_lost": lambda facts: (
+        f"The fit leaves a gap of {facts['gap']:.3g} over whole records: it loses the motion after the first bounces, "
+        "and what may be missing was looked for before these alone. Of the rest nothing is known."
+    ),
     "no_further_look": lambda facts: (
         "The time ended before all that may be missing beside what was named was looked at; more is given by --time."
     ),
