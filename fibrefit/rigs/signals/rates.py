@@ -9,13 +9,10 @@ from numpy.polynomial import polynomial
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import BEGUN, FEWEST_MOVING
 
-BEGUN = 0.02
-"""Share of its largest deviation by which a channel has left that place when its motion has surely begun."""
 LATE = 0.1
 """Share of a record, at its end, whose median is where the motion comes to rest."""
-FEWEST = 32
-"""Samples that a motion has to last."""
 MANY = 256
 """Samples of a window from which transforms take less time than sums."""
 
@@ -124,7 +121,7 @@ def from_motion(trace: Trace, channel: str) -> Trace:
     first = int(np.argmax(far))
     left = ~far[first:]
     start = first + int(np.argmax(left)) if left.any() else len(whole)
-    if len(whole) - start < FEWEST or not np.ptp(whole) > 0.0:
+    if len(whole) - start < FEWEST_MOVING or not np.ptp(whole) > 0.0:
         do = "Check its column and unit."
         raise DataError(trace.name, f"the {channel} does not change", "a motion that is let go once", do)
     return trace._replace(

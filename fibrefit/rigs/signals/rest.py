@@ -10,19 +10,12 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import DRIFT, FAST_NOISE, FIRST_BLOCKS, SHORTEST_REST, SLOW_NOISE, SPREADS
 
 BLOCK = 32
 """Samples whose mean is compared when looking for rest."""
-SHORTEST_REST = 64
 SHORTEST_BLOCKS = SHORTEST_REST // BLOCK + 1
 """Blocks of the shortest rest, with the one that motion may begin in."""
-DRIFT = 0.003
-"""Share of its travel by which an input or a reading may move while the rig is at rest."""
-FIRST, SPREADS = 4, 4.0
-"""First blocks that show how noise moves their means, and how many standard deviations of those are still rest."""
-SLOW = 6.0
-"""Largest move of a block's mean that is taken for slow noise, in standard deviations of the fast noise."""
-
 PARABOLA = 3
 """Coefficients of one."""
 QUIET = 0.25
@@ -36,15 +29,15 @@ def rests(trace: Trace) -> list[slice]:
         _Signal(_means(values[:, 0]), DRIFT * float(np.ptp(values[:, 0])), 0.0) for values in trace.inputs.values()
     ]
     # Before the motion a block by itself may be damaged or loud; after it, one may look like rest at a turning point.
-    seen, ahead = FIRST, _run_length(_still(signals, FIRST), 1)
+    seen, ahead = FIRST_BLOCKS, _run_length(_still(signals, FIRST_BLOCKS), 1)
     # What is at rest shows how slow noise moves, and that what follows is at rest too.
     while ahead > seen:
         seen, ahead = ahead, _run_length(_still(signals, ahead), 1)
-    if ahead < FIRST:
+    if ahead < FIRST_BLOCKS:
         # What does not even agree with itself says nothing of slow noise.
         seen, ahead = 0, _run_length(_still(signals, 0), 1)
     limits = [signal.limit(seen) for signal in signals]
-    turned = [_near(signal.means[::-1], FIRST, limit) for signal, limit in zip(signals, limits, strict=True)]
+    turned = [_near(signal.means[::-1], FIRST_BLOCKS, limit) for signal, limit in zip(signals, limits, strict=True)]
     behind = _run_length(np.logical_and.reduce(turned)) * BLOCK
     found = [slice(0, ahead * BLOCK), slice(len(trace.times) - behind, len(trace.times))]
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
@@ -68,9 +61,9 @@ class _Signal(NamedTuple):
     def limit(self, seen: int) -> float:
         """How far noise moves a block's mean, as the first ones show it; the fewest show little of slow noise."""
         first = self.means[:seen]
-        if seen < FIRST or len(first) < seen or not np.isfinite(first).all():
+        if seen < FIRST_BLOCKS or len(first) < seen or not np.isfinite(first).all():
             return self.least
-        return max(self.least, self.most if seen == FIRST else min(SPREADS * float(np.std(first)), self.most))
+        return max(self.least, self.most if seen == FIRST_BLOCKS else min(SPREADS * float(np.std(first)), self.most))
 
 
 _KNOWN: dict[int, tuple[weakref.ref[np.ndarray], _Signal]] = {}
@@ -90,7 +83,7 @@ def _seen_in(signal: np.ndarray) -> _Signal:
     # within one block.
     white = max(white_noise(signal), _noise_in_blocks(signal))
     travel = float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
-    return _Signal(_means(signal), max(1.2 * white, resolution(signal)), max(DRIFT * travel, SLOW * white))
+    return _Signal(_means(signal), max(FAST_NOISE * white, resolution(signal)), max(DRIFT * travel, SLOW_NOISE * white))
 
 
 def _noise_in_blocks(signal: np.ndarray) -> float:

@@ -13,11 +13,10 @@ from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import FALLEN, FALLS_AT_ALL, FEWEST_FALLING, FORCE_RISES
 
 SMOOTHED_DROP = 8e-3
 """Length [s] of the windows by which the rate of a stretch is found, and where a signal crosses a level."""
-STILL = 0.3
-"""Share of its lift by which a weight at least moves where it falls at all."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -54,7 +53,7 @@ def starting_fibre_mass(traces: Sequence[Trace], stated: Stated, initial: Initia
 def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
     position, time = trace.channels["position"], trace.times
     lift = trace.conditions["lift"]
-    if np.nanmax(position) - np.nanmin(position) < STILL * lift:
+    if np.nanmax(position) - np.nanmin(position) < FALLS_AT_ALL * lift:
         raise _no_drop(trace, "does not fall by its lift")
     if "release" in stated and "position_zero" in stated and not np.isnan(lift):
         level, after = stated["position_zero"] - lift, time >= stated["release"]
@@ -64,11 +63,13 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
         lift = _onset(trace, level) - level if np.isnan(lift) else lift
     fallen = position - level
     # The square root of the way fallen is a line in time, whose foot is the release.
-    below = _first(after & (fallen > 0.8 * lift), trace, "does not fall by its lift")
+    below = _first(after & (fallen > FALLEN * lift), trace, "does not fall by its lift")
     early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * lift)
-    if early.sum() < 4:
+    if early.sum() < FEWEST_FALLING:
         do = "Check lift, and the unit of the position channel."
-        raise DataError(trace.name, "fewer than 4 samples of the fall", "a fall of some milliseconds", do)
+        raise DataError(
+            trace.name, f"fewer than {FEWEST_FALLING} samples of the fall", "a fall of some milliseconds", do
+        )
     slope, foot = np.polyfit(time[early], np.sqrt(fallen[early]), 1)
     release = float(np.clip(-foot / slope, time[0], time[below]))
     zero, release = stated.get("position_zero", level + lift), stated.get("release", release)
@@ -89,7 +90,7 @@ def _onset(trace: Trace, level: float) -> float:
     force = trace.channels["force"]
     held = _held(trace)
     noise = np.nanstd(force[held])
-    rising = _first(force > np.nanmean(force[held]) + 8.0 * noise, trace, "shows no force")
+    rising = _first(force > np.nanmean(force[held]) + FORCE_RISES * noise, trace, "shows no force")
     if trace.channels["position"][rising] <= level:
         raise DataError(
             trace.name,

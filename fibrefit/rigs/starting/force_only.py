@@ -12,9 +12,7 @@ from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.starting.fibre_mass import SMOOTHED_DROP
-
-ONSET = 0.05
-"""Share of the largest force from which the fibre is surely taut."""
+from fibrefit.rigs.thresholds import CAUGHT
 
 
 def starting_force_only(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
@@ -61,7 +59,7 @@ def _catch(trace: Trace) -> tuple[float, float, float, float, float]:
     force = np.interp(times, times[seen], force[seen])
     held = [rest for rest in rests(trace) if rest.start == 0]
     force = force - (float(np.mean(force[held[0]])) if held else float(np.min(force)))
-    taut = derivative(force, times, SMOOTHED_DROP, 0) > ONSET * force.max()
+    taut = derivative(force, times, SMOOTHED_DROP, 0) > CAUGHT * force.max()
     if not force.max() > 0.0 or taut[0]:
         do = "Check the sign of the force, and let the record begin before the fall."
         raise DataError(trace.name, "no catch in the force", "a force that rises from rest as a fibre goes taut", do)

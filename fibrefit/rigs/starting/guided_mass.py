@@ -11,6 +11,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.rigs.rig import Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative, period_of, rates_of
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import FEWEST_SLIDING, PROVEN
 
 SMOOTH = 0.03
 """Length in s of the stretches over which position is taken for a parabola."""
@@ -22,8 +23,6 @@ VISCOUS = "guide.viscous_friction.viscous_coefficient"
 SPRING, ZERO = "guide.spring.spring_stiffness", "guide.spring.spring_zero"
 SLOW = 0.05
 """Share of the largest speed below which the direction of motion is not believed."""
-PROVEN = 0.2
-"""Share of what the other terms leave of the force that a term must explain before its sign is believed."""
 
 
 class _Columns(NamedTuple):
@@ -80,7 +79,7 @@ def _columns(trace: Trace, spring: bool, free: bool) -> _Columns:
     """Terms of the force of one record, where its mass moves."""
     position, speed, acceleration = _motion(trace)
     moving = np.abs(speed) > SLOW * np.nanmax(np.abs(speed))
-    if moving.sum() < 16:
+    if moving.sum() < FEWEST_SLIDING:
         raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
     terms = {"mass": acceleration, "friction": np.sign(speed), VISCOUS: speed}
     terms |= ({SPRING: position} if spring else {}) | {"force_offset": np.ones_like(speed)}

@@ -13,6 +13,7 @@ from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import DRIVE_BEGINS, DRIVE_STANDS
 
 SMOOTHING = 0.020
 """Window in s over which positions are differentiated."""
@@ -20,7 +21,6 @@ SLIDES = 0.02
 """Speed in m/s from which the weight is taken to slide."""
 FIRST = 0.25
 """Length in s of motion that the guesses can be trusted to predict."""
-CAPS = 10.0
 
 
 def starting_pulley_drive(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
@@ -75,7 +75,7 @@ def _rest(trace: Trace) -> slice:
 
 def _begins(trace: Trace, rest: slice) -> float:
     drive = trace.inputs["drive"][:, 0]
-    away = np.abs(drive - drive[rest].mean()) > max(CAPS * drive[rest].std(), 1e-5)
+    away = np.abs(drive - drive[rest].mean()) > max(DRIVE_BEGINS * drive[rest].std(), DRIVE_STANDS)
     if not away.any():
         raise DataError(
             trace.name, "the drive does not move", "a motion that stretches the fibre", "Check the drive channel."
