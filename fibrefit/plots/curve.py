@@ -29,6 +29,7 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.study.summaries.discovery import FreeCurve
+from fibrefit.study.summaries.part import Z_95
 
 LARGE, STAYS, SHARED_SPACE = 58.0, 12.0, 2.0
 """Heights in mm of the best curve and of where the motion stays, and what is between them: they share an axis."""
@@ -38,8 +39,6 @@ SMALL_HEIGHT, ABOVE = 22.0, 20.0
 """Height of a small picture, and room between rows of them, in mm."""
 COLUMNS, WIDEST = 3, 40
 """Small pictures in a row, and letters in a line above them."""
-SURE = 1.96
-"""Standard errors in half of a band of 95 %."""
 ROOM = 0.5
 """How far an axis reaches beyond the curve for the sake of its band, as a share of the curve's height."""
 
@@ -80,7 +79,7 @@ def _curve(axes: Axes, curve: FreeCurve) -> None:
     across = readable_unit(np.array(curve.knots), curve.unit)[1]
     up = readable_unit(np.array(curve.heights), curve.height_unit)
     knots, heights = np.divide(curve.knots, across), np.divide(curve.heights, up[1])
-    half = SURE * np.array([np.inf if error is None else error for error in curve.std_errors]) / up[1]
+    half = Z_95 * np.array([np.inf if error is None else error for error in curve.std_errors]) / up[1]
     reach = ROOM * float(np.ptp(heights)) or 1.0
     lowest, highest = float(heights.min()) - reach, float(heights.max()) + reach
     low, high = np.maximum(heights - half, lowest), np.minimum(heights + half, highest)

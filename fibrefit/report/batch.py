@@ -9,6 +9,7 @@ from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import LONGEST_NAME, with_error
+from fibrefit.report.thresholds import SCATTERS_MORE
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
 VERDICTS = {
@@ -22,8 +23,6 @@ MOST_ERRORS = 12
 """Items that could not be carried out and are listed with the reason."""
 SPREAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
-MORE = 2.0
-"""Robust standard deviation between items over their median standard error: above it they differ significantly."""
 
 
 def items_in_words(wrong: Sequence[str], total: int, what: str) -> str:
@@ -99,7 +98,7 @@ def scatter_sentences(summary: BatchSummary) -> list[str]:
     differ = []
     for name, found in _usable(summary).items():
         scatter, error = _scatter(found)
-        if error and scatter > MORE * error and len(found) > 2:
+        if error and scatter > SCATTERS_MORE * error and len(found) > 2:
             differ.append(f"{name} (ratio {scatter / error:.1f})")
     return [f"Between-item scatter exceeds the standard error: {', '.join(differ)}."] if differ else []
 

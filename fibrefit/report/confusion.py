@@ -8,11 +8,10 @@ import textwrap
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH
+from fibrefit.report.thresholds import CONFOUNDED
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Detectable
 
-ALIKE = 0.9
-"""Absolute cosine of two sensitivities above which a pair is listed."""
 MOST_PAIRS = 12
 
 
@@ -35,7 +34,7 @@ def distinguish_report(summary: DistinguishSummary) -> str:
     lines += ["", heading, "-" * len(heading)]
     lines += [f"{cosine:.3f}  {first} / {second}" for first, second, cosine in pairs[:MOST_PAIRS]]
     if not pairs:
-        lines.append(f"No two effects have sensitivities of |cosine| {ALIKE:g} or more.")
+        lines.append(f"No two effects have sensitivities of |cosine| {CONFOUNDED:g} or more.")
     if summary.best_further_record is not None:
         lines += ["", *textwrap.wrap(summary.best_further_record.says, WIDTH)]
     return "\n".join([*lines, "", GLOSSARY])
@@ -43,7 +42,9 @@ def distinguish_report(summary: DistinguishSummary) -> str:
 
 def _pairs(summary: DistinguishSummary) -> list[tuple[str, str, float]]:
     names = [one.effect for one in summary.effects]
-    found = [(names[i], names[j], row[j]) for i, row in enumerate(summary.cosine) for j in range(i) if row[j] > ALIKE]
+    found = [
+        (names[i], names[j], row[j]) for i, row in enumerate(summary.cosine) for j in range(i) if row[j] > CONFOUNDED
+    ]
     return sorted(found, key=lambda pair: -pair[2])
 
 

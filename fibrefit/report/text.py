@@ -13,6 +13,7 @@ from functools import partial
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, table, titled
+from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import lacking, leaves_more
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
@@ -24,9 +25,6 @@ from fibrefit.study.summaries.summaries import (
 
 #: Digits of an error bar that mean something.
 ERROR_DIGITS = 2
-
-#: Error over width of a prior from which that prior is said to matter, and from which it is all that is known.
-MATTERS, HELD = 0.3, 0.8
 
 #: Longest name of a parameter that leaves room for its numbers.
 LONGEST_NAME = 28
@@ -148,7 +146,7 @@ def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
             continue
         share = one.std_error / one.prior_error
         value, error, unit = with_error(one.prior_centre, one.prior_error, one.unit)
-        word = "is held by" if share > HELD else "rests also on" if share > MATTERS else "hardly hangs on"
+        word = "is held by" if share > UNCONTRACTED else "rests also on" if share > PRIOR_MATTERS else "hardly hangs on"
         width = f"{100.0 * share:.0f} %" if share < 1.0 else "all"
         said.append(f"{name} {word} its prior, {value} +/- {error} {unit}: its error is {width} of the prior's.")
     return said

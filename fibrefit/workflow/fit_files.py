@@ -27,10 +27,9 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.study.summaries.summaries import Gap as GapSummary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, reading_errors
+from fibrefit.workflow.thresholds import CORRELATED
 
 DETERMINED = "identifiability"
-CORRELATED = 0.7
-"""Correlation beyond which a pair of parameters is told: what one gains the other makes up for."""
 
 
 def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:

@@ -11,11 +11,12 @@ import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.study.summaries.discovery import HeldOut
-from fibrefit.workflow import sweep_summary, thresholds
+from fibrefit.workflow import fit_files, sweep_summary, thresholds
 from fibrefit.workflow.discovery import advice
 from fibrefit.workflow.prediction import judge
 from fibrefit.workflow.together import files as series
 from fibrefit.workflow.together import series as together
+from fibrefit.workflow.together import words
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -79,6 +80,20 @@ def a_series(records: float) -> bool:
     raise AssertionError("neither refused nor read")
 
 
+def correlated(size: float) -> bool:
+    """Whether two parameters so correlated are told."""
+    entries = tuple((SimpleNamespace(name=name), None) for name in ("mass", "stiffness"))
+    problem = SimpleNamespace(layout=SimpleNamespace(entries=entries))
+    found = SimpleNamespace(covariance=np.array([[1.0, size], [size, 1.0]]), problem=problem)
+    return bool(fit_files.strong_correlations(cast(Any, found)))
+
+
+def differ(chance: float) -> bool:
+    """Whether records are told to differ whose values scatter as much with such a chance."""
+    one = SimpleNamespace(sd=0.1, logarithmic=True, chance=chance)
+    return bool(words._scatter(cast(Any, SimpleNamespace(populations={"damping": one}))))
+
+
 CASES = (
     Bracket("SHORTEST_SERIES", together, a_series, 4, 2),
     Bracket("LACKING", judge, lambda x: within("model", x), 1.3, 1.7),
@@ -86,6 +101,8 @@ CASES = (
     Bracket("LOCATED", sweep_summary, fine, 0.08, 0.13),
     Bracket("DECIDED", series, lambda x: series.series_checks(verdict(x))[1].passed, 4.0, 6.0),
     Bracket("PREDICTED", advice, missed, 1.1, 1.2),
+    Bracket("CORRELATED", fit_files, lambda x: not correlated(x), 0.6, 0.8),
+    Bracket("RECORDS_DIFFER", words, differ, 0.007, 0.013),
 )
 
 

@@ -12,8 +12,9 @@ from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.discovery import LEAST_TOLD, Candidate, DiscoverySummary, listed
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
 from fibrefit.study.summaries.summaries import Gap
+from fibrefit.study.thresholds import LEAST_TOLD
 
 MOST_CANDIDATES = 8
 STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}

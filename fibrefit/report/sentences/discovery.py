@@ -8,14 +8,9 @@ from typing import Any, Protocol
 
 from fibrefit.core.statement import Statement
 from fibrefit.core.units import format_quantity
+from fibrefit.report.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
 from fibrefit.study.summaries.discovery import Round, Separation, Weight
 
-SMALL = 0.05
-"""Share of the signal below which an effect is called small."""
-SURE = 5.0
-"""Standard errors from which an effect is called systematic."""
-LITTLE = 0.97
-"""Factor on the likeness that is no great help."""
 NO_HELP = " That is little: it takes another kind of test."
 READ_IN = {"m": ("mm", 1e3)}
 """Unit a person reads an SI unit in, and its factor, where it is another."""
@@ -43,7 +38,7 @@ def worded_weight(found: Weight) -> Weight:
     says = f"{found.effect} makes up {100.0 * found.share_of_signal:.2g} % of the {found.signal} and accounts for "
     says += f"{100.0 * found.share_of_gap:.0f} % of the gap"
     if sure:
-        small = ": small but systematic." if found.share_of_signal < SMALL else "."
+        small = ": small but systematic." if found.share_of_signal < SMALL_SHARE else "."
         says += f"; its strength is {times} times its standard error{small}"
     else:
         says += f", but its strength is only {times} times its standard error."
@@ -93,12 +88,12 @@ def worded_separation(found: Separation) -> Separation:
     if found.cosine_before is not None and found.cosine_after is not None:
         before, after = found.cosine_before, found.cosine_after
         told = f"the |cosine| of their sensitivities falls from {before:.3f} to {after:.3f}."
-        little = after > LITTLE * before
+        little = after > LITTLE_HELP * before
     else:
         before, after = found.apart_before or 0.0, found.apart_after or 0.0
         told = f"there they predict readings that differ by {after:.2g} times the noise (rms), {before:.2g} times in "
         told += "the records at hand."
-        little = after <= before / LITTLE
+        little = after <= before / LITTLE_HELP
     return found.model_copy(update={"says": f"{begin}: {told}{NO_HELP if little else ''}"})
 
 

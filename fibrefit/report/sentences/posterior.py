@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.statement import Statement
 from fibrefit.report.sentences.fit import hausman_sentence, worded
+from fibrefit.report.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
@@ -53,10 +54,6 @@ REMARKS: dict[str, Callable[[Statement], str]] = {
     "gls_gains": _gls_gains,
 }
 """By identifier."""
-
-
-HEAVY_TAILS = 1.0
-"""Excess kurtosis of the innovations above which a normal law is called into question."""
 
 
 def likelihood_sentence(model: NoiseModel) -> str:

@@ -25,6 +25,7 @@ from fibrefit.study.quantity import (
 from fibrefit.study.rigs.common import RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
+from fibrefit.study.thresholds import STEPS_A_PERIOD
 
 MOST = 20_000
 """Frequencies of one sweep."""
@@ -96,9 +97,10 @@ class SweepSettings(StudyTable):
             raise refusal(f"highest {self.highest:g} Hz", f"a value above lowest, {self.lowest:g} Hz", "Swap them.")
         if (self.highest - self.lowest) / self.step > MOST:
             raise refusal(f"step {self.step:g} Hz", f"at most {MOST} frequencies", "Take a larger step.")
-        if self.sampling_rate < 20.0 * self.highest:
-            rate = 20.0 * self.highest
-            raise refusal(f"sampling_rate {self.sampling_rate:g} Hz", f"at least {rate:g} Hz: 20 steps a period", "")
+        if self.sampling_rate < (rate := STEPS_A_PERIOD * self.highest):
+            raise refusal(
+                f"sampling_rate {self.sampling_rate:g} Hz", f"at least {rate:g} Hz: {STEPS_A_PERIOD} steps a period", ""
+            )
         names = [curve.name for curve in self.curves]
         if len(set(names)) < len(names):
             raise refusal("two curves of one name", "a name of its own for each", "Rename one.")

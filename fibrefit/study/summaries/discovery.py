@@ -10,6 +10,7 @@ from pydantic import Field
 from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.part import Known, Part
 from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary
+from fibrefit.study.thresholds import LEAST_TOLD
 
 Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
 
@@ -53,10 +54,6 @@ class ListedCandidates(NamedTuple):
     shown: tuple[Candidate, ...]
     others: int
     gain: bool
-
-
-LEAST_TOLD = 0.5
-"""Nats of evidence, which are told without decimals, that are more than nothing."""
 
 
 def listed(ranking: Sequence[Candidate], most: int, added: str = "") -> ListedCandidates:

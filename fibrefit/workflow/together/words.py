@@ -6,6 +6,7 @@ from fibrefit.core.units import format_number, format_quantity
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.speeds import span
 from fibrefit.series.together.verdict import LawCurve, Verdict
+from fibrefit.workflow.thresholds import RECORDS_DIFFER
 
 BASE = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
 
@@ -81,7 +82,7 @@ def _scatter(found: Verdict) -> str:
     said = [
         f"{100 * one.sd:.2g} % in {name}"
         for name, one in found.populations.items()
-        if one.logarithmic and one.chance < 0.01
+        if one.logarithmic and one.chance < RECORDS_DIFFER
     ]
     return f" By chance records differ by {' and '.join(said)}." if said else ""
 

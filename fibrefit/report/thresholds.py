@@ -1,0 +1,18 @@
+"""Every number that decides by which words a finding is told, with its meaning and where it comes from."""
+
+from __future__ import annotations
+
+SMALL_SHARE = 0.05
+"""Share of the signal below which an effect is called small: a curve drawn over the other one hides it."""
+SURE = 5.0
+"""Standard errors from which an effect is called systematic: the usual ones of a discovery."""
+LITTLE_HELP = 0.97
+"""Factor on the likeness of two effects that is no great help: it is known to some percent."""
+CONFOUNDED = 0.9
+"""Absolute cosine of two sensitivities above which a pair is listed: of either, less than half is its own."""
+SCATTERS_MORE = 2.0
+"""Robust standard deviation between items over their median standard error, from which it is told: the items
+differ by more than they are uncertain."""
+HEAVY_TAILS = 1.0
+"""Excess kurtosis of the innovations above which a normal law is called into question: that of a thousand normal
+samples scatters by 0.15, and Student's t with ten degrees of freedom has one."""
