@@ -8,8 +8,8 @@ from functools import partial
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
-from fibrefit.report.text import MATTERS, between_sentence, rows_of, with_error
-from fibrefit.sampling.thresholds import DECISIVE, PARETO_K
+from fibrefit.report.text import between_sentence, rows_of, with_error
+from fibrefit.sampling.thresholds import DECISIVE, PARETO_K, PRIOR_MATTERS
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
 
@@ -97,7 +97,7 @@ def _priors(summary: PosteriorSummary) -> list[str]:
     strong = [
         f"The prior of {name} matters: {found.prior}; posterior / prior width {100 * found.prior_share:.0f} %."
         for name, found in everything.items()
-        if found.prior_share is not None and found.prior_share >= MATTERS
+        if found.prior_share is not None and found.prior_share >= PRIOR_MATTERS
     ]
     assumed = "; ".join(f"{name}: {found.prior}" for name, found in everything.items() if found.prior)
     lines = [paragraph(f"Priors: {assumed}.")] if assumed else []

@@ -16,8 +16,8 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.report.confusion import ALIKE
 from fibrefit.report.sentences.discovery import worded_separation
+from fibrefit.report.thresholds import CONFOUNDED
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, write_summary
 from fibrefit.study import Study, as_study
@@ -146,6 +146,6 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
 
 
 def _split(search: Search, found: Confusion) -> Separation | None:
-    pairs = found.pairs(ALIKE)
+    pairs = found.pairs(CONFOUNDED)
     known = {effect.name: effect for effect in search.effects}
     return best_split(search, [known[name] for name in pairs[0][:2]]) if pairs else None
