@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
+from fibrefit.report.sentences.thresholds import SCATTERS_MORE
 from fibrefit.report.text import LONGEST_NAME, with_error
-from fibrefit.report.thresholds import SCATTERS_MORE
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
 VERDICTS = {

@@ -8,7 +8,7 @@ import textwrap
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH
-from fibrefit.report.thresholds import CONFOUNDED
+from fibrefit.report.sentences.thresholds import CONFOUNDED
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Detectable
 

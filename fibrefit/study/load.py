@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import ValidationError
 
@@ -18,7 +18,6 @@ from fibrefit.core.shown import printable
 from fibrefit.study.explain import explained, in_place_of, meant_as
 from fibrefit.study.files.scaled import with_scale_parameters
 from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties
-from fibrefit.study.misplaced import belongs
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
@@ -26,6 +25,7 @@ from fibrefit.study.quantity import Unit, shown
 from fibrefit.study.rigs.catalogue import study_type
 from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
+from fibrefit.study.table import StudyTable
 
 #: Bytes of a file's name that file systems take.
 _LONGEST_NAME = 255
@@ -169,7 +169,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
         study = kind.model_validate(raw)
     except ValidationError as error:
         others = ((name, study_type(name)) for name in KINDS)
-        raise explained(error, raw, place, lambda key: belongs(key, kind, others)) from None
+        raise explained(error, raw, place, lambda key: _belongs(key, kind, others)) from None
     study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
     study._source, study._table, study._place = source, table, place
     study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
@@ -291,3 +291,31 @@ def _check_file(path: Path, named: str, where: str) -> None:
         raise StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
     near = did_you_mean(path.name, [printable(other.name) for other in folder.iterdir()])
     raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)
+
+
+def _belongs(key: str, study: type[Study], others: Iterable[tuple[str, type[Study]]]) -> str:
+    """Sentence on where a key or the name of a parameter belongs; empty where no table of a study knows it.
+
+    Other kinds of rig are asked only where this one does not know the key.
+    """
+    if key in study.base_parameters:
+        return f"Write [parameters.{key}]."
+    if places := [place for place, table in _tables(study) if key in table.known_keys()]:
+        return f"It stands under {' or '.join(places)}."
+    kinds = [kind for kind, other in others if any(key in table.known_keys() for _, table in _tables(other))]
+    return f"It is a key of {' and '.join(kinds)}." if kinds else ""
+
+
+def _tables(study: type[Study]) -> Iterator[tuple[str, type[StudyTable]]]:
+    """Each table of a study with its heading; what holds further tables only is none."""
+    for name, field in study.model_fields.items():
+        for model in _models(field.annotation):
+            heading = {"records": "[[records]]", "parameters": "[parameters.NAME]"}.get(name, f"[{name}]")
+            yield heading, model
+
+
+def _models(annotation: Any) -> Iterator[type[StudyTable]]:
+    if isinstance(annotation, type) and issubclass(annotation, StudyTable):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _models(inner)

@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import pytest
 
-from fibrefit.report import batch, confusion, text, thresholds
-from fibrefit.report.sentences import discovery, posterior
+from fibrefit.report import batch, confusion, text
+from fibrefit.report.sentences import discovery, posterior, thresholds
 from fibrefit.study.summaries.discovery import Separation, Weight
 from fibrefit.study.summaries.summaries import ParameterSummary
 from tests.brackets import Bracket

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from fibrefit.core.statement import Statement
 from fibrefit.core.units import format_quantity
-from fibrefit.report.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
+from fibrefit.report.sentences.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
 from fibrefit.study.summaries.discovery import Round, Separation, Weight
 
 NO_HELP = " That is little: it takes another kind of test."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.core.statement import Statement
 from fibrefit.report.sentences.fit import hausman_sentence, worded
-from fibrefit.report.thresholds import HEAVY_TAILS
+from fibrefit.report.sentences.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:

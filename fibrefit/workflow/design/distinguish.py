@@ -17,7 +17,7 @@ from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.report.sentences.discovery import worded_separation
-from fibrefit.report.thresholds import CONFOUNDED
+from fibrefit.report.sentences.thresholds import CONFOUNDED
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, write_summary
 from fibrefit.study import Study, as_study
