@@ -11,6 +11,7 @@ ROUNDING = "rounding of the arithmetic, and divisions by nothing"
 WORK = "how much is done at once, tried or kept: it costs time, and results are the same or are refused as such"
 START = "where a search begins, and not what it comes to: the estimate is judged by itself"
 STEP = "how a search goes on, and not what it comes to: its end is judged by itself"
+FORMULA = "follows from mathematics"
 FORM = "the form of a file, of a name or of a unit of time"
 PAGE = "what has room on a page or in a line; the whole stands in the result"
 OPEN = "decides something, and stands where it is used as yet"
@@ -26,36 +27,28 @@ REASONS: dict[str, dict[str, str]] = {
     "discovery.engine.priors": {"VANISHES": OPEN},
     "discovery.engine.refit": {"ARRIVED": ENDS, "1000000.0": ENDS},
     "discovery.residuals.eigenvalues": {"EXACT": WORK},
-    "fitting.advice": {"WORTHWHILE": OPEN},
-    "fitting.identifiability": {"0.01": OPEN},
-    "fitting.misfit.structure": {"4.0": OPEN, "3.0": OPEN},
     "fitting.search.multistart": {
         "STARTS_AT_ONCE": WORK,
         "WORTH_A_PROGRAM": WORK,
         "LOST": STEP,
-        "SAME_BASIN": OPEN,
-        "SAME_PLACE": OPEN,
     },
     "fitting.search.starts_from_base_model": {"FEW": START},
     "fitting.search.thinned": {"MISSED_BETWEEN": STEP},
-    "fitting.uncertainty": {"1e-12": ROUNDING, "1e-300": ROUNDING, "0.001": OPEN},
-    "laws.push.hold": {"SHORT": OPEN},
+    "fitting.uncertainty": {"1e-12": ROUNDING, "1e-300": ROUNDING},
+    "laws.push.hold": {"SHORT": ROUNDING},
     "laws.template": {"WIDTH": FORM},
     "problem.estimate.evidence": {"MANY": WORK},
     "problem.estimate.gauss_newton": {"NOTICED": STEP},
     "problem.estimate.population": {"LIGHT": WORK},
     "problem.estimate.trust_region": {"0.75": STEP, "0.25": STEP, "ON_RADIUS": STEP, "0.001": STEP},
-    "problem.estimate.unknowns": {"NOT_LOGARITHMIC": OPEN},
-    "problem.estimate.view": {"LOUD": OPEN},
+    "problem.estimate.view": {"LOUD": STEP},
     "problem.formulate.formulate": {"CENTRED": START},
-    "problem.inputs.error_signals": {"LINE_WIDTH": OPEN},
     "problem.inputs.sensitivities": {"PRECISE": WORK},
     "problem.inputs.smoothing": {"3.0": WORK},
     "problem.noise.lags": {"KEPT_SAMPLES": WORK},
-    "problem.noise.rounding": {"COARSE": OPEN, "ROUNDED": OPEN, "CHANGED": OPEN},
-    "problem.noise.spectrum": {"4.0": OPEN, "STIFF": ENDS, "SETTLED": ENDS, "0.1": OPEN},
+    "problem.noise.rounding": {"ROUNDED": FORMULA, "CHANGED": ENDS},
+    "problem.noise.spectrum": {"STIFF": ENDS, "SETTLED": ENDS},
     "problem.noise.whittle": {"1e-300": ROUNDING},
-    "problem.posterior.prior": {"WIDE": OPEN},
     "problem.statement.steps": {"NEAR": ROUNDING},
     "records.build": {"1e-09": ROUNDING},
     "records.clock.claimed": {"1e-06": ROUNDING},
@@ -88,11 +81,8 @@ REASONS: dict[str, dict[str, str]] = {
     "sampling.deviations": {"LIGHT": WORK},
     "sampling.evidence": {"1e-10": ENDS},
     "sampling.mode.inputs": {"SETTLED": ENDS},
-    "sampling.mode.mode": {"SETTLED": ENDS, "1e-05": STEP, "STUCK_AT": ENDS, "BLIND": ROUNDING, "0.01": OPEN},
-    "sampling.mode.modes": {"NEGLIGIBLE": OPEN, "MOVED": OPEN, "SAME": OPEN},
-    "sampling.nuts": {"0.01": OPEN},
-    "sampling.posterior": {"GAINED": OPEN},
-    "sampling.settings": {"FEWEST_ENSEMBLES": OPEN, "MOST_WALKERS": WORK},
+    "sampling.mode.mode": {"SETTLED": ENDS, "1e-05": STEP, "STUCK_AT": ENDS, "BLIND": ROUNDING},
+    "sampling.settings": {"MOST_WALKERS": WORK},
     "series.engines": {"AHEAD": WORK},
     "series.periods": {
         "SETTLED": ENDS,
@@ -102,7 +92,6 @@ REASONS: dict[str, dict[str, str]] = {
         "NEAR": STEP,
         "MOST_PERIODS": WORK,
     },
-    "series.together.speeds": {"STILL": OPEN},
     "series.trends": {"1e-06": ENDS},
     "simulation.forward_sensitivity": {"1e-12": ROUNDING, "MANY": WORK},
     "simulation.switched": {

@@ -14,12 +14,10 @@ import numpy as np
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.programs.products import column_products
 from fibrefit.fitting.identifiability import Weakness, force_alone
+from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.problem.statement.layout import assembled, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check
-
-WORTHWHILE = 0.8
-"""A record is advised if it brings the largest relative error below this share of what it is."""
 
 SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
 """Identifiers of the checks that fail where the model lacks something."""

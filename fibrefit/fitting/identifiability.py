@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from fibrefit.fitting.thresholds import LOOSE, SEEN, TIED, VAGUE
+from fibrefit.fitting.thresholds import LOOSE, SEEN, SMALL_ERROR, TIED, VAGUE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.rigs.rig import STANDARD_GRAVITY
@@ -63,7 +63,7 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
             mixed.append(slot.name)
         elif not np.isfinite(error):
             found.append(Weakness((slot.name,), "invisible"))
-        elif error > VAGUE * abs(values[i]) and error > 0.01 * slot.range.scale:
+        elif error > VAGUE * abs(values[i]) and error > SMALL_ERROR * slot.range.scale:
             share = float(error / abs(values[i])) if values[i] else math.inf
             found.append(Weakness((slot.name,), "vague", share=share))
     given = _given_beliefs(layout, covariance)

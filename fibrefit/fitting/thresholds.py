@@ -45,6 +45,12 @@ STARTS_AGREED = 0.8
 """Share of the starts that have to end in the best minimum; where fewer do, a better one may have been missed."""
 FEW_STARTS = 2
 """Starts that have to end in a minimum that leaves only noise: one may be an accident."""
+SAME_PLACE = 1.0
+"""Distance in units of the steps, which are those of typical sizes or errors, within which two starts have come to the
+same place."""
+SAME_BASIN = 1e-3
+"""Relative difference in cost below which two starts ended in the same minimum, if their values agree too: of a
+thousand samples that is one standard error."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger: more than noise is uncertain."""
 LESS_PROBABLE = 10.0
@@ -83,6 +89,13 @@ VAGUE = 0.5
 """Relative standard error beyond which a value says little: zero lies within two of them."""
 SEEN = 1e-2
 """Change of all readings together, in noise rms, below which a parameter's typical size does nothing to them."""
+SMALL_ERROR = 0.01
+"""Standard error over a parameter's typical size below which it is small, whatever share of the value it is."""
+BLIND_PART = 1e-3
+"""Component along a direction that the data do not see from which a value has no error bar: less is rounding."""
+WORTHWHILE = 0.8
+"""Largest relative error with a further record over that without, below which the record is advised: another one like
+those at hand brings it to 0.7 where there is one, and to 0.9 where there are five."""
 LOOSE = 0.1
 """Relative standard error below which a value is known well enough, whatever it is tied to."""
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
+from fibrefit.fitting.thresholds import BLIND_PART
 from fibrefit.problem.noise.spectrum import periodogram, whittle
 from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
 from fibrefit.problem.statement.layout import assembled, gathered
@@ -281,7 +282,7 @@ def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
     blind = values < 1e-12 * values.max()
     inverse = (vectors / np.where(blind, np.inf, values)) @ vectors.T / np.outer(safe, safe)
     covariance = inverse @ middle @ inverse
-    lost = (np.abs(vectors[:, blind]) > 1e-3).any(axis=1) | ~seen
+    lost = (np.abs(vectors[:, blind]) > BLIND_PART).any(axis=1) | ~seen
     covariance[np.diag_indices_from(covariance)] = np.where(lost, np.inf, np.diag(covariance))
     return covariance
 

@@ -21,6 +21,19 @@ CLEAR = 3
 """Ordinates on either side of a line that are left out of the rest of the spectrum."""
 SLOWEST_LINE = 20.0
 """Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
+BESIDE_MAINS = 4.0
+"""Distance in Hz from the mains within which power may be theirs: a window of a quarter of a second tells no less."""
+SHORTEST_LINE = 0.1
+"""Time in s of the shortest rest that tells the line of the mains: five of its periods."""
+LINE_WIDTH = 1.0
+"""Half width in Hz of the band in which the line of the mains may lie: a grid keeps within a fifth of that."""
+COARSE_STEPS = 0.5
+"""Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by
+which it depends on the signal, is then below ``exp(-2 pi^2 0.25)``, less than a hundredth)."""
+NOT_LOGARITHMIC = 0.2
+"""Relative standard error beyond which a value is not told by its logarithm, nor its deviations looked for."""
+WIDE_PRIOR = 10.0
+"""Default priors reach this many times the typical size of a parameter; limits that are no wider are a uniform one."""
 NEGLIGIBLE_PART = 1e-4
 """Share of the variance below which a first-order part is left out."""
 SAMPLE_COUNTS = 0.3

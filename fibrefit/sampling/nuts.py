@@ -16,6 +16,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.posterior import Posterior
+from fibrefit.sampling.thresholds import DIFFERS
 from fibrefit.study.summaries.check import Check
 
 CHAINS = 4
@@ -46,7 +47,7 @@ class CrossCheck:
         """Whether no mean differs by more than chance allows, for as many coordinates as there are."""
         from scipy.stats import norm
 
-        return bool(np.max(np.abs(self.scores)) < norm.isf(0.5 * 0.01 / len(self.scores)))
+        return bool(np.max(np.abs(self.scores)) < norm.isf(0.5 * DIFFERS / len(self.scores)))
 
     def check(self, names: Sequence[str]) -> Check:
         """Whether both samplers found the same posterior.

@@ -17,12 +17,11 @@ from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
+from fibrefit.sampling.thresholds import GAINED
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 INTERVAL_KIND = "equal_tailed"
-GAINED = 0.8
-"""Standard error of the GLS estimate over that of the OLS one, below which it is reported."""
 
 
 @dataclass(frozen=True)

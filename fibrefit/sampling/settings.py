@@ -7,8 +7,8 @@ import os
 from dataclasses import dataclass
 
 from fibrefit.core.errors import UsageError
+from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
-FEWEST_ENSEMBLES = 4
 LARGEST_BATCH = 32
 MOST_WALKERS = 10_000
 """Of all ensembles together: a hundred times what is usual, beyond which they take gigabytes."""

@@ -1,7 +1,7 @@
 """Every number that decides the verdict on a posterior, with its meaning and where it comes from.
 
-How far chains are run is in `sampling.settings`, after Vehtari, Gelman, Simpson, Carpenter and Buerkner, Bayesian
-Analysis 16 (2021); how large residuals may be, in `problem.thresholds`.
+How far chains are run besides is in `sampling.settings`, after Vehtari, Gelman, Simpson, Carpenter and Buerkner,
+Bayesian Analysis 16 (2021); how large residuals may be, in `problem.thresholds`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,21 @@ STUCK = 0.02
 Astron. Soc. Pac. 125 (2013))."""
 SECOND_MODE = 0.01
 """Weight from which a second mode must not be passed over: of the 2.5 % beyond an end of the interval it is 1."""
+NEGLIGIBLE_MODE = 1e-4
+"""Weight by Laplace's method below which a mode is not sampled: a hundredth of `SECOND_MODE`."""
+SAME_MODE = 3.0
+"""Distance in standard deviations up to which two searches ended in one mode: the middle between such two has a third
+of the density."""
+MOVED = 0.05
+"""Share of the draws that lie nearer to another mode, above which an ensemble counts as having left its own."""
+FEWEST_ENSEMBLES = 4
+"""Independent ensembles: agreement between fewer says little (Vehtari et al., as above)."""
+FLAT_PART = 1e-2
+"""Component along a direction that neither data nor prior limit from which a parameter is named: less is rounding."""
+DIFFERS = 0.01
+"""Probability by chance, over all coordinates, of a difference between two samplers below which they disagree."""
+GAINED = 0.8
+"""Standard error of the GLS estimate over that of the OLS one, below which it is reported: a third less variance."""
 UNCONTRACTED = 0.8
 """Posterior over prior width above which the data tell nothing of a parameter."""
 PRIOR_MATTERS = 0.3

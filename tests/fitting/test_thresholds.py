@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 
 from fibrefit.core.roles import HELD, STICKING, UNLOADING
+from fibrefit.fitting import advice as advised
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import gls, identifiability, reported, thresholds
+from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
-from fibrefit.fitting.search import with_input_errors
+from fibrefit.fitting.search import multistart, with_input_errors
+from fibrefit.fitting.search.solve import Descent
 from fibrefit.fitting.search.with_input_errors import accounted_for, as_predicted, lets_more_count
 from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
@@ -105,6 +107,42 @@ def with_spectrum(samples: float) -> bool:
     return structure._shares([(values, 1e4)], Noise(1e-4, 0.0, 0.0, 1000)).power.size > 0
 
 
+def one_place(distance: float) -> bool:
+    """Whether two starts have come to one place, so far from each other in units of the steps."""
+    ended = Descent(np.array([[0.0], [distance]]), np.ones(2), np.ones(2, int), np.ones(2, bool))
+    return bool(multistart._leaders(ended, np.ones(1), np.zeros(2, int))[1] == 0)
+
+
+def small_error(share: float) -> bool:
+    """Whether nothing is said of a value of zero whose error is such a share of its typical size."""
+    covariance = np.diag([(share * LAYOUT.entries[0][0].range.scale) ** 2, 1e-12, 1e-12])
+    return weaknesses(LAYOUT, np.array([0.0, 1.0, 1.0]), covariance, np.linalg.inv(covariance)) == ()
+
+
+def has_error(part: float) -> bool:
+    """Whether a value has an error bar that has such a part in a direction that the data do not see."""
+    blind = np.array([part, *[np.sqrt(0.5 * (1.0 - part**2))] * 2])
+    # Where each column has the same size, the direction is what was asked for.
+    within = np.linalg.qr(np.column_stack([blind, [0.0, 1.0, -1.0], [1.0, 0.0, 0.0]]))[0][:, 1:]
+    sizes = np.linalg.lstsq((within**2) ** 1.0, np.ones(3), rcond=None)[0]
+    normal = within @ np.diag(sizes) @ within.T
+    return bool(np.isfinite(uncertainty.sandwich(normal, normal)[0, 0]))
+
+
+def worthwhile(ratio: float) -> bool:
+    """Whether a further record is advised that leaves such a share of the largest relative error."""
+    rig = SimpleNamespace(menu=lambda _: [{"lift": 1.0}], conditions=[SimpleNamespace(name="lift", unit="m")])
+    problem = SimpleNamespace(
+        model=SimpleNamespace(rig=rig),
+        layout=SimpleNamespace(entries=((None, None),)),
+        observations=SimpleNamespace(experiment=SimpleNamespace(conditions={})),
+    )
+    with patch.object(advised, "_information", lambda *_: np.array([[ratio**-2.0 - 1.0]])):
+        found = advised._further_record(cast(Any, problem), np.ones(1), np.ones((1, 1)))
+    assert found is not None
+    return found.identifier == "further_record"
+
+
 def look(share: float, left: float) -> gls._Look:
     """One in which such a share of the samples counts, and so much is left of all."""
     return gls._Look(cast("Any", None), False, share, left)
@@ -137,6 +175,11 @@ CASES = (
         1.1,
         1.2,
     ),
+    Bracket("SAME_BASIN", multistart, lambda x: multistart.basins_of(np.array([1.0, 1.0 + x]))[1] == 0, 7e-4, 1.3e-3),
+    Bracket("SAME_PLACE", multistart, one_place, 0.8, 1.3),
+    Bracket("SMALL_ERROR", identifiability, small_error, 0.007, 0.013),
+    Bracket("BLIND_PART", uncertainty, has_error, 0.7e-3, 1.3e-3),
+    Bracket("WORTHWHILE", advised, worthwhile, 0.7, 0.9),
     Bracket("AGREEMENT", judge, lambda x: judge.second_solver(x, 0.0).passed, 0.08, 0.12),
     Bracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006),
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),

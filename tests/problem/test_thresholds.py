@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
@@ -15,12 +15,16 @@ from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_
 from fibrefit.problem.diagnose.exchanged import roughness
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
 from fibrefit.problem.diagnose.phases import moves
-from fibrefit.problem.estimate import hausman
+from fibrefit.problem.estimate import hausman, unknowns
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
 from fibrefit.problem.formulate import traces
-from fibrefit.problem.inputs import smoothing
-from fibrefit.problem.noise import growth, whittle
+from fibrefit.problem.inputs import error_signals, smoothing
+from fibrefit.problem.noise import growth, rounding, spectrum, whittle
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.posterior import prior
 from fibrefit.problem.statement import observations
+from fibrefit.problem.statement.layout import Slot
+from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.signals.newton import Sizes
 from fibrefit.rigs.signals.trace import Trace
 from tests.brackets import Bracket
@@ -169,7 +173,50 @@ def bridged(samples: float) -> bool:
     return True
 
 
+def of_mains(distance: float) -> bool:
+    """Whether an ordinate so far below the mains in Hz is left out of the noise."""
+    told: list[float] = []
+    with patch.object(spectrum, "whittle", lambda frequency, power: (told.extend(frequency.tolist()), (1.0, 0.0))[1]):
+        spectrum.noise_of([(np.random.default_rng(0).standard_normal(1000), 1000.0)])
+    return not np.any(np.abs(np.array(told) - (50.0 - distance)) < 1e-6)
+
+
+def line_told(seconds: float) -> bool:
+    """Whether the line of the mains is told by a rest of such a length."""
+    count = round(1e4 * seconds)
+    return spectrum._line_variance(np.sin(2.0 * np.pi * 50.0 * np.arange(count) / 1e4), 1e4) > 0.0
+
+
+def line_reaches(distance: float) -> bool:
+    """Whether errors of an input may hold power of the mains so far from them in Hz."""
+    half_periods = np.array([round((50.0 - distance) * 20.0)])
+    return bool(error_signals.amplitudes(Noise(0.0, 0.0, 1.0, 1000), 10.0, half_periods)[0] > 0.0)
+
+
+def coarse(noise: float) -> bool:
+    """Whether readings are coarse whose noise is such a share of their step."""
+    trace = Trace("a", np.arange(9.0), {"force": np.arange(9.0)}, {}, {})
+    with patch.object(rounding, "fast_part", lambda _: noise):
+        return rounding.coarse_step([trace], "force") is not None
+
+
+def uniform(width: float) -> bool:
+    """Whether a value is as likely anywhere between limits so far from each other, in typical sizes."""
+    found = prior.default_prior(
+        cast(Any, SimpleNamespace(reciprocal=False, null=0.0)), Range(-0.5 * width, 0.5 * width, 1.0)
+    )
+    return not np.isfinite(found.spread)
+
+
+MASS = Slot("mass", "kg", Range(0.0, np.inf, 1.0))
+
 CASES = (
+    Bracket("BESIDE_MAINS", spectrum, of_mains, 3.0, 6.0),
+    Bracket("SHORTEST_LINE", spectrum, line_told, 0.14, 0.07),
+    Bracket("LINE_WIDTH", error_signals, line_reaches, 0.8, 1.4),
+    Bracket("COARSE_STEPS", rounding, coarse, 0.4, 0.7),
+    Bracket("NOT_LOGARITHMIC", unknowns, lambda x: unknowns._row(MASS, 1.0, x)[0], 0.15, 0.3),
+    Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN_FACTOR", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
     Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.report import posterior as report
 from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling import checks as judge
-from fibrefit.sampling import compare, thresholds
+from fibrefit.sampling import compare, nuts, settings, thresholds
+from fibrefit.sampling import posterior as sampled
 from fibrefit.sampling.compare import CrossValidation
+from fibrefit.sampling.evidence import Evidence
+from fibrefit.sampling.mode import mode as search
+from fibrefit.sampling.mode import modes as found_modes
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
 from tests.brackets import Bracket
@@ -73,7 +79,77 @@ def at(distance: float) -> bool:
     return judge.start_is_near(TARGET, run, start).passed
 
 
+def is_sampled(weight: float) -> bool:
+    """Whether a second mode of such a weight, by Laplace's method, is sampled."""
+    both = [SimpleNamespace(log_evidence=np.log(one)) for one in (1.0, weight)]
+    target = cast(Any, SimpleNamespace(log_density=None))
+    with (
+        patch.object(found_modes, "run_ensembles", lambda *_: course()),
+        patch.object(found_modes, "bridge", lambda *_: Evidence(0.0, 0.1)),
+        patch.object(found_modes, "_settled", lambda modes: modes),
+    ):
+        return found_modes.sample_modes(target, cast(Any, both), SETTINGS)[1].course is not None
+
+
+def one_mode(distance: float) -> bool:
+    """Whether two searches ended in one mode, so many standard deviations apart."""
+    one = SimpleNamespace(log_evidence=0.0, centre=None, distance=lambda _: distance)
+    return len(found_modes.distinct(cast(Any, [one, one]))) == 1
+
+
+def stayed(share: float) -> bool:
+    """Whether an ensemble stayed in its mode of whose draws such a share lies nearer to another one."""
+    distances = np.where(np.arange(1000) < 1000.0 * share, 0.5, 2.0)
+    points = np.zeros((1000, 1, 1))
+    own = SimpleNamespace(
+        course=SimpleNamespace(kept=points, points=points),
+        approximation=SimpleNamespace(distance=lambda _: np.ones(1000)),
+    )
+    other = SimpleNamespace(approximation=SimpleNamespace(distance=lambda _: distances))
+    return not found_modes._moved(cast(Any, own), [cast(Any, other)])
+
+
+def accepted(ensembles: int) -> bool:
+    """Whether so many ensembles may be asked for."""
+    try:
+        Settings(ensembles=ensembles)
+    except UsageError:
+        return False
+    return True
+
+
+def limited(part: float) -> bool:
+    """Whether a parameter is not named that has such a part in a direction that nothing limits."""
+    blind = np.array([part, np.sqrt(0.5 * (1.0 - part**2)), np.sqrt(0.5 * (1.0 - part**2))])
+    with patch.object(np.linalg, "eigh", lambda _: (np.array([0.0, 1.0, 1.0]), np.column_stack([blind] * 3))):
+        layout = SimpleNamespace(free_names=("mass", "friction", "damping"))
+        density = SimpleNamespace(problem=SimpleNamespace(layout=layout), likelihood=SimpleNamespace(names=()))
+        try:
+            search._refuse_flat(np.eye(3), cast(Any, density))
+        except StudyError as error:
+            return "mass" not in str(error)
+    raise AssertionError("a direction that nothing limits was not refused")
+
+
+def gains(factor: float) -> bool:
+    """Whether nothing is said of the GLS estimate, whose standard error is such a share of the OLS one."""
+    layout = SimpleNamespace(entries=((None, None),))
+    run = SimpleNamespace(
+        density=SimpleNamespace(problem=SimpleNamespace(layout=layout)),
+        hausman=SimpleNamespace(efficiency=np.array([factor])),
+        target=SimpleNamespace(names=("a",)),
+    )
+    return sampled.Posterior._of_autocorrelation(cast(Any, run)) == ()
+
+
 CASES = (
+    Bracket("NEGLIGIBLE_MODE", found_modes, is_sampled, 1.5e-4, 0.7e-4),
+    Bracket("SAME_MODE", found_modes, one_mode, 2.0, 4.5),
+    Bracket("MOVED", found_modes, stayed, 0.03, 0.08),
+    Bracket("FEWEST_ENSEMBLES", settings, lambda n: accepted(int(n)), 4, 3),
+    Bracket("FLAT_PART", search, limited, 0.7e-2, 1.3e-2),
+    Bracket("DIFFERS", nuts, lambda z: nuts.CrossCheck(np.ones(1), 0, np.array([z]), np.ones(1)).agrees, 2.45, 2.7),
+    Bracket("GAINED", sampled, gains, 0.9, 0.7),
     Bracket(
         "HOPELESS_R_HAT", judge, lambda x: not judge.ensembles_agree(NAMES, course(r_hat=x), SETTINGS).fatal, 1.05, 1.15
     ),

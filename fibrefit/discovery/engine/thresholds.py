@@ -80,8 +80,6 @@ NARROW = 0.5
 """Share of a gap that a third of an octave must hold to be said to have it."""
 FEWEST_IN_BAND = 3
 """Frequencies such a band must hold: one alone may be chance."""
-BESIDE_MAINS = 4.0
-"""Distance in Hz from the mains within which a gap may be theirs: a window of a quarter of a second tells no less."""
 SHORTEST_SEGMENT = 32
 """Samples of a segment from which the lowest frequencies, which a mean that was taken off has emptied, are left out:
 of fewer there would be too little left."""

@@ -26,6 +26,7 @@ from fibrefit.fitting.thresholds import (
 )
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
+from fibrefit.problem.thresholds import BESIDE_MAINS, CLEAR
 from fibrefit.study.summaries.check import Check
 
 HATS = 12
@@ -139,7 +140,7 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> _Shares
             continue
         frequency, power = periodogram(values, rate)
         lines = [f for f, _ in noise.lines] + list(MAINS if not noise.lines else ())
-        clear = np.min([np.abs(frequency - line) for line in lines], axis=0) > max(4.0, 3.0 * rate / count)
+        clear = np.min([np.abs(frequency - line) for line in lines], axis=0) > max(BESIDE_MAINS, CLEAR * rate / count)
         found.append(_Shares(frequency[clear], (power / noise.expected(count, rate))[clear]))
     return _Shares(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.multistart import SAME_PLACE, STARTS_AT_ONCE, basins_of
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of
 from fibrefit.fitting.search.solve import TO_THE_END, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
-from fibrefit.fitting.thresholds import SETTLED_FIT
+from fibrefit.fitting.thresholds import SAME_PLACE, SETTLED_FIT
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem, gram_root
 

@@ -23,6 +23,7 @@ from fibrefit.fitting.search.solve import (
     widths,
 )
 from fibrefit.fitting.search.thinned import thinning
+from fibrefit.fitting.thresholds import SAME_BASIN, SAME_PLACE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
@@ -35,10 +36,6 @@ STARTS_AT_ONCE = 4
 WORTH_A_PROGRAM = 1_000_000
 """Samples of all starts and records beyond a horizon from which it has arrays of its own: ten steps through so many
 take a second of processor time, as much as their program takes to compile."""
-SAME_PLACE = 1.0
-"""Distance in units of the steps within which two starts have come to the same place."""
-SAME_BASIN = 1e-3
-"""Relative difference in cost below which two starts ended in the same minimum, if their values agree too."""
 
 
 def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int) -> np.ndarray:

@@ -9,11 +9,10 @@ import numpy as np
 from fibrefit.problem.estimate.normal_equations import Unknowns
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.thresholds import NOT_LOGARITHMIC
 
 FLAT = 1e3
 """Standard deviation of the prior of a coordinate of which nothing is believed beforehand."""
-NOT_LOGARITHMIC = 0.2
-"""Relative standard error beyond which a value is not told by its logarithm, nor its deviations looked for."""
 MOST = 5
 """Parameters that may deviate at the most: those that are best known."""
 

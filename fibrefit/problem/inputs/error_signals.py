@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.thresholds import LINE_WIDTH
 from fibrefit.simulation.inputs import Signals
 
 FASTEST = 100.0
@@ -24,8 +25,6 @@ ALIKE = 1e-11
 """Difference of two weights of the smoother, of the largest one, up to which they are the same but for rounding."""
 KINDS = 256
 """Distinct weights are padded to multiples of this, so that records share a compiled program."""
-LINE_WIDTH = 1.0
-"""Half width in Hz of the band in which the line of the mains may lie."""
 
 
 class InputErrors(NamedTuple):

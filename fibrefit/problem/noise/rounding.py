@@ -16,12 +16,10 @@ from scipy.optimize import minimize_scalar
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.steps import Steps, log_probability
+from fibrefit.problem.thresholds import COARSE_STEPS
 from fibrefit.rigs.signals.rest import fast_part, resolution
 from fibrefit.rigs.signals.trace import Trace
 
-COARSE = 0.5
-"""Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by
-which it depends on the signal, is then below ``exp(-2 pi^2 0.25)``, less than a hundredth)."""
 ROUNDED = 12.0**-0.5
 """Noise of rounding over a step."""
 FIRST = 0.25
@@ -37,7 +35,7 @@ def coarse_step(traces: Sequence[Trace], channel: str) -> float | None:
     signals = [trace.channels[channel] for trace in traces]
     size = min(resolution(signal) for signal in signals)
     fast = float(np.sqrt(np.mean([fast_part(signal) ** 2 for signal in signals])))
-    return size if size > 0.0 and fast < COARSE * size else None
+    return size if size > 0.0 and fast < COARSE_STEPS * size else None
 
 
 def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> Steps | None:
@@ -52,7 +50,7 @@ def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> S
     """
     size = coarse_step(traces, channel)
     # Noise behind a filter may hardly change from one sample to the next, and reach across many steps all the same.
-    if size is None or float(np.mean(level)) > np.hypot(COARSE, ROUNDED) * size:
+    if size is None or float(np.mean(level)) > np.hypot(COARSE_STEPS, ROUNDED) * size:
         return None
     return Steps(
         *(np.array(row, dtype=float) for row in (np.full(len(level), size), [FIRST * size] * len(level), level))

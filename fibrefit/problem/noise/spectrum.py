@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.problem.thresholds import BESIDE_MAINS, SHORTEST_LINE
 from fibrefit.rigs.signals.rest import resolution, rests, white_noise
 from fibrefit.rigs.signals.trace import Trace
 
@@ -156,7 +157,7 @@ def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
         Readings in SI units, and their rate in Hz.
     """
     frequency, power = (np.concatenate(parts) for parts in zip(*(periodogram(*p) for p in pieces), strict=True))
-    near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < 4.0
+    near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < BESIDE_MAINS
     white, pink = whittle(frequency[~near_mains], power[~near_mains])
     line = sum(_line_variance(*piece) * len(piece[0]) for piece in pieces) / sum(len(p[0]) for p in pieces)
     return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
@@ -217,4 +218,4 @@ def _line_variance(values: np.ndarray, rate: float) -> float:
         amplitude = 2.0 * abs(np.mean((values - values.mean()) * wave))
         beside = [2.0 * abs(np.mean((values - values.mean()) * wave * np.exp(2j * np.pi * d * t))) for d in (-12, 12)]
         found.append(max(0.0, 0.5 * (amplitude**2 - np.mean(np.square(beside)))))
-    return float(max(found)) if n / rate > 0.1 else 0.0
+    return float(max(found)) if n / rate > SHORTEST_LINE else 0.0

@@ -16,13 +16,12 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.thresholds import WIDE_PRIOR
 from fibrefit.simulation.model import Model
 
 if TYPE_CHECKING:  # its module needs pydantic, which this one does not
     from fibrefit.study.parameters import PriorSetting
 
-WIDE = 10.0
-"""Default priors reach this many times the typical size of a parameter."""
 WIDE_LOG = math.log(1000.0)
 """Default standard deviation of the logarithm of a positive parameter without limits: three decades."""
 
@@ -219,7 +218,7 @@ def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[s
         elif slot.name in declared:
             prior = default_prior(declared[slot.name], slot.range)
         else:
-            prior = Prior(False, float(value), WIDE * slot.range.scale, source="default")
+            prior = Prior(False, float(value), WIDE_PRIOR * slot.range.scale, source="default")
         each.append(prior.within(slot.range.lower, slot.range.upper, f"prior of {slot.name}"))
     return Priors(layout.free_names, tuple(slot.unit for slot, _ in layout.entries), tuple(each))
 
@@ -236,10 +235,10 @@ def default_prior(declared: Parameter, limits: Range) -> Prior:
         return Prior(True, limits.scale, math.inf, limits.lower, limits.upper, "default")
     if limits.log or declared.reciprocal:
         return Prior(True, limits.scale, WIDE_LOG, max(limits.lower, 0.0), limits.upper, "default")
-    if limits.upper - limits.lower <= 2.0 * WIDE * limits.scale:
+    if limits.upper - limits.lower <= 2.0 * WIDE_PRIOR * limits.scale:
         return Prior(False, 1.0, math.inf, limits.lower, limits.upper, "default")
     centre = min(max(declared.null, limits.lower), limits.upper)
-    return Prior(False, centre, WIDE * limits.scale, limits.lower, limits.upper, "default")
+    return Prior(False, centre, WIDE_PRIOR * limits.scale, limits.lower, limits.upper, "default")
 
 
 def log_slope(layout: Layout, free: jax.Array) -> jax.Array:

@@ -22,6 +22,7 @@ from fibrefit.problem.posterior.random_effects import Conditional
 from fibrefit.problem.statement.layout import assembled
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.approximation import Approximation
+from fibrefit.sampling.thresholds import FLAT_PART
 
 MOST_STEPS = 100
 """Of a search, half of them in vain where it begins among other bounces: one that needs more is given up."""
@@ -221,7 +222,7 @@ def _refuse_flat(curvature: np.ndarray, density: LogPosterior) -> None:
     safe = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(curvature / np.outer(safe, safe))
     flat = vectors[:, values < BLIND * values.max()]
-    lost = (np.abs(flat) > 1e-2).any(axis=1) | (scale == 0.0)
+    lost = (np.abs(flat) > FLAT_PART).any(axis=1) | (scale == 0.0)
     if lost.any():
         names = np.array(density.problem.layout.free_names + density.likelihood.names)[lost]
         raise StudyError(

@@ -13,15 +13,10 @@ from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress, ru
 from fibrefit.sampling.evidence import Evidence, bridge
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
+from fibrefit.sampling.thresholds import MOVED, NEGLIGIBLE_MODE, SAME_MODE
 
-NEGLIGIBLE = 1e-4
-"""Weight, by Laplace's method, below which a mode is named but not sampled."""
-SAME = 3.0
-"""Distance in standard deviations below which two searches ended in one mode."""
 LOOK_STEPS, LOOK_ESS = 300, 100.0
 """Budget of a mode that is only weighed; one that proves the heaviest is sampled like any other."""
-MOVED = 0.05
-"""Share of the draws that lie nearer to another mode, above which an ensemble counts as having left its own."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +47,7 @@ def distinct(found: Sequence[Approximation]) -> list[Approximation]:
     """Modes without repetition, the heaviest (by Laplace's method) first."""
     kept: list[Approximation] = []
     for mode in sorted(found, key=lambda mode: -mode.log_evidence):
-        if all(min(m.distance(mode.centre), mode.distance(m.centre)) > SAME for m in kept):
+        if all(min(m.distance(mode.centre), mode.distance(m.centre)) > SAME_MODE for m in kept):
             kept.append(mode)
     return kept
 
@@ -97,7 +92,7 @@ def sample_modes(
 
     modes = [sampled(0, settings, resume)]
     for number, approximation in enumerate(approximations[1:], 1):
-        if approximation.log_evidence - top < np.log(NEGLIGIBLE):
+        if approximation.log_evidence - top < np.log(NEGLIGIBLE_MODE):
             modes.append(Mode(approximation, 0.0, None, Evidence(approximation.log_evidence, np.inf)))
         else:
             modes.append(sampled(number, look, resume))

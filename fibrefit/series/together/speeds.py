@@ -6,11 +6,10 @@ import numpy as np
 
 from fibrefit.core.roles import LOADING, UNLOADING
 from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.thresholds import STANDING
 
 SLOWEST, FASTEST = 0.05, 0.95
 """Shares of the moving samples between whose speeds a record is said to tell of a parameter."""
-STILL = 1e-3
-"""Speed in m/s below which nothing moves."""
 
 
 def speeds_of(motion: Motion, counts: np.ndarray) -> dict[str, np.ndarray]:
@@ -27,10 +26,10 @@ def speeds_of(motion: Motion, counts: np.ndarray) -> dict[str, np.ndarray]:
     """
     there = np.arange(motion.phase.shape[1]) < counts[:, None]
     guide = np.abs(motion.states["speed"])
-    found = {"friction": _spans(guide, there & (guide > STILL))}
+    found = {"friction": _spans(guide, there & (guide > STANDING))}
     if "stretch rate" in motion.states:
         rate = np.abs(motion.states["stretch rate"])
-        taut = there & np.isin(motion.phase, (LOADING, UNLOADING)) & (rate > STILL)
+        taut = there & np.isin(motion.phase, (LOADING, UNLOADING)) & (rate > STANDING)
         found["stiffness"] = found["damping"] = _spans(rate, taut)
     return found
 
