@@ -80,6 +80,8 @@ ALIKE_WRITTEN = 0.8
 """Share of a column that must be written alike before a number written otherwise counts as damaged."""
 FEWEST_WRITTEN = 5
 """Fewest numbers that show how a column is written."""
+ROUND_BY_CHANCE = 0.1
+"""Share of the numbers whose last digit is a zero by chance."""
 LOST_MARK = 10.0
 """A whole number this many times larger than every decimal of its column has lost its decimal mark."""
 FAR_OUT = 8.0

@@ -21,7 +21,7 @@ NEGLIGIBLE_MODE = 1e-4
 SAME_MODE = 3.0
 """Distance in standard deviations up to which two searches ended in one mode: the middle between such two has a third
 of the density."""
-MOVED = 0.05
+LEFT_MODE = 0.05
 """Share of the draws that lie nearer to another mode, above which an ensemble counts as having left its own."""
 FEWEST_ENSEMBLES = 4
 """Independent ensembles: agreement between fewer says little (Vehtari et al., as above)."""

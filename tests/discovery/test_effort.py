@@ -36,6 +36,7 @@ def linearised(times: int) -> bool:
 
 
 CASES = (
+    Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),

@@ -10,8 +10,9 @@ import pytest
 
 from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery import discover as search
+from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.design import distinguish, plan
-from fibrefit.discovery.engine import thresholds
+from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
 from fibrefit.discovery.residuals import innovations
 from fibrefit.fitting.checks import CONVERGED
@@ -198,6 +199,13 @@ def at_a_kink(share: float) -> bool:
     return not search._broken(before)
 
 
+def by_logarithm(share: float) -> bool:
+    """Whether a base parameter is told by its logarithm that is such a share of its typical size."""
+    declared = SimpleNamespace(typical=1.0, lower=0.0, upper=9.0)
+    slot = SimpleNamespace(name="friction", belief=None)
+    return priors._line(cast(Any, declared), cast(Any, slot), share, ())[0]
+
+
 CASES = (
     Bracket("AT_A_KINK", search, at_a_kink, 0.04, 0.07),
     Bracket("ALARM", innovations, steady, 0.2512, 0.2589),
@@ -216,6 +224,8 @@ CASES = (
     Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
     Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
     Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
+    Bracket("ACTS", free_form, lambda x: free_form.acting(np.repeat([x, 1.0], 5)) is not None, 0.15, 0.3),
+    Bracket("VANISHES", priors, by_logarithm, 1.5e-6, 0.7e-6),
     *PLACES,
 )
 

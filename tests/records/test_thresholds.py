@@ -315,6 +315,7 @@ def meant(number: float, unit: str, rate: float) -> bool:
 
 
 GRAMMAR = (
+    Bracket("ROUND_BY_CHANCE", digits, lambda odd: digits._too_few_to_be_round(int(odd), 1000), 60, 85),
     Bracket("ALIKE_WRITTEN", digits, short, 0.9, 0.7),
     Bracket("FEWEST_WRITTEN", digits, decade, 7, 4),
     Bracket("LOST_MARK", digits, whole, 7, 13),

@@ -145,7 +145,7 @@ def gains(factor: float) -> bool:
 CASES = (
     Bracket("NEGLIGIBLE_MODE", found_modes, is_sampled, 1.5e-4, 0.7e-4),
     Bracket("SAME_MODE", found_modes, one_mode, 2.0, 4.5),
-    Bracket("MOVED", found_modes, stayed, 0.03, 0.08),
+    Bracket("LEFT_MODE", found_modes, stayed, 0.03, 0.08),
     Bracket("FEWEST_ENSEMBLES", settings, lambda n: accepted(int(n)), 4, 3),
     Bracket("FLAT_PART", search, limited, 0.7e-2, 1.3e-2),
     Bracket("DIFFERS", nuts, lambda z: nuts.CrossCheck(np.ones(1), 0, np.array([z]), np.ones(1)).agrees, 2.45, 2.7),

@@ -12,9 +12,11 @@ import numpy as np
 from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, carried, fit_all
+from fibrefit.discovery.engine.effort import may_be_worth
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.discovery.engine.thresholds import ACTS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
@@ -26,8 +28,6 @@ SI = ROLES | STATES
 """SI unit of each variable."""
 FROM_ZERO = ("speed", "tension", "stretch")
 """Variables whose range begins at zero."""
-ACTS = 0.2
-"""Share of its largest height from which a curve is said to act."""
 
 
 @dataclass(frozen=True)
@@ -191,13 +191,9 @@ def _fit(
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
     promised = [scales.promise_of(curve, parent, supermodel, start, gram) for curve in curves]
     best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
-    if not promised[best] - parent.log > worth - HOPE:
+    if not may_be_worth(promised[best] - parent.log, worth):
         return None
     return _End(probe, scales.with_curve(parent, supermodel, start, probe, curves[best], gram), curves[best])
-
-
-HOPE = 3.0
-"""Nats by which slopes may promise less than a curve then gains."""
 
 
 def _prepared(

@@ -49,6 +49,8 @@ a fibre of mass took 1.8 times that."""
 GLS_NEEDS = 0.3
 """Share of the time that has to be left for the GLS estimate of a driven rig."""
 
+HOPE = 3.0
+"""Nats by which slopes may promise less than a curve then gains."""
 STEADY_LIMIT = 0.1
 """Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
 over less."""
@@ -136,6 +138,11 @@ def time_for_starts(left: float, takes: float) -> bool:
 def time_for_gls(left: float, given: float) -> bool:
     """Whether enough of the time given is left for a GLS estimate, both in s."""
     return left > GLS_NEEDS * given
+
+
+def may_be_worth(promised: float, worth: float) -> bool:
+    """Whether a curve is followed whose slopes promise so many nats, where it has to gain so many."""
+    return promised > worth - HOPE
 
 
 def strengths_settled(before: np.ndarray, after: np.ndarray) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.discovery.engine.thresholds import VANISHES
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.normal_equations import Unknowns
 from fibrefit.problem.estimate.unknowns import prior_of
@@ -19,8 +20,6 @@ from fibrefit.problem.statement.layout import Slot
 BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
 """Priors: of the logarithm of a base parameter about the first fit, of the logarithm of a shape about its typical size,
 and of a strength in units of its typical size."""
-VANISHES = 1e-6
-"""Base parameter, as a share of its typical size, below which its logarithm says nothing."""
 FURTHEST = 12.0
 """Logarithm of the largest factor by which a base parameter may move."""
 

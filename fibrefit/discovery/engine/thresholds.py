@@ -80,6 +80,10 @@ NARROW = 0.5
 """Share of a gap that a third of an octave must hold to be said to have it."""
 FEWEST_IN_BAND = 3
 """Frequencies such a band must hold: one alone may be chance."""
+ACTS = 0.2
+"""Share of its largest height from which a curve is said to act, and of its whole one by which it is said to turn."""
+VANISHES = 1e-6
+"""Base parameter, as a share of its typical size, below which its logarithm says nothing."""
 SHORTEST_SEGMENT = 32
 """Samples of a segment from which the lowest frequencies, which a mean that was taken off has emptied, are left out:
 of fewer there would be too little left."""

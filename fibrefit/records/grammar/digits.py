@@ -15,7 +15,7 @@ import numpy as np
 from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
 from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, Numbers
 from fibrefit.records.grammar.tokens import NUMBER
-from fibrefit.records.thresholds import ALIKE_WRITTEN, FAR_OUT, FEWEST_WRITTEN, LOST_MARK, PUT_BACK
+from fibrefit.records.thresholds import ALIKE_WRITTEN, FAR_OUT, FEWEST_WRITTEN, LOST_MARK, PUT_BACK, ROUND_BY_CHANCE
 
 
 def odd_numbers(numbers: Numbers) -> np.ndarray:
@@ -121,7 +121,7 @@ def _keeps_zeros(numbers: Numbers, rows: np.ndarray) -> bool:
 
 def _too_few_to_be_round(odd: int, n: int) -> bool:
     """Whether fewer numbers are short than dropped zeros leave short: one in ten, or more where steps are coarse."""
-    return odd < 0.1 * n - 3 * math.sqrt(0.09 * n)
+    return odd < ROUND_BY_CHANCE * n - 3 * math.sqrt(ROUND_BY_CHANCE * (1 - ROUND_BY_CHANCE) * n)
 
 
 def _outliers_explained(numbers: Numbers) -> np.ndarray:

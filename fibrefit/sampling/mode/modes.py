@@ -13,7 +13,7 @@ from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress, ru
 from fibrefit.sampling.evidence import Evidence, bridge
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
-from fibrefit.sampling.thresholds import MOVED, NEGLIGIBLE_MODE, SAME_MODE
+from fibrefit.sampling.thresholds import LEFT_MODE, NEGLIGIBLE_MODE, SAME_MODE
 
 LOOK_STEPS, LOOK_ESS = 300, 100.0
 """Budget of a mode that is only weighed; one that proves the heaviest is sampled like any other."""
@@ -119,7 +119,7 @@ def _moved(mode: Mode, heavier: list[Mode]) -> bool:
     assert mode.course is not None
     points = mode.course.kept.reshape(-1, mode.course.points.shape[-1])
     own = mode.approximation.distance(points)
-    return any(np.mean(other.approximation.distance(points) < own) > MOVED for other in heavier)
+    return any(np.mean(other.approximation.distance(points) < own) > LEFT_MODE for other in heavier)
 
 
 def _weighed(modes: list[Mode]) -> list[Mode]:
