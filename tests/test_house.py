@@ -460,6 +460,41 @@ def test_what_nothing_uses_is_not_there(module: str) -> None:
     assert not found, f"{module}: nothing in the package uses {', '.join(sorted(found))}"
 
 
+#: What a user of the library reads: a method named there is called by people.
+TOLD = "\n".join(
+    file.read_text(encoding="utf-8")
+    for folder, kind in ((".", "*.md"), ("docs", "*.md"), ("notebooks", "*.py"))
+    for file in (PACKAGE.parent / folder).glob(kind)
+)
+
+
+def unused_methods(module: str, used: set[str]) -> set[str]:
+    """Methods that nothing calls: neither the package, nor its users, nor the library its class derives from."""
+    own = {name for homes in MODULES.values() for name in (n.name for n in homes.body if isinstance(n, ast.ClassDef))}
+    found = set()
+    for node in ast.walk(MODULES[module]):
+        if isinstance(node, ast.ClassDef) and all(ast.unparse(base).partition("[")[0] in own for base in node.bases):
+            found |= {
+                f"{node.name}.{each.name}"
+                for each in node.body
+                if isinstance(each, ast.FunctionDef) and not each.name.startswith(("__", "_repr_"))
+                if each.name not in used and not any("validator" in ast.unparse(one) for one in each.decorator_list)
+            }
+    return {name for name in found if not re.search(rf"\b{name.partition('.')[2]}\(", TOLD)}
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_no_method_is_there_that_nothing_calls(module: str) -> None:
+    found = unused_methods(module, USED)
+    assert not found, f"{module}: nothing calls {', '.join(sorted(found))}"
+
+
+def test_a_method_that_nothing_calls_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "class A:\n    def f(self): ...\n    def g(self): ...\nclass B(Thread):\n    def run(self): ..."
+    monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))
+    assert unused_methods("core.errors", {"f"}) == {"A.g"}
+
+
 def test_what_nothing_uses_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     source = "LIMIT, WIDTH = 1, 2\ndef f(x):\n    return f(x - 1) + WIDTH\nclass C: ...\ng = C()"
     monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))

@@ -79,7 +79,7 @@ class Trend:
     intercept : float
     middle : float
         Weighted mean of the condition, about which errors of slope and level are independent.
-    level, level_error : float
+    level : float
         Parameter there.
     scatter : float
         Standard deviation between records about the line, in `unit`.
@@ -99,7 +99,6 @@ class Trend:
     intercept: float
     middle: float
     level: float
-    level_error: float
     scatter: float
     chance: float
     corrected: float
@@ -232,7 +231,7 @@ def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[
     # No narrower than the errors that are known make it.
     wide = max(1.0, float(fit.scale)) / max(float(fit.scale), 1e-300)  # type: ignore[attr-defined]
     level, slope = (float(v) for v in fit.params)  # type: ignore[attr-defined]
-    level_error, slope_error = (float(v) * np.sqrt(wide) for v in fit.bse)  # type: ignore[attr-defined]
+    slope_error = float(fit.bse[1]) * np.sqrt(wide)  # type: ignore[attr-defined]
     chance = 2.0 * float(t.sf(abs(slope) / max(slope_error, 1e-300), freedom))
     half = float(t.ppf(0.975, freedom)) * slope_error
     return Trend(
@@ -246,7 +245,6 @@ def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[
         intercept=level - slope * line.middle,
         middle=line.middle,
         level=level,
-        level_error=level_error,
         scatter=line.tau,
         chance=chance,
         corrected=chance,

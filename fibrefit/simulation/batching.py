@@ -11,7 +11,6 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax.custom_batching import custom_vmap
 from jax.custom_derivatives import SymbolicZero
 
@@ -79,22 +78,6 @@ def nonzero_leaves(tangents: Any) -> tuple[int, ...]:
 def materialise(tangent: Any) -> jax.Array:
     """A tangent as an array: zeros for a symbolic zero."""
     return jnp.zeros(tangent.shape, tangent.dtype) if isinstance(tangent, SymbolicZero) else tangent
-
-
-def inexact_leaves(whole: Any) -> list[jax.Array]:
-    """Leaves of an inexact type: real or complex numbers."""
-    return [leaf for leaf in jax.tree.leaves(whole) if jnp.issubdtype(leaf.dtype, jnp.inexact)]
-
-
-def tangent_of(whole: Any, moved: list[jax.Array]) -> Any:
-    """Tangent of a pytree from those of the leaves `inexact_leaves`."""
-    own = iter(moved)
-
-    def of(leaf: jax.Array) -> Any:
-        varies = jnp.issubdtype(leaf.dtype, jnp.inexact)
-        return next(own) if varies else np.zeros(leaf.shape, jax.dtypes.float0)
-
-    return jax.tree.map(of, whole)
 
 
 def partition(whole: Any, which: tuple[int, ...]) -> tuple[list[Any], Callable[[list[Any]], Any]]:

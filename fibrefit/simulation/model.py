@@ -14,7 +14,6 @@ from fibrefit.core.roles import FORCES
 from fibrefit.laws.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values
-from fibrefit.simulation.batching import inexact_leaves, nonzero_leaves, partition, sequential, tangent_of
 from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import Jumps, jumps_of
@@ -109,12 +108,8 @@ class Model:
         Returns
         -------
         Response
-            Differentiable in forward mode. Under vmap the records of a batch are simulated sequentially.
+            Differentiable in forward mode.
         """
-        return _sequential(self, values, experiment)
-
-    def respond_single(self, values: Values, experiment: Experiment) -> Response:
-        """As `respond`, without its batching rule: for one record, in a program that takes less time to compile."""
         response = self._simulate(values, experiment)
         if not any(effect.singular for effect in self.effects):
             return response
@@ -232,37 +227,6 @@ def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
     """Value and rate of each input at every sample."""
     steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
     return jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
-
-
-@partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _sequential(model: Model, values: Values, experiment: Experiment) -> Response:
-    """What belongs to one record stays in the fast memory of a processor while it is worked on."""
-    return sequential(lambda given, _: (model.respond_single(*given), ()))((values, experiment), ())[0]
-
-
-@partial(_sequential.defjvp, symbolic_zeros=True)
-def _sequential_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Response, Response]:
-    which, leaves = nonzero_leaves(tangents), jax.tree.leaves(tangents)
-    response, moved = sequential(partial(_response_and_tangents, model, which))(
-        primals, [leaves[i][None] for i in which]
-    )
-    return response, tangent_of(response, [d[0] for d in moved])
-
-
-def _response_and_tangents(
-    model: Model, which: tuple[int, ...], given: tuple, tangents: list[jax.Array]
-) -> tuple[Response, list]:
-    some, with_ = partition(given, which)
-
-    def floats(some: list[jax.Array]) -> tuple[list[jax.Array], Response]:
-        response = model.respond_single(*with_(some))
-        return inexact_leaves(response), response
-
-    def push(tangent: list[jax.Array]) -> tuple[Response, list]:
-        _, moved, response = jax.jvp(floats, (some,), (tangent,), has_aux=True)
-        return response, moved
-
-    return jax.vmap(push, out_axes=(None, 0))(tangents)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))

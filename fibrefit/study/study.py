@@ -147,12 +147,6 @@ class Study(Shown, StudyTable):
                     "Look at what has changed; then put the new digest there, or remove the line.",
                 )  # fmt: skip
 
-    def unit_of(self, role: str) -> str | None:
-        """Unit the study declares for the column of `role`, by role or by header; None leaves it to the header."""
-        said = getattr(self.channels, role, None)
-        own = said.unit if isinstance(said, ChannelTable) else None
-        return own or self.units.get(role) or self.units.get(column_of(said) or "")
-
     def reading(self, record: Any) -> dict[str, Any]:
         """Arguments for the reader of a record's file, see `reading_arguments`."""
         channels = dict(self.channels) | (record.channels or {})

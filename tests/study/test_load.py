@@ -41,12 +41,6 @@ def test_a_record_overrides_the_rig(load: Loader) -> None:
     assert one.label == "one.csv"
 
 
-def test_units_are_found_by_role_and_by_header(load: Loader) -> None:
-    assert load().unit_of("force") == "kN"
-    assert load(('force = "kN"', 'Kraft = "mN"')).unit_of("force") == "mN"
-    assert load().unit_of("position") is None
-
-
 def test_settings_follow_the_declared_parameters(load: Loader) -> None:
     settings = load().settings(DECLARED)
     assert list(settings) == list(DECLARED)

@@ -236,7 +236,7 @@ class Problem(eqx.Module):
         return int(sum(np.count_nonzero(np.asarray(weight)) for weight in self.observations.weight.values()))
 
     def _respond(self, local: jax.Array, experiment: Experiment) -> Response:
-        return self.model.respond_single(dict(zip(self.layout.names, local, strict=True)), experiment)
+        return self.model.respond(dict(zip(self.layout.names, local, strict=True)), experiment)
 
     def record_residuals(self, local: jax.Array, data: Observations) -> jax.Array:
         """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
