@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -513,6 +514,16 @@ def test_the_counts_see_what_is_too_many(monkeypatch: pytest.MonkeyPatch) -> Non
     assert public_names()["Report"] == ["core.errors", "core.progress"]
     with pytest.raises(AssertionError, match="core.errors.f has 7 arguments"):
         test_no_function_asks_for_many_arguments("core.errors")
+
+
+def test_what_belongs_to_one_machine_is_not_committed() -> None:
+    """Such as the environment: a link to one, once committed, takes the place of the real one wherever it is merged."""
+    root = PACKAGE.parent
+    if not (root / ".git").exists():
+        pytest.skip("not a checkout")
+    call = ["git", "ls-files", "--cached", "--ignored", "--exclude-standard"]
+    kept = subprocess.run(call, cwd=root, capture_output=True, text=True, check=True).stdout.split()
+    assert not kept, f"git rm --cached {' '.join(kept)}"
 
 
 def test_the_reader_of_imports_sees_a_forbidden_one(monkeypatch: pytest.MonkeyPatch) -> None:
