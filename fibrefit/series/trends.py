@@ -74,16 +74,15 @@ class Trend:
     unit, condition_unit : str
     slope, slope_error : float
         In `unit` per `condition_unit`.
-    slope_interval : (float, float)
-        Of 95 %.
+    slope_interval_95 : (float, float)
     intercept : float
     middle : float
         Weighted mean of the condition, about which errors of slope and level are independent.
     level : float
         Parameter there.
-    scatter : float
+    between_records : float
         Standard deviation between records about the line, in `unit`.
-    chance, corrected : float
+    chance, chance_corrected : float
         Probability of a slope as steep without a trend; the same among all looks.
     records : int
     outliers : tuple of Outlier
@@ -95,20 +94,20 @@ class Trend:
     condition_unit: str
     slope: float
     slope_error: float
-    slope_interval: tuple[float, float]
+    slope_interval_95: tuple[float, float]
     intercept: float
     middle: float
     level: float
-    scatter: float
+    between_records: float
     chance: float
-    corrected: float
+    chance_corrected: float
     records: int
     outliers: tuple[Outlier, ...] = ()
 
     @property
     def found(self) -> bool:
         """Whether it is more than chance among all looks."""
-        return self.corrected < SIGNIFICANT
+        return self.chance_corrected < SIGNIFICANT
 
 
 def trends(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> tuple[Trend, ...]:
@@ -132,7 +131,7 @@ def trends(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> 
     if not found:
         return ()
     corrected = multipletests([line.chance for line in found], method="holm")[1]
-    listed = [replace(line, corrected=float(chance)) for line, chance in zip(found, corrected, strict=True)]
+    listed = [replace(line, chance_corrected=float(chance)) for line, chance in zip(found, corrected, strict=True)]
     return tuple(sorted(listed, key=lambda line: line.chance))
 
 
@@ -241,13 +240,13 @@ def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[
         condition_unit=x.unit,
         slope=slope,
         slope_error=slope_error,
-        slope_interval=(slope - half, slope + half),
+        slope_interval_95=(slope - half, slope + half),
         intercept=level - slope * line.middle,
         middle=line.middle,
         level=level,
-        scatter=line.tau,
+        between_records=line.tau,
         chance=chance,
-        corrected=chance,
+        chance_corrected=chance,
         records=number,
         outliers=outliers,
     )

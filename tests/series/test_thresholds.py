@@ -81,7 +81,7 @@ CASES = (
     Bracket("PREFERRED", models, lambda x: chosen(law(x, 1)) is None, 4.0, 6.0),
     Bracket("SIMPLER_LAW", models, lambda x: simpler(law(50.0, 2), law(50.0 - x, 1)), 0.8, 1.3),
     Bracket("MOST_LAWS", models, lambda n: models._may_grow(SimpleNamespace(effects=(None,) * int(n)), 1), 2, 3),
-    Bracket("SIGNIFICANT", trends, lambda x: trends.Trend.found.fget(SimpleNamespace(corrected=x)), 0.04, 0.07),
+    Bracket("SIGNIFICANT", trends, lambda x: trends.Trend.found.fget(SimpleNamespace(chance_corrected=x)), 0.04, 0.07),
     Bracket("STRAY", trends, stray, 0.008, 0.013),
     Bracket("FEWEST_RECORDS", trends, lambda n: line_of(int(n)), 4, 3),
     Bracket("MOST_OUTLIERS", trends, outliers, 0.1, 0.15),

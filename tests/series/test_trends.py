@@ -28,15 +28,15 @@ def test_a_trend_is_found_with_its_slope_and_scatter() -> None:
     found = trends(NAMES, list(product([parameter(200.0, 1)], [LIFT, ORDER, MASS])))
     assert [line.condition for line in found if line.found] == ["lift"]
     line = found[0]
-    assert line.slope_interval[0] < 200.0 < line.slope_interval[1]
-    assert line.scatter == pytest.approx(0.3, rel=0.4)
+    assert line.slope_interval_95[0] < 200.0 < line.slope_interval_95[1]
+    assert line.between_records == pytest.approx(0.3, rel=0.4)
     assert line.intercept + line.slope * line.middle == pytest.approx(line.level)
 
 
 def test_no_scatter_is_made_up() -> None:
     line = trend_of(NAMES, parameter(200.0, 2, scatter=0.0), LIFT)
     assert line is not None
-    assert line.scatter < 0.15
+    assert line.between_records < 0.15
 
 
 @pytest.mark.slow
@@ -58,7 +58,7 @@ def test_a_stray_record_is_named_and_left_out() -> None:
     assert [stray.record for stray in line.outliers] == ["record 7"]
     assert line.outliers[0].score > 5.0
     assert line.records == NUMBER - 1
-    assert line.slope_interval[0] < 200.0 < line.slope_interval[1]
+    assert line.slope_interval_95[0] < 200.0 < line.slope_interval_95[1]
 
 
 def test_an_uncertain_condition_widens_what_is_said_of_the_slope() -> None:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.series.population import Population, population
-from fibrefit.series.trends import BY_ORDER, Quantity, Trend, trends
-from fibrefit.study.summaries.summaries import BatchItem, Measure, OutlierSummary, PopulationSummary, TrendSummary
+from fibrefit.series.trends import BY_ORDER, Quantity, trends
+from fibrefit.study.summaries.summaries import BatchItem, Measure, PopulationSummary, TrendSummary
 
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""
@@ -29,25 +29,6 @@ def population_summary(one: Population, unit: str) -> PopulationSummary:
         relative=one.logarithmic,
         new_record_interval_95=one.new_record,
         chance=one.chance,
-    )
-
-
-def trend_summary(one: Trend) -> TrendSummary:
-    """A parameter against a condition."""
-    return TrendSummary(
-        parameter=one.parameter,
-        condition=one.condition,
-        slope=one.slope,
-        slope_error=one.slope_error,
-        slope_interval_95=one.slope_interval,
-        intercept=one.intercept,
-        unit=one.unit,
-        condition_unit=one.condition_unit,
-        between_records=one.scatter,
-        chance=one.chance,
-        chance_corrected=one.corrected,
-        records=one.records,
-        outliers=tuple(OutlierSummary(record=o.record, score=o.score, chance=o.chance) for o in one.outliers),
     )
 
 
@@ -121,7 +102,7 @@ def pooled_batch(items: Mapping[str, BatchItem]) -> PooledBatch:
         for n, name in enumerate(names)
     }
     pairs = [(y, x) for y in parameters for one in conditions if (x := _seen_by(y, one)) is not None]
-    return PooledBatch(populations, tuple(map(trend_summary, trends(names, pairs))), shrunk)
+    return PooledBatch(populations, tuple(map(TrendSummary.of, trends(names, pairs))), shrunk)
 
 
 def speed_name(parameter: str) -> str:

@@ -19,13 +19,13 @@ from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import Measure
+from fibrefit.study.summaries.summaries import Measure, TrendSummary
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import FoundResult, write_parts
 from fibrefit.workflow.thresholds import SHORTEST_SERIES
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
-from fibrefit.workflow.together.pooled import population_summary, speed_name, trend_summary
+from fibrefit.workflow.together.pooled import population_summary, speed_name
 from fibrefit.workflow.together.tidy import write_table
 from fibrefit.workflow.together.words import BASE, answer_in_words
 
@@ -123,7 +123,7 @@ class SeriesResult(FoundResult):
             curves=tuple(map(files.speed_curve_summary, found.curves)),
             population={name: population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()},
             records=files.record_summaries(found, self.names, self._with_speeds),
-            trends=tuple(map(trend_summary, self.trends)),
+            trends=tuple(map(TrendSummary.of, self.trends)),
             checks=files.series_checks(found),
             advice=self._advice(),
             provenance=provenance(self.study, inputs, seed=self.seed, seconds=self.seconds),
