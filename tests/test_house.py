@@ -270,10 +270,31 @@ IDENTITY = (ast.Eq, ast.NotEq, ast.In, ast.NotIn, ast.Is, ast.IsNot)
 PLAIN = {0.0, 0.5, 1.0, 2.0}
 
 
+def _defaults(function: ast.FunctionDef, constants: set[str]) -> Iterator[str]:
+    """Numbers that an argument has unless it is given, and that it is compared by in the function."""
+    told = function.args
+    places = [*told.posonlyargs, *told.args]
+    given = [
+        *zip(reversed(places), reversed(told.defaults), strict=False),
+        *zip(told.kwonlyargs, told.kw_defaults, strict=True),
+    ]
+    compared = {
+        n.id for c in ast.walk(function) if isinstance(c, ast.Compare) for n in ast.walk(c) if isinstance(n, ast.Name)
+    }
+    for argument, value in given:
+        if argument.arg in compared:
+            if isinstance(value, ast.Name) and value.id in constants:
+                yield value.id
+            elif isinstance(value, ast.Constant) and isinstance(value.value, float) and value.value not in PLAIN:
+                yield str(value.value)
+
+
 def numbers_compared(tree: ast.Module) -> set[str]:
-    """Constants of a module, and plain numbers with a point, by which something is called larger or smaller."""
+    """Constants of a module, and numbers with a point, by which something is called larger or smaller."""
     constants = {target.id for target, value in _assigned(tree) if isinstance(target, ast.Name) and _is_number(value)}
-    found = set()
+    found = {
+        name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) for name in _defaults(node, constants)
+    }
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare) and not all(isinstance(how, IDENTITY) for how in node.ops):
             inside = list(ast.walk(node))
@@ -378,8 +399,9 @@ def test_a_number_in_a_verdict_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_so_is_one_of_several_and_one_that_is_computed() -> None:
     source = "LOW, HIGH = 0.3, 3\nMOST: float = 2.0 / 3.0\nWORD = 'x'\n"
-    source += "def f(x):\n    return Check(x < LOW, x > HIGH > MOST > WORD)"
-    assert numbers_compared(ast.parse(source)) == {"LOW", "HIGH", "MOST"}
+    source += "def f(x):\n    return Check(x < LOW, x > HIGH > MOST > WORD)\n"
+    source += "def g(x, by=SHARE, *, to=0.9, of=0.8):\n    return of if by < x < to else 1.0\n"
+    assert numbers_compared(ast.parse(f"SHARE = 0.4\n{source}")) == {"LOW", "HIGH", "MOST", "SHARE", "0.9"}
 
 
 def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:

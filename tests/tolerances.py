@@ -18,11 +18,12 @@ PAGE = "what has room on a page or in a line; the whole stands in the result"
 REASONS: dict[str, dict[str, str]] = {
     "core.errors": {"LONGEST": PAGE, "LIKE": PAGE, "_BEGINNING": PAGE},
     "core.paths": {"_LONGEST": PAGE, "_LONGEST_END": FORM},
+    "core.programs.bound": {"MOST_PROGRAMS": WORK},
     "core.programs.described": {"DEEPEST": WORK},
     "core.programs.kept": {"MOST_ON_DISK": WORK, "SETTLED_SECONDS": WORK, "MOST_IN_MEMORY": WORK},
     "core.units": {"100.0": PAGE, "10.0": PAGE, "0.0001": PAGE, "10000000.0": PAGE, "1e-12": ROUNDING},
     "discovery.engine.candidates": {"MANY": STEP, "RETIMED": STEP},
-    "discovery.engine.refit": {"ARRIVED": ENDS, "1000000.0": ENDS},
+    "discovery.engine.refit": {"ARRIVED": ENDS, "0.0001": ENDS, "1000000.0": ENDS},
     "discovery.residuals.eigenvalues": {"EXACT": WORK},
     "fitting.search.multistart": {
         "STARTS_AT_ONCE": WORK,
@@ -35,7 +36,7 @@ REASONS: dict[str, dict[str, str]] = {
     "laws.push.hold": {"SHORT": ROUNDING},
     "laws.template": {"WIDTH": FORM},
     "problem.estimate.evidence": {"MANY": WORK},
-    "problem.estimate.gauss_newton": {"NOTICED": STEP},
+    "problem.estimate.gauss_newton": {"NOTICED": STEP, "SETTLED_FALL": ENDS},
     "problem.estimate.population": {"LIGHT": WORK},
     "problem.estimate.trust_region": {"0.75": STEP, "0.25": STEP, "ON_RADIUS": STEP, "0.001": STEP},
     "problem.estimate.view": {"LOUD": STEP},

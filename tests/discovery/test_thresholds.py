@@ -18,6 +18,7 @@ from fibrefit.discovery.residuals import innovations
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.discovery import Detectable
 from fibrefit.study.summaries.summaries import ChannelGap
 from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
@@ -142,6 +143,14 @@ def visible(share: float) -> bool:
     return bool(distinguish.likeness(grams, context)[2][0, 1] > 0.5)
 
 
+def told_apart(cosine: float) -> bool:
+    """Whether records distinguish two effects so much alike."""
+    both = tuple(
+        Detectable(effect=name, parameter="size", unit="N", smallest_detectable=1.0, unique=0.5) for name in "ab"
+    )
+    return distinguish.Confusion(both, np.array([[1.0, cosine], [cosine, 1.0]])).inseparable == ()
+
+
 def told_at_rest(power: float) -> bool:
     """Whether rests of such a power, in units of the noise in motion, are held against it."""
     traces = [one._replace(channels={"force": np.sqrt(power) * one.channels["force"]}) for one in resting(0, 0.0)]
@@ -218,6 +227,7 @@ CASES = (
     Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),
     Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
     Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
+    Bracket("INSEPARABLE", distinguish, told_apart, 0.97, 0.99),
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
     Bracket("FEWEST_ORDINATES", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),

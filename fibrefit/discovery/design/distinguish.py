@@ -24,7 +24,7 @@ from fibrefit.discovery.engine.candidates import SMALL, SearchContext, carried, 
 from fibrefit.discovery.engine.effort import strengths_settled
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
-from fibrefit.discovery.engine.thresholds import UNIQUE, gate
+from fibrefit.discovery.engine.thresholds import INSEPARABLE, UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
@@ -34,8 +34,6 @@ from fibrefit.problem.task import Task
 from fibrefit.simulation.inputs import Signals
 from fibrefit.study.summaries.discovery import Detectable, Separation
 
-INSEPARABLE = 0.98
-"""Cosine beyond which two effects change the records in the same way."""
 ROUNDS = 4
 """Of looking for the strength that would just be found."""
 LITTLE = 0.01
@@ -61,7 +59,12 @@ class Confusion:
         """Effects these records cannot show."""
         return tuple(d.effect for d in self.directions if d.smallest_detectable is None)
 
-    def pairs(self, beyond: float = INSEPARABLE) -> tuple[tuple[str, str, float], ...]:
+    @property
+    def inseparable(self) -> tuple[tuple[str, str], ...]:
+        """Pairs that change these records in the same way, the most alike first."""
+        return tuple((first, second) for first, second, _ in self.pairs(INSEPARABLE))
+
+    def pairs(self, beyond: float) -> tuple[tuple[str, str, float], ...]:
         """Pairs whose cosine is beyond a limit, the most alike first.
 
         Parameters

@@ -39,6 +39,8 @@ person who compares two tables would see."""
 UNIQUE = 0.02
 """Share of an effect's change that must not be imitable by the base parameters, for the effect to be visible at all:
 below it, what is left after projection is the error of the integrator's slopes."""
+INSEPARABLE = 0.98
+"""Cosine beyond which two effects change the records in the same way: of either, a fifth is its own."""
 RANK = 1e-4
 """Share of a record's information below which a direction is not seen in a part of it: an error a hundred times that
 of the whole record, beyond which an innovation is rounding."""

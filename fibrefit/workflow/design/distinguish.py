@@ -63,7 +63,7 @@ class Confused(FoundResult):
             remarks=self.remarks,
             effects=found.directions,
             cosine=tuple(map(tuple, found.cosine.tolist())),
-            cannot_tell_apart=tuple((first, second) for first, second, _ in found.pairs()),
+            cannot_tell_apart=found.inseparable,
             cannot_see=found.invisible,
             best_further_record=self.split and worded_separation(self.split),
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
