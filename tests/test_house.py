@@ -289,9 +289,19 @@ def _defaults(function: ast.FunctionDef, constants: set[str]) -> Iterator[str]:
                 yield str(value.value)
 
 
+def _borrowed(tree: ast.Module) -> Iterator[str]:
+    """Numbers of other modules that are no thresholds."""
+    for node in (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)):
+        home = (node.module or "").removeprefix("fibrefit.")
+        if home in MODULES and not home.endswith(HOMES):
+            numbers = {t.id for t, value in _assigned(MODULES[home]) if isinstance(t, ast.Name) and _is_number(value)}
+            yield from numbers & {alias.name for alias in node.names}
+
+
 def numbers_compared(tree: ast.Module) -> set[str]:
     """Constants of a module, and numbers with a point, by which something is called larger or smaller."""
     constants = {target.id for target, value in _assigned(tree) if isinstance(target, ast.Name) and _is_number(value)}
+    constants |= set(_borrowed(tree))
     found = {
         name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) for name in _defaults(node, constants)
     }
@@ -311,9 +321,13 @@ PAGES = ("plots", "report", "cli", "store", "tables")
 SHOWS = set(PAGES) - {"report"}
 
 
+#: Modules that hold numbers for others, each with its reason: thresholds, how far a search looks, what is allowed.
+HOMES = ("thresholds", "effort", "core.allowance")
+
+
 def compares(module: str) -> set[str]:
     """Numbers that a module compares with, where it has to say why."""
-    exempt = module.split(".")[0] in SHOWS or module.endswith(("thresholds", "effort"))
+    exempt = module.split(".")[0] in SHOWS or module.endswith(HOMES)
     return set() if exempt else numbers_compared(MODULES[module])
 
 
@@ -391,9 +405,11 @@ def test_the_name_of_a_shared_number_is_seen_anywhere(monkeypatch: pytest.Monkey
 
 def test_a_number_in_a_verdict_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     tree = ast.parse("LIMIT = 0.3\nKIND = 4\ndef f(x, k):\n    return 2 * LIMIT > x > 0.7 * k and k == KIND")
-    monkeypatch.setitem(MODULES, "core.progress", tree)
-    assert compares("core.progress") == {"LIMIT", "0.7"}
-    with pytest.raises(AssertionError, match=r"0\.7, LIMIT"):
+    monkeypatch.setitem(MODULES, "core.errors", tree)
+    borrows = ast.parse("from fibrefit.core.errors import LIMIT\ndef g(x):\n    return x > LIMIT")
+    monkeypatch.setitem(MODULES, "core.progress", borrows)
+    assert (compares("core.errors"), compares("core.progress")) == ({"LIMIT", "0.7"}, {"LIMIT"})
+    with pytest.raises(AssertionError, match="LIMIT"):
         test_what_decides_a_verdict_stands_among_the_thresholds("core.progress")
 
 

@@ -1,4 +1,4 @@
-"""How much a file or a command may ask for: refused by what it declares, before memory is taken."""
+"""How much a file or a command may ask for, refused by what it declares before memory is taken; sizes of numbers."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ LARGEST_STUDY = 1 << 24
 """Bytes of a study or of a table of records."""
 MOST_PLANNED = 10_000_000
 """Samples of all planned records of a study, of which each takes some hundred bytes: an hour at 2.8 kHz."""
+SMALLEST_SIZE, LARGEST_SIZE = 1e-18, 1e15
+"""Sizes in SI beyond which a number is a slip of the pen, or damage: within, squares and quotients stay finite."""
 MOST_STARTS = 10_000
 """Of one search: hundreds of times what is usual, beyond which they take gigabytes and days."""
 

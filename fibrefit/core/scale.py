@@ -10,9 +10,6 @@ from fibrefit.core import units
 from fibrefit.core.errors import FibrefitError, StudyError
 from fibrefit.core.units import ACCEPTED
 
-SMALLEST_SIZE, LARGEST_SIZE = 1e-18, 1e15
-"""Sizes in SI beyond which a number is a slip of the pen, or damage: within, squares and quotients stay finite."""
-
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _SCALE = re.compile(rf"\s*({_NUMBER})(?:\s*(?:\+/-|\+-|±)\s*({_NUMBER}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
 

@@ -16,8 +16,7 @@ from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
-from fibrefit.discovery.engine.effort import lost, time_for_gls, time_for_starts
-from fibrefit.discovery.engine.supermodel import TOO_FAR
+from fibrefit.discovery.engine.effort import TOO_FAR, lost, time_for_gls, time_for_starts
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates

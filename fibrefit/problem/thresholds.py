@@ -44,6 +44,8 @@ GROWS = 3.0
 noise that does, 2.0 once and else 3.3 to 11."""
 LEVEL_READINGS = 50
 """Readings that tell the noise at a level of the load."""
+CARRIES_LOAD = 0.05
+"""Share of the largest force from which a fibre carries load: a wrong zero of the force is less."""
 SHORTEST_CONTACT = 24
 """Samples of the shortest contact that tells a shape from its noise."""
 SHORTEST_FLIGHT = 8

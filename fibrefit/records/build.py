@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core import units as registry
+from fibrefit.core.allowance import LARGEST_SIZE
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
-from fibrefit.core.scale import LARGEST_SIZE
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.claimed import first_row_told, wrong_times
 from fibrefit.records.clock.times import time_base

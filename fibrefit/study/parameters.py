@@ -10,9 +10,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic_core import PydanticCustomError
 
+from fibrefit.core.allowance import SMALLEST_SIZE
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.scale import SMALLEST_SIZE, uncertain
+from fibrefit.core.scale import uncertain
 from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
 from fibrefit.study.table import StudyTable
 

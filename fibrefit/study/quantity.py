@@ -19,8 +19,9 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from fibrefit.core.allowance import LARGEST_SIZE, SMALLEST_SIZE
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.scale import LARGEST_SIZE, SMALLEST_SIZE, uncertain
+from fibrefit.core.scale import uncertain
 from fibrefit.core.units import parse_quantity
 
 CHECK_IT = "Check the exponent and the unit."

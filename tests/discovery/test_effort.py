@@ -12,7 +12,7 @@ import pytest
 from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
-from fibrefit.discovery.search import inputs
+from fibrefit.discovery.search import inputs, setup
 from fibrefit.discovery.search.pace import kept_for_conclusion
 from tests.brackets import Bracket, thresholds
 
@@ -35,7 +35,15 @@ def linearised(times: int) -> bool:
     return relinearised.call_count >= times
 
 
+def follows_bounces(gap: float) -> bool:
+    """Whether readings of a fit with noisy inputs that leaves so much are taken whole."""
+    before = SimpleNamespace(input_errors={"drive": 1.0}, gap={"force": gap}, expected_gap=1.0)
+    with patch.object(setup, "total", lambda gap: gap["force"]):
+        return not setup.is_far(cast(Any, before))
+
+
 CASES = (
+    Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),

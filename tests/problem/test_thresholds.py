@@ -108,6 +108,15 @@ def touching(samples: float) -> bool:
         return len(contacts._contacts(task)) == 1
 
 
+def loaded(share: float) -> bool:
+    """Whether a fibre is slack in a second contact of such a share of the largest force."""
+    times = np.arange(800) / 1000.0
+    force = np.where(np.abs(times - 0.2) < 0.02, 100.0, 0.0) + np.where(np.abs(times - 0.6) < 0.02, 100.0 * share, 0.0)
+    task: Any = SimpleNamespace(traces=[SimpleNamespace(times=times, step=1e-3, channels={"force": force})])
+    with patch.object(contacts, "measured_positions", lambda *_: np.zeros(800)):
+        return len(contacts._contacts(task)) == 1
+
+
 def flying(samples: float) -> bool:
     """Whether a flight of so many samples has a curvature, a tenth of them being left out at either end."""
     return bool(free_flight._stretches(np.pad(np.ones(int(samples), bool), 5)))
@@ -220,6 +229,7 @@ CASES = (
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN_FACTOR", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
     Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),
+    Bracket("CARRIES_LOAD", contacts, loaded, 0.035, 0.07),
     Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
     Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),
     Bracket("CREEPS", phases, driven, 0.03, 0.014),

@@ -13,8 +13,9 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import OutOfTimeError, check_time
+from fibrefit.discovery.engine.effort import TOO_FAR
 from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
-from fibrefit.discovery.engine.supermodel import TOO_FAR, Supermodel, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 

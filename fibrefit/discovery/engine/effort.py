@@ -49,6 +49,9 @@ a fibre of mass took 1.8 times that."""
 GLS_NEEDS = 0.3
 """Share of the time that has to be left for the GLS estimate of a driven rig."""
 
+TOO_FAR = 1.4
+"""Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces: its readings
+are taken up to the first bounce alone, and what a candidate leaves is twice what noise does."""
 HOPE = 3.0
 """Nats by which slopes may promise less than a curve then gains."""
 STEADY_LIMIT = 0.1

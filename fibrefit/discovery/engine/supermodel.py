@@ -39,8 +39,6 @@ BUCKET = 4
 """Rows are whitened and multiplied in multiples of this."""
 STRETCHES = 64
 """Equal parts of a record whose say in the values is told one by one."""
-TOO_FAR = 1.4
-"""Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces."""
 ANYWHERE = Range(-np.inf, np.inf, 1.0)
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have supermodels of their own."""

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
-from fibrefit.discovery.engine.effort import LINEARISED_ANEW, lost
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.supermodel import TOO_FAR, Supermodel, residual_rows, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search

@@ -15,7 +15,6 @@ import numpy as np
 from fibrefit.core.capability import Capability
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.stretches import (
-    CARRIES_LOAD,
     FORCE,
     POSITION,
     SMOOTHED_LOAD,
@@ -28,7 +27,7 @@ from fibrefit.problem.diagnose.stretches import (
     without_polynomial,
 )
 from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import SHORTEST_CONTACT
+from fibrefit.problem.thresholds import CARRIES_LOAD, SHORTEST_CONTACT
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.trace import Trace

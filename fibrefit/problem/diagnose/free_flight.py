@@ -17,7 +17,6 @@ from fibrefit.core.capability import Capability
 from fibrefit.core.roles import SLACK
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.stretches import (
-    CARRIES_LOAD,
     FORCE,
     POSITION,
     SMOOTHED_LOAD,
@@ -31,7 +30,7 @@ from fibrefit.problem.diagnose.stretches import (
     without_polynomial,
 )
 from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import SHORTEST_FLIGHT
+from fibrefit.problem.thresholds import CARRIES_LOAD, SHORTEST_FLIGHT
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative

@@ -16,8 +16,6 @@ from fibrefit.problem.task import Task
 POSITION, FORCE = "position", "force"
 SMOOTHED_LOAD, TURNED = 8e-3, 20e-3
 """Length in s of the windows in which load and direction are told: noise moves the instant at which a weight turns."""
-CARRIES_LOAD = 0.05
-"""Share of the largest force from which a fibre carries load: a wrong zero of the force is less."""
 
 
 class SharedShapes(NamedTuple):
