@@ -13,10 +13,11 @@ START = "where a search begins, and not what it comes to: the estimate is judged
 STEP = "how a search goes on, and not what it comes to: its end is judged by itself"
 FORMULA = "follows from mathematics"
 FORM = "the form of a file, of a name or of a unit of time"
+HINT = "which words are near enough to be offered: none is taken for another"
 PAGE = "what has room on a page or in a line; the whole stands in the result"
 
 REASONS: dict[str, dict[str, str]] = {
-    "core.errors": {"LONGEST": PAGE, "LIKE": PAGE, "_BEGINNING": PAGE},
+    "core.errors": {"LONGEST": PAGE, "LIKE": HINT, "_BEGINNING": HINT},
     "core.paths": {"_LONGEST": PAGE, "_LONGEST_END": FORM},
     "core.programs.bound": {"MOST_PROGRAMS": WORK},
     "core.programs.described": {"DEEPEST": WORK},
