@@ -19,6 +19,7 @@ from scipy.stats import chi2, gamma
 
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.remaining import residuals_of
 from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import (
     ALARM,
@@ -30,6 +31,7 @@ from fibrefit.discovery.engine.thresholds import (
     SLOW_BELOW,
 )
 from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.residuals.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.spectrum import Noise, periodogram
@@ -50,7 +52,7 @@ class Alarm:
     Parameters
     ----------
     test : str
-        Its identifier: ``constancy``, ``drift`` or ``rest``.
+        Its identifier: ``constancy``, ``drift``, ``jump`` or ``rest``.
     probability : float
         Of something as strange, if nothing were missing.
     threshold : float
@@ -81,11 +83,16 @@ class Alarm:
 
 def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[Alarm, ...]:
     """Tests of the innovations of a hypothesis."""
-    tested = []
+    tested = list[Alarm]()
     if len(best.evidence.mode.unknowns.scattering):
         scores = _scores(scales, best)
-        tested = [_windows(*scores), _drifts(*scores, names=_names(best))]
+        tested += [_windows(*scores), _drifts(*scores, names=_names(best))]
     steps = scales.yardstick.steps
+    residuals, counts = residuals_of(scales.yardstick, best, scales.context.whole)[0], scales.context.whole
+    fine = [c for c, channel in enumerate(channels) if channel not in steps]
+    seen = [one for one in level_shifts(scales.yardstick.whitening, residuals, counts) if one.channel in fine]
+    if seen:
+        tested.append(_jumping(seen, traces, channels))
     pairs = [(c, noise) for c, noise in zip(channels, scales.yardstick.noise, strict=True) if c not in steps]
     return (*tested, *(alarm for c, noise in pairs if (alarm := against_rest(traces, c, noise)) is not None))
 
@@ -188,6 +195,14 @@ def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) 
     probability = float(chi2.sf(gain, rank)) if rank else 1.0
     each = [_gain(normal[j::p, j::p], pull[j::p], scale[j::p])[0] for j in range(p)]
     return Alarm("drift", probability, ALARM, {"worst": names[int(np.argmax(each))], "gain": gain, "chance": rank})
+
+
+def _jumping(found: Sequence[LevelShift], traces: Sequence[Trace], channels: Sequence[str]) -> Alarm:
+    """Whether readings jump more than noise does, taking all records together."""
+    worst = min(found, key=lambda one: one.probability)
+    trace = traces[worst.record]
+    facts = {"record": trace.name, "channel": channels[worst.channel], "instant": float(trace.times[worst.sample])}
+    return Alarm("jump", joint_probability(found), ALARM, facts)
 
 
 def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm | None:

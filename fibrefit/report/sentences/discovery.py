@@ -12,7 +12,7 @@ from fibrefit.report.sentences.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
 from fibrefit.study.summaries.discovery import Round, Separation, Weight
 
 NO_HELP = " That is little: it takes another kind of test."
-READ_IN = {"m": ("mm", 1e3)}
+READ_IN = {"m": ("mm", 1e3), "-": ("times what it is without", 1.0)}
 """Unit a person reads an SI unit in, and its factor, where it is another."""
 
 
@@ -159,6 +159,13 @@ def _drift(facts: Facts) -> str:
     )
 
 
+def _jump(facts: Facts) -> str:
+    return (
+        f"Readings jump more than their noise does, first of all the {facts['channel']} of {facts['record']} at "
+        f"{facts['instant']:.3f} s (p = {facts['probability']:.2g} of all records together)."
+    )
+
+
 def _rest(facts: Facts) -> str:
     return (
         f"Below {facts['below']:g} Hz the {facts['channel']} holds {facts['times']:.2g} times the noise it has at rest "
@@ -224,6 +231,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "added": _added,
     "constancy": _constancy,
     "drift": _drift,
+    "jump": _jump,
     "rest": _rest,
     "no_effect": lambda facts: "A gap is left that no effect of the catalogue, alone or with others, accounts for.",
     "none_tried": lambda facts: (
