@@ -36,7 +36,7 @@ from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
 from fibrefit.discovery.search.pace import kept_for_conclusion, slowdown
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.unnamed import unnamed
+from fibrefit.discovery.unnamed import Unnamed, in_place_of_named, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -150,14 +150,23 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     single, found = at.singles or look, _believed(look, limits)
     at, found = _where_it_is(replace(at, search=look.search, best=look.parent, look=found.look), found)
     if limits.choose is None and (law := unnamed(*found, single, before)) is not None:
-        return replace(at, search=law.search, best=law.parent, curves=law.curves, law=law.law), False
+        return _ended_by(law, at), False
     if _doubtful(at, found):
         at, found = _together(at, found, single, before, limits)
     if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
         better, _ = in_time(partial(best_exchange, single, found.chosen), None)
         again = found if better is None else _believed(better, limits)
         found = found if again.chosen is None else again
-    return (at, False) if found.chosen is None else (_grown(at, found, single, before, limits), True)
+    if found.chosen is not None:
+        return _grown(at, found, single, before, limits), True
+    if limits.choose is None and (law := in_place_of_named(at.search, at.best, before)) is not None:
+        return _ended_by(law, at), False
+    return at, False
+
+
+def _ended_by(law: Unnamed, at: Selection) -> Selection:
+    """A selection that ends with a law of no name."""
+    return replace(at, search=law.search, best=law.parent, curves=law.curves, law=law.law)
 
 
 class _Believed(NamedTuple):

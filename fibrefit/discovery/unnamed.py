@@ -19,9 +19,11 @@ from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING, alarms_of, curves_beyond
+from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation, weighed_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS, port_of, said_by
 
 PLACES = ("guide", "fibre")
@@ -67,7 +69,7 @@ def unnamed(
     if chosen is None:
         return None
     if (left := _left(look, chosen, seen)) > 0.0:
-        job = partial(_law_about, look, chosen, before, tuple(PORTS), left)
+        job = partial(_law_about, look.search, look.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, look.parent):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
@@ -77,9 +79,46 @@ def unnamed(
     return found
 
 
+def in_place_of_named(search: Search, best: Weighed, before: Identification) -> Unnamed | None:
+    """A law of the place of one of the effects that were named which does better; None where there is no such.
+
+    An effect whose law is near that of a cause which no catalogue holds leaves next to nothing, and no test objects: it
+    has its name only if no law composed without it accounts for the records better.
+
+    Parameters
+    ----------
+    search : Search
+    best : Weighed
+        With all effects that were found.
+    before : Identification
+        Of the model the search began with.
+    """
+    needed = {name for effect in best.effects for name in effect.needs}
+    for effect in best.effects:
+        if effect.name not in needed:
+            rest = tuple(other for other in best.effects if other is not effect)
+            job = partial(_law_in_place, search, best, rest, before, str(port_of(effect)))
+            found, _ = in_time(job, None, PAIRING * time_left())
+            if found is not None:
+                return found
+    return None
+
+
+def _law_in_place(
+    search: Search, best: Weighed, rest: tuple[type[Effect], ...], before: Identification, port: str
+) -> Unnamed | None:
+    """A law of a port beside the rest of what was named, better than all of it and what is left beside that."""
+    parent = search.scales.without(best, rest)
+    return _law_about(search, parent, best, before, {port}, _most(alarms_of(search, best)))
+
+
 def _left(look: Comparison, chosen: Weighed, seen: Confirmation | None) -> float:
     """Nats that tests of the innovations see left beside what is to be added; 0 where none objects."""
-    alarms = alarms_of(look.search, chosen) if seen is None else alarms_of(seen.search, seen.found)
+    return _most(alarms_of(look.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
+
+
+def _most(alarms: Collection[Alarm]) -> float:
+    """The most nats of tests that object; 0 where none does."""
     return max((alarm.nats for alarm in alarms), default=0.0)
 
 
@@ -93,14 +132,13 @@ def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
 
 def _law_instead(first: Comparison, chosen: Weighed, before: Identification, ports: Collection[str]) -> Unnamed | None:
     """A law in the place of two effects, all in the noise of the first look and linearised about its model."""
-    return _law_about(first, weighed_about(first.search, chosen), before, ports, 0.0)
+    return _law_about(first.search, first.parent, weighed_about(first.search, chosen), before, ports, 0.0)
 
 
 def _law_about(
-    look: Comparison, chosen: Weighed, before: Identification, ports: Collection[str], left: float
+    search: Search, parent: Weighed, chosen: Weighed, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
     """A law that gains what the effect does and what is left beside it, and leaves nothing itself."""
-    search, parent = look.search, look.parent
     curves = curves_beyond(search, parent, before, ports)
     found = proposed(search, parent, curves) if curves else None
     if found is None:

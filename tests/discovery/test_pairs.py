@@ -189,6 +189,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
     monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
+    monkeypatch.setattr(forward_selection, "in_place_of_named", lambda *of: None)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)

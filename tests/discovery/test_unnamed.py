@@ -144,3 +144,32 @@ def test_two_effects_are_weighed_in_the_noise_of_the_first_look_before_a_law_tak
 def test_a_law_that_leaves_more_than_noise_takes_no_place(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, **{LAW.name: 7.0})
     assert bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), 80.0)) is None
+
+
+class Removing:
+    """A search whose models, with one effect less, are the base."""
+
+    scales = SimpleNamespace(without=lambda best, rest: Model(tuple(rest), 0.0))
+
+
+def in_place(monkeypatch: pytest.MonkeyPatch, gain: float, effects: Any = (TOE,), **left: float) -> Any:
+    Bench(monkeypatch, **left)
+    return module.in_place_of_named(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE)
+
+
+@pytest.mark.parametrize(("less", "there"), [(PRICE_OF_LOOKS + NAMED + 0.1, True), (PRICE_OF_LOOKS + NAMED, False)])
+def test_a_name_is_lost_to_a_law_that_is_beyond_doubt_better(
+    monkeypatch: pytest.MonkeyPatch, less: float, there: bool
+) -> None:
+    found = in_place(monkeypatch, WORTH - less)
+    assert (found is not None) is there
+    if found is not None:
+        assert (found.law[0].names, found.parent.names) == ((LAW.name,), ())
+
+
+def test_a_law_in_place_of_a_name_leaves_noise_and_more_than_what_is_left_beside_the_name(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert in_place(monkeypatch, WORTH - 20.0, **{LAW.name: 7.0}) is None
+    assert in_place(monkeypatch, WORTH - 20.0, **{TOE.name: 15.0}) is None
+    assert in_place(monkeypatch, 0.0, ()) is None
