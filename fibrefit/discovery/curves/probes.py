@@ -1,4 +1,4 @@
-"""Free-form probes: a force, a friction, a tension or an error of a gauge as an unknown curve of one state of the rig.
+"""Free-form probes: a force, friction, tension, damping or error of a gauge as an unknown curve of a state of the rig.
 
 A probe has no name to offer, only a place and a variable. It shows what any effect of that kind could at best explain,
 and so tells a wrong name that merely helps from a missing one.
@@ -13,6 +13,7 @@ import jax.numpy as jnp
 
 from fibrefit.core.capability import Capability
 from fibrefit.laws.law import (
+    ALWAYS_LEFT,
     Channels,
     Effect,
     FibreLaw,
@@ -142,6 +143,20 @@ class TensionOfRate(Curve, FibreLaw):
         return self.at(rate)
 
 
+class DampingOfStretch(Curve, FibreLaw):
+    """A damping of the fibre that depends on the stretch in a way of its own."""
+
+    name: ClassVar[str] = "probe.damping_of_stretch"
+    variable: ClassVar[str] = "stretch"
+    says: ClassVar[str] = "a damping of the fibre that depends on its stretch"
+    unit: ClassVar[str] = "-"
+    size: ClassVar[float] = 0.3
+
+    def damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
+        """One and the height of the curve at the stretch."""
+        return jnp.maximum(1.0 + self.at(stretch), ALWAYS_LEFT)
+
+
 class ForceErrorOfForce(Curve, SensorLaw):
     """A force gauge that is not linear."""
 
@@ -177,6 +192,7 @@ PROBES: tuple[type[Curve], ...] = (
     FrictionOfTension,
     TensionOfStretch,
     TensionOfRate,
+    DampingOfStretch,
     ForceErrorOfForce,
     PositionErrorOfPosition,
 )

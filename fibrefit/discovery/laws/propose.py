@@ -2,8 +2,8 @@
 
 Free curves show where something acts and on what it depends. A handful of forms that follow them best are written as
 effects and fitted in full, with all base parameters, in the likelihood of the search. How many forms were looked at is
-paid for. The best one has to make the records more probable than the best free curve does: a law is worth more than a
-curve only if it says as much in fewer numbers.
+paid for. The best one has to account for the records as well as the best free curve does, as far as the two are told
+apart: it says as much in fewer numbers.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import carried, fit_all
+from fibrefit.discovery.engine.effort import FAR_BEHIND
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
@@ -29,14 +31,12 @@ CURVES = 3
 """Free curves that laws are looked for in, the best ones."""
 TRIED = 6
 """Laws that are fitted in full."""
-EACH = 3
-"""Of one curve at most."""
 PRICE_OF_LOOKS = float(np.log(len(FORMS) * len(PLACES)))
 """Nats: any place and any form could have been the one."""
 
 
 def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tuple[Weighed, ProposedLaw] | None:
-    """The best law for what a model lacks, and the model with it; None where no law does better than a free curve.
+    """The best law for what a model lacks, and the model with it; None where a free curve does better.
 
     Parameters
     ----------
@@ -58,22 +58,27 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
         key=lambda pair: -pair[0].log,
     )
-    if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= readings[0].gain:
+    # Of a law and a curve that are not told apart the law is taken: it says the same in fewer numbers.
+    least = max(readings[0].gain - APART, NAMED)
+    if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= least:
         return None
     return ranked[0][0], _told(search, parent, ranked, readings)
 
 
 def _composed(readings: Sequence[Reading]) -> list[Composed]:
-    """The laws worth a fit: of each of the best curves the forms that follow it best."""
+    """The laws worth a fit: of each of the best curves the forms that follow it best.
+
+    A law says hardly more than its curve: what is far behind the best one leads to none.
+    """
     found = []
-    for reading in readings[:CURVES]:
+    for reading in [one for one in readings[:CURVES] if one.gain > readings[0].gain - FAR_BEHIND]:
         place = PLACES.get(reading.probe.name)
         if place is None:
             continue
         forms = forms_of(reading.knots, shape_of(reading), reading.errors, place.absorbed)
-        found.append([composed(reading.probe, form, reading.knots) for form in forms[:EACH]])
+        found.append([composed(reading.probe, form, reading.knots) for form in forms[:TRIED]])
     # The best form of each curve comes before the second of any.
-    turns = [law for turn in range(EACH) for laws in found for law in laws[turn : turn + 1]]
+    turns = [law for turn in range(TRIED) for laws in found for law in laws[turn : turn + 1]]
     return turns[:TRIED]
 
 

@@ -74,6 +74,13 @@ PLACES: dict[str, PortPlace] = {
     "probe.friction_of_tension": PortPlace("guide", "GuideLaw", _method(_FRICTION), "tension"),
     "probe.tension_of_stretch": PortPlace("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
     "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", 1),
+    "probe.damping_of_stretch": PortPlace(
+        "fibre", "FibreLaw",
+        _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
+                 '"""Factor on the viscous tension."""'),
+                "jnp.maximum(1.0 + self._at(VARIABLE), ALWAYS_LEFT)"),
+        "stretch",
+    ),
     "probe.force_error_of_force": PortPlace(
         "sensor", "SensorLaw",
         _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of force."""'),
@@ -188,7 +195,7 @@ def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray) -> Compose
         f"    {quantity.name} : () in {_unit(quantity, probe.unit, unit)}\n        {quantity.says.capitalize()}."
         for quantity in form.form.quantities
     )
-    kinds = [word for word in ("Channels", "Memory", "of_force") if word in place.hook]
+    kinds = [word for word in ("ALWAYS_LEFT", "Channels", "Memory", "of_force") if word in place.hook]
     source = _SOURCE.format(
         says=says, imports=", ".join(sorted([*kinds, place.base, "quantity"], key=str.lower)),
         cls=class_name(effect), base=place.base, law=form.form.law, unit=probe.unit, variable=probe.variable,
@@ -201,7 +208,7 @@ def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray) -> Compose
 
 
 def _unit(quantity: Term, height: str, variable: str) -> str:
-    slope = f"{height}/({variable})" if "/" in variable else f"{height}/{variable}"
+    slope = f"{height}/({variable})" if "/" in variable else f"{height.replace('-', '1')}/{variable}"
     units = {"height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "turn": "rad"}
     return units[quantity.kind]
 
