@@ -145,7 +145,8 @@ def _fitted(
     """What was found and its fit; without what no fit finds again, and what is said of that.
 
     Where inputs have errors the evidence is that of readings linearised in them. A fit that loses a bounce with an
-    effect that the model without it does not lose shows that the effect is not what is missing.
+    effect that the model without it does not lose shows that the effect is not what is missing. Where inputs are exact
+    so is the motion that the search followed, and it is the fit that went astray.
     """
     said: list[Statement] = []
     while best.effects:
@@ -155,6 +156,9 @@ def _fitted(
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
         if cut or limits.choose is not None or not lost(*gaps):
             return best, after, said
+        if best.supermodel.sensitivities is None:
+            followed = search.gap(search.plain(best))
+            return best, after, [Statement("fit_astray", {"gaps": (followed, gaps[1])})]
         said.append(Statement("lost", {"effect": best.names[-1], "gaps": gaps}))
         best = search.scales.without(best, best.effects[:-1])
     return best, before, said
@@ -312,7 +316,8 @@ def _final(search: Search, best: Weighed, starts: int, seed: int, budget: Budget
         horizons=task.horizons[:1, -1:],
     )
     coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())
-    coefficients = {} if coefficients is None and not starts else coefficients
+    # Values that all records share lose bounces of records that differ: from there nothing is found that a search knew.
+    coefficients = {} if coefficients is None and (differ or not starts) else coefficients
     # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
     near = None if search.gap(search.plain(best)) > TOO_FAR else best.supermodel.sensitivities
     # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.

@@ -129,10 +129,18 @@ def reported(
             return replace(found, why=why, checks=checks)
         alike = replace(_of_plain(task, plain, bars, success), why=Why("not_noise", failed=failed), checks=checks)
         # Values that all share lose bounces of records that differ: what leaves less stands, and what failed is told.
-        if gls.records_differ and _loses(total(alike.seen.gap), total(found.seen.gap)):
+        if gls.records_differ and (_fits_alone(alike, found) or _loses(total(alike.seen.gap), total(found.seen.gap))):
             return replace(found, why=Why("loses_less", failed=failed), checks=checks)
         return alike
     return replace(_of_plain(task, plain, bars, success), why=doubt or NOT_COMPARED, checks=checks)
+
+
+def _fits_alone(alike: Reported, own: Reported) -> bool:
+    """Whether values of each record leave no more than noise by its size, and values that all share do.
+
+    A spectrum that is not quite right is no reason to take records for alike that are not.
+    """
+    return own.sound.gap.passed and not alike.sound.gap.passed
 
 
 def _loses(alike: float, own: float) -> bool:

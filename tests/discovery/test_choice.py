@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.candidates import FREQUENCIES, MANY, SHAPES, _starts, absent_values
-from fibrefit.discovery.engine.screening import SLIGHT_CHANGE, WEAK, directions, slightly, starting_strength
+from fibrefit.discovery.engine.screening import (
+    LEAST_SHARE,
+    SLIGHT_CHANGE,
+    WEAK,
+    directions,
+    slightly,
+    starting_strength,
+)
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
@@ -21,7 +28,7 @@ def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task) -> None:
     assert len(starts) > MANY
     for tried in (begun, screened):
         assert len(tried) == len(FREQUENCIES)
-        for frequency in np.geomspace(30.0, 1500.0, 40):
+        for frequency in np.geomspace(30.0, 12000.0, 60):
             assert min(abs(np.log(frequency / near)) for near in tried) < np.log(1.15)
 
 
@@ -48,6 +55,16 @@ def test_a_start_is_where_slopes_see_a_minimum_inside_the_bounds(task: Task) -> 
     # A strength that cannot be negative enters weakly whatever slopes say, and none enters beyond its typical size.
     assert starting_strength(supermodel, name, weak, -5.0) == pytest.approx(weak)
     assert starting_strength(supermodel, name, weak, 1e6) == pytest.approx(viscous.parameters[0].typical)
+
+
+def test_what_vanishes_at_infinity_starts_at_its_share_by_its_inverse(task: Task) -> None:
+    presliding = CATALOGUE["guide.presliding"]
+    supermodel, name = supermodel_of(task, (presliding,)), "guide.presliding.bristle_stiffness"
+    stiffness = next(parameter for parameter in presliding.parameters if parameter.name == "bristle_stiffness")
+    weak = stiffness.typical / WEAK**0.5
+    assert starting_strength(supermodel, name, weak, 0.25) == pytest.approx(4.0 * weak)
+    assert starting_strength(supermodel, name, weak, -1.0) == pytest.approx(weak / LEAST_SHARE)
+    assert starting_strength(supermodel, name, weak, 1e6) == pytest.approx(stiffness.typical)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ WEAK = 0.02
 SLIGHT_CHANGE = 1.0 / 64.0
 """Share of that over which slopes are taken: a motion that bounces multiplies any change, and over more the cost bends.
 A breakaway friction that gains 22 nats on a driven rig was promised -3 over the whole of it, and 16 over this."""
+LEAST_SHARE = 0.1
+"""Least share of a weak strength that vanishes at infinity from which it is followed."""
 LADDER = (1.0, 5.0, 25.0)
 """Sizes at which an effect that changes a model's kind is looked at, over the smallest one: what it does at one of
 them, a resonance that passes through the motion's own, tells little of what it does at another."""
@@ -97,10 +99,15 @@ def slightly(supermodel: Supermodel, effect: type[Effect], name: str, weak: floa
 
 
 def starting_strength(supermodel: Supermodel, name: str, weak: float, share: float) -> float:
-    """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical."""
+    """Strength at which slopes see a minimum, a `share` of the way to a `weak` one; no more than typical.
+
+    What vanishes at infinity goes there by its inverse. A frequency stays: between two of them is none of its valleys.
+    """
     declared = supermodel.declared[name]
-    if declared.reciprocal or declared.unit == "Hz":
+    if declared.unit == "Hz":
         return weak
+    if declared.reciprocal:
+        return float(np.clip(weak / np.clip(share, LEAST_SHARE, weak / declared.typical), declared.lower, np.inf))
     most = max(abs((declared.typical - declared.null) / (weak - declared.null)), 1.0)
     least = 1.0 if declared.lower >= declared.null or declared.upper <= declared.null else -most
     return float(

@@ -28,8 +28,6 @@ from fibrefit.problem.statement.problem import Linearised, Problem
 
 BROAD = 0.02
 """Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
-LOUD = 1.1
-"""Mean square of a record's residuals, in units of the noise, beyond which it may be matched in a wrong bounce."""
 DRAWS_OF_ERRORS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
 ROUGHLY_THERE = 0.1
@@ -185,8 +183,8 @@ def _whitened(whitening: RowWhitening, rows: jax.Array) -> jax.Array:
 def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.ndarray) -> Place:
     """Where records that may differ are best in plain least squares.
 
-    A record that differs may have been matched in the wrong bounce: where one is left with more than noise, all are
-    fitted over horizons that grow once more, and each taken from where it is best.
+    A record that differs may have been matched in the wrong bounce, and leave hardly more than noise there: all are
+    fitted over horizons that grow once more, and each is taken from where it is best.
 
     Parameters
     ----------
@@ -200,19 +198,13 @@ def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.
     """
     sigma = np.full(len(unknowns.scattering), BROAD)
     found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGHLY_THERE) for place in places]
-    tried = len(found)
-    samples = np.stack([np.asarray(w) > 0.0 for w in seen.problem.observations.weight.values()]).sum(axis=(0, 2))
     for way in horizons:
-        if not np.any(np.min([end.normal.costs for end in found], axis=0) > LOUD * samples):
-            break
         there = places[0]._replace(eta=np.zeros_like(places[0].eta))
         for counts in way:
             shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
             end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGHLY_THERE)
             there = end.place
         found.append(end)
-    if len(found) == tried:
-        return _lowest(found).place
     best = np.argmin([end.normal.costs for end in found], axis=0)
     local = np.stack([found[i].local[r] for r, i in enumerate(best)])
     found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGHLY_THERE))

@@ -219,6 +219,14 @@ def _lost(facts: Facts) -> str:
     )
 
 
+def _fit_astray(facts: Facts) -> str:
+    followed, fitted = facts["gaps"]
+    return (
+        f"The search followed the motion with a normalised residual RMS of {followed:.3g}; the final fit ends at "
+        f"{fitted:.3g}, and its values and error bars are of no use."
+    )
+
+
 def _taken_out(facts: Facts) -> str:
     gone, several = facts["effects"], len(facts["effects"]) > 1
     were, are = ("were", "they are") if several else ("was", "it is")
@@ -247,6 +255,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "unknown": _unknown,
     "noise_left": _noise_left,
     "lost": _lost,
+    "fit_astray": _fit_astray,
     "taken_out": _taken_out,
     "too_small": lambda facts: (
         f"{facts['effect']} is there, but explains {facts['strength']:.2g} of the noise rms, less than the least of "
