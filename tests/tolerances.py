@@ -41,7 +41,6 @@ REASONS: dict[str, dict[str, str]] = {
     "problem.estimate.gauss_newton": {"NOTICED": STEP, "SETTLED_FALL": ENDS},
     "problem.estimate.population": {"LIGHT": WORK},
     "problem.estimate.trust_region": {"0.75": STEP, "0.25": STEP, "ON_RADIUS": STEP, "0.001": STEP},
-    "problem.estimate.view": {"LOUD": STEP},
     "problem.formulate.formulate": {"CENTRED": START},
     "problem.inputs.sensitivities": {"PRECISE": WORK},
     "problem.inputs.smoothing": {"3.0": WORK},

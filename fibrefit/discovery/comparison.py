@@ -12,7 +12,7 @@ from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, tim
 from fibrefit.discovery.engine.candidates import fit_all
 from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED, occam
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED, OBJECTS, occam
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.inputs import Confirmation, weighed_about
 from fibrefit.discovery.search.search import Search, Tried
@@ -223,10 +223,15 @@ def _agreeing(scales: Scales, parent: Weighed) -> Weighed:
 
 
 def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
-    """A candidate whose gain counts for less where the innovations scatter more than they are taken to."""
+    """A candidate whose gain counts for less where innovations scatter more than they are taken to, or records object.
+
+    Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
+    """
     gain = one.log - parent.log
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
+    if one.lost_to(parent) > OBJECTS:
+        return one.moved_to(parent.log)
     added = [effect for effect in one.effects if effect not in parent.effects]
     inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
     cost = max(occam(parent.evidence, one.evidence), 0.0)

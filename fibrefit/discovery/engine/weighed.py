@@ -47,6 +47,11 @@ class Weighed:
         """The same, told with another marginal likelihood: that of a noise in which it was not weighed."""
         return replace(self, evidence=replace(self.evidence, log=log))
 
+    def lost_to(self, other: Weighed) -> float:
+        """Nats by which the record that speaks most for another hypothesis does, weighed in the same noise."""
+        mine, others = self.evidence.mode.normal.costs, other.evidence.mode.normal.costs
+        return 0.5 * float(np.max(mine - others, initial=0.0))
+
     @property
     def shared(self) -> dict[str, float]:
         """Shared values in SI units, by name."""

@@ -13,6 +13,7 @@ from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
@@ -128,8 +129,9 @@ class Confirmation:
 
     @property
     def gain(self) -> float:
-        """Logarithm of its Bayes factor over its parent there."""
-        return self.found.log - self.parent.log
+        """Logarithm of its Bayes factor over its parent there; none where a record objects."""
+        gain = self.found.log - self.parent.log
+        return 0.0 if 0.0 < gain < BEYOND_DOUBT and self.found.lost_to(self.parent) > OBJECTS else gain
 
 
 def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
