@@ -12,9 +12,9 @@ from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, tim
 from fibrefit.discovery.engine.candidates import fit_all
 from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, weighed_again
 from fibrefit.discovery.engine.marginal import Scales
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED, OBJECTS, occam
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.search.inputs import Confirmation, weighed_about
+from fibrefit.discovery.search.inputs import Confirmation, sobered, weighed_about
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
@@ -163,7 +163,7 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
             break
         if one.evidence.mode.steps and all(one.names != other.names for other in again):
             again.append(scales.again(one))
-    weighed = {one.names: _sobered(scales, parent, one) for one in again}
+    weighed = {one.names: sobered(scales, parent, one) for one in again}
     # The others keep what they were found to be behind.
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
@@ -184,7 +184,7 @@ def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
     mine, first = seen.found.names, max(look.gain(one) for one in look.found)
     likely = [one for one in look.found if one.names != mine and one.evidence.mode.steps and look.gain(one) > NAMED]
     near = [one for one in likely if look.gain(one) > first - FAR_BEHIND][:PARTNERS]
-    there = fit_all([partial(weighed_about, seen.search, one) for one in near], lambda done: None)
+    there = fit_all([partial(_about, seen, one) for one in near], lambda done: None)
     if any(one is None for one in there):
         return None
     weighed = {mine: seen.found} | {one.names: one for one in there}
@@ -195,6 +195,11 @@ def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
     return replace(
         look, search=seen.search, parent=seen.parent, found=found, compared=frozenset(weighed), shares=shares
     )
+
+
+def _about(seen: Confirmation, other: Weighed) -> Weighed:
+    """Another candidate where readings are linearised about the best one."""
+    return sobered(seen.search.scales, seen.parent, weighed_about(seen.search, other))
 
 
 def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:
@@ -220,19 +225,3 @@ def _led(scales: Scales, one: Weighed, parent: Weighed) -> Weighed:
 def _agreeing(scales: Scales, parent: Weighed) -> Weighed:
     """A parent refitted from where its records do not differ."""
     return scales.again(scales.agreeing(parent))
-
-
-def _sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
-    """A candidate whose gain counts for less where innovations scatter more than they are taken to, or records object.
-
-    Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
-    """
-    gain = one.log - parent.log
-    if not 0.0 < gain < BEYOND_DOUBT:
-        return one
-    if one.lost_to(parent) > OBJECTS:
-        return one.moved_to(parent.log)
-    added = [effect for effect in one.effects if effect not in parent.effects]
-    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
-    cost = max(occam(parent.evidence, one.evidence), 0.0)
-    return one.moved_to(parent.log + (gain + cost) / inflation - cost)

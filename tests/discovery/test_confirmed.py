@@ -33,7 +33,7 @@ def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def with_gaps(search: Any, gaps: dict[tuple[str, ...], float] | None = None) -> Any:
     """A search in which hypotheses leave these gaps, by their names; 1 where nothing is said."""
-    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0)}
+    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0), "scales": None}
     return SimpleNamespace(**(vars(search) | told))
 
 
@@ -71,6 +71,7 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
 
     own = comparison.compared_about
     monkeypatch.setattr(comparison, "weighed_about", about)
+    monkeypatch.setattr(comparison, "sobered", lambda scales, parent, one: one)
     monkeypatch.setattr(forward_selection, "compared_about", compared)
 
 

@@ -34,10 +34,6 @@ class Model:
     def names(self) -> tuple[str, ...]:
         return tuple(effect.name for effect in self.effects)
 
-    def lost_to(self, other: Model) -> float:
-        """Nothing: no record objects."""
-        return 0.0
-
 
 floors: dict[Any, float] = {}
 """Nats that slopes had to promise beside an effect, when it was last tried."""

@@ -13,7 +13,7 @@ from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
@@ -129,9 +129,30 @@ class Confirmation:
 
     @property
     def gain(self) -> float:
-        """Logarithm of its Bayes factor over its parent there; none where a record objects."""
-        gain = self.found.log - self.parent.log
-        return 0.0 if 0.0 < gain < BEYOND_DOUBT and self.found.lost_to(self.parent) > OBJECTS else gain
+        """Logarithm of its Bayes factor over its parent there."""
+        return self.found.log - self.parent.log
+
+
+def sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
+    """A candidate whose gain counts for less where innovations scatter more than they are taken to, or records object.
+
+    Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
+
+    Parameters
+    ----------
+    scales : Scales
+        By which both were weighed.
+    parent, one : Weighed
+    """
+    gain = one.log - parent.log
+    if not 0.0 < gain < BEYOND_DOUBT:
+        return one
+    if one.lost_to(parent) > OBJECTS:
+        return one.moved_to(parent.log)
+    added = [effect for effect in one.effects if effect not in parent.effects]
+    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    cost = max(occam(parent.evidence, one.evidence), 0.0)
+    return one.moved_to(parent.log + (gain + cost) / inflation - cost)
 
 
 def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
@@ -149,7 +170,8 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
         there.scales.without(own, parent.effects),
         there.scales.weigh(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
     )
-    return Confirmation(there, own, max(lesser, key=lambda one: one.log))
+    best = max(lesser, key=lambda one: one.log)
+    return Confirmation(there, sobered(there.scales, best, own), best)
 
 
 def weighed_about(about: Search, other: Weighed) -> Weighed:
