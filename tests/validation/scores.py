@@ -40,6 +40,7 @@ class Outcome:
     revision : of the program
     says : what it looks like, or the error
     law_port, law_variable, law_form : of the law that was proposed, empty without one; early releases did not record it
+    memory : GB that the process held at most meanwhile; nan where it was not recorded
     """
 
     case: str
@@ -70,6 +71,7 @@ class Outcome:
     law_port: str = NOT_RECORDED
     law_variable: str = NOT_RECORDED
     law_form: str = NOT_RECORDED
+    memory: float = math.nan
 
     @property
     def truth(self) -> tuple[str, ...]:
@@ -256,10 +258,11 @@ def times(outcomes: Sequence[Outcome]) -> list[str]:
             if group := _of(outcomes, rig=rig, kind=kind):
                 clock = [o.seconds for o in group if math.isfinite(o.seconds)]
                 middles = (f"{median(values):.0f}" for values in (clock, [o.processor_seconds for o in group]))
-                rows.append([rig, kind, len(group), *middles, f"{max(clock, default=math.nan):.0f}"])
-    return table(
-        ["rig", "kind", "cases", "s by the clock, median", "s of processor, median", "largest by the clock"], rows
-    )
+                held = [o.memory for o in group if math.isfinite(o.memory)]
+                most = [f"{max(clock, default=math.nan):.0f}", f"{max(held):.1f}" if held else "not recorded"]
+                rows.append([rig, kind, len(group), *middles, *most])
+    heads = ["s by the clock, median", "s of processor, median", "largest by the clock", "most memory, GB"]
+    return table(["rig", "kind", "cases", *heads], rows)
 
 
 def tables(outcomes: Sequence[Outcome]) -> list[str]:

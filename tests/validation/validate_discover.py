@@ -21,7 +21,7 @@ from tests.validation.cases import KINDS, RIGS, STRENGTHS, Case, cases
 from tests.validation.designs import NOISES
 from tests.validation.scores import Outcome, tables
 from tests.validation.tables import ROOT, append, read, revision, write_between
-from tests.validation.workers import carried_out
+from tests.validation.workers import carried_out, most_memory
 
 RESULTS = Path(__file__).parent / "outcomes"
 """Kept with the project: an outcome is written down once and stays."""
@@ -43,12 +43,14 @@ def carry_out(case: Case) -> Outcome:
             facts["making_seconds"] = time.perf_counter() - began
             facts["hidden"] = " + ".join(made.noncentralities)
             facts["noncentralities"] = " + ".join(f"{value:.1f}" for value in made.noncentralities.values())
+            most_memory(since=True)
             began, worked = time.perf_counter(), time.process_time()
             try:
                 summary = _searched(folder)
             finally:
                 facts["seconds"] = time.perf_counter() - began
                 facts["processor_seconds"] = time.process_time() - worked
+                facts["memory"] = most_memory()
             facts |= told(summary, tuple(made.noncentralities))
     except Exception as error:
         facts["says"] = f"{type(error).__name__}: {error}"
@@ -67,7 +69,7 @@ def _facts(case: Case) -> dict[str, Any]:
             for key in ("release", "kind", "rig", "index", "seed", "noise", "scatter", "strength")
         },
         **words,
-        **dict.fromkeys((*numbers, "seconds", "processor_seconds", "making_seconds"), math.nan),
+        **dict.fromkeys((*numbers, "seconds", "processor_seconds", "making_seconds", "memory"), math.nan),
         "verdict": "error",
         "revision": revision(),
     }

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from typing import Any, NamedTuple
 
 LIFETIME = 12
@@ -27,6 +29,23 @@ class Done(NamedTuple):
     job: Any
     result: Any
     seconds: float
+
+
+def most_memory(since: bool = False) -> float:
+    """GB that this process has held at most since it was asked to count anew; nan where the system does not tell.
+
+    Parameters
+    ----------
+    since : bool
+        Whether to begin to count anew.
+    """
+    try:
+        if since:
+            Path("/proc/self/clear_refs").write_text("5")
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return next(float(line.split()[1]) / 1e6 for line in lines if line.startswith("VmHWM"))
+    except (OSError, StopIteration):
+        return math.nan
 
 
 def _serve(function: Callable[[Any], Any], line: Connection) -> None:
