@@ -28,7 +28,7 @@ GOOD = Outcome(
     case="a", release="r", kind="faint", rig="fibre_mass", index=0, seed=1, noise="pink", scatter=0.0, strength=60.0,
     hidden="sensor.force_delay", noncentralities="60.1", verdict="named", added="sensor.force_delay", alike="",
     best="sensor.force_delay", evidence=20.0, evidence_of_truth=20.0, gap_before=1.01, gap_after=1.0, status="ok",
-    seconds=60.0, processor_seconds=20.0, making_seconds=0.3, revision="abc", says="",
+    seconds=60.0, processor_seconds=20.0, making_seconds=0.3, revision="abc", says="", memory=0.5,
 )  # fmt: skip
 LAG = replace(GOOD, case="b", added="sensor.force_lag")
 WRONG = replace(GOOD, case="c", added="guide.viscous_friction")
@@ -91,8 +91,8 @@ def test_tables() -> None:
     assert by_noise(ALL, "null")[2].startswith("| fibre_mass | pink |  | ")
     assert "| sensor.force_delay | fibre_mass | 6 | 4 | 1 | 2 | 0 |" in by_hidden(ALL)[2]
     assert len(misses(ALL)) == 2 + 7
-    assert times(ALL)[2] == "| fibre_mass | null | 2 | 60 | 20 | 60 | not recorded |"
-    assert times([replace(GOOD, memory=1.26)])[2].endswith("| 60 | 1.3 |")
+    assert times(ALL)[2] == "| fibre_mass | null | 2 | 60 | 20 | 60 | 0.5 |"
+    assert times([replace(GOOD, memory=math.nan)])[2].endswith("| 60 | not recorded |")
     assert tables([]) == ["No case of a release has been carried out yet."]
     assert any("Release r, revision abc: first outcomes of 10 cases" in line for line in tables(ALL))
 
