@@ -28,8 +28,9 @@ from fibrefit.fitting.misfit.discrepancy import most_doubtful
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
-from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
+from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
 from fibrefit.fitting.search.multistart import Searched, collected, most_steps, search, sobol_starts
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
@@ -129,6 +130,11 @@ def identify(
     values, second = (task.start, None) if ended else _settled(task, width, found, stop)
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
+    if ended is None and _may_lose_bounces(task, found_all) and not stop():
+        tell("fitting each record by itself", 0.92)
+        found_all = _apart(
+            task, found, found_all, how, partial(_search, number=starts, seed=seed, tell=quiet, stop=stop)
+        )
     if how.profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -138,6 +144,26 @@ def identify(
 
 
 SOFT_BEYOND = 3.0
+
+
+def _may_lose_bounces(task: Task, found: Identification) -> bool:
+    """Whether values of each record may follow a motion that shared ones lose; errors of inputs do the rest."""
+    several = len(task.traces) > 1 and any(record is None for _, record in task.problem.layout.entries)
+    return several and bool(found.input_errors) and loses(total(found.gap), found.expected_gap)
+
+
+def _apart(
+    task: Task, starts: Starts, alike: Identification, how: How, search: Callable[[Task], Starts]
+) -> Identification:
+    """The estimate from where each record is best by itself; that of shared values where it leaves hardly less."""
+    shared = [total(gap) for gap in alike.record_gaps.values()]
+    ended, _ = in_time(partial(each_by_itself, task, search, shared), None)
+    if ended is None:
+        return alike
+    own = _concluded(
+        task, starts, means(task.problem.layout, ended.local), None, how._replace(ended=ended, whiten=True)
+    )
+    return own if loses(total(alike.gap), total(own.gap)) else alike
 
 
 def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:

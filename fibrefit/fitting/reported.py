@@ -18,8 +18,9 @@ from fibrefit.fitting.gls import gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
+from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum
-from fibrefit.fitting.thresholds import LOSES, SETTLED_FIT
+from fibrefit.fitting.thresholds import SETTLED_FIT
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -127,9 +128,12 @@ def reported(
         if not failed:
             why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
             return replace(found, why=why, checks=checks)
+        if plain.input_errors and ended is not None and ended.differ:
+            # There is no estimate of values that all share: what is plain lies at those of each record.
+            return replace(found, why=Why("loses_less", failed=failed), checks=checks)
         alike = replace(_of_plain(task, plain, bars, success), why=Why("not_noise", failed=failed), checks=checks)
         # Values that all share lose bounces of records that differ: what leaves less stands, and what failed is told.
-        if gls.records_differ and (_fits_alone(alike, found) or _loses(total(alike.seen.gap), total(found.seen.gap))):
+        if gls.records_differ and (_fits_alone(alike, found) or loses(total(alike.seen.gap), total(found.seen.gap))):
             return replace(found, why=Why("loses_less", failed=failed), checks=checks)
         return alike
     return replace(_of_plain(task, plain, bars, success), why=doubt or NOT_COMPARED, checks=checks)
@@ -141,11 +145,6 @@ def _fits_alone(alike: Reported, own: Reported) -> bool:
     A spectrum that is not quite right is no reason to take records for alike that are not.
     """
     return own.sound.gap.passed and not alike.sound.gap.passed
-
-
-def _loses(alike: float, own: float) -> bool:
-    """Whether values that all records share lose a bounce, by the gaps that they and values of each record leave."""
-    return alike > LOSES * own
 
 
 def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:

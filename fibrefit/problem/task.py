@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import jax
 import numpy as np
 
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.steps import Steps
 from fibrefit.rigs.signals.trace import Trace
@@ -59,3 +61,20 @@ class Task:
     def counts(self) -> np.ndarray:
         """The first way, ``(n_stage, n_record)``; its last stage is the whole of each record."""
         return self.horizons[0]
+
+    def alone(self, record: int) -> Task:
+        """The task of a single record, all values its own."""
+        problem, layout = self.problem, self.problem.layout
+        fixed = lambda slot: () if slot.free and slot.held(record) is None else (slot.held(record),)  # noqa: E731
+        own = Layout(tuple(replace(slot, fixed=fixed(slot)) for slot in layout.slots), (layout.records[record],))
+        mine = slice(record, record + 1)
+        part = jax.tree.map(lambda leaf: leaf[mine], problem.observations)
+        start = np.asarray(layout.local(self.start))[record][list(own.local_free)]
+        return replace(
+            self,
+            problem=Problem(problem.model, own, part, problem.soft_beyond),
+            traces=self.traces[mine],
+            start=start,
+            horizons=self.horizons[..., mine],
+            steps=jax.tree.map(lambda leaf: np.asarray(leaf)[mine], dict(self.steps)),
+        )

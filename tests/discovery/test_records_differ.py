@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,9 +18,12 @@ from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting import gls
+from fibrefit.fitting import identify as identification
 from fibrefit.fitting.identify import How, identify
-from fibrefit.fitting.result import total
+from fibrefit.fitting.result import Starts, total
+from fibrefit.fitting.search import each_by_itself
 from fibrefit.problem.estimate.view import apart
+from fibrefit.problem.task import Task
 from fibrefit.study import load_study
 from fibrefit.workflow import task_of
 from tests.validation.cases import Case
@@ -77,7 +81,52 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
         monkeypatch.setattr(gls, "MOST_LOOKS", looks)
         found = conclusion._final(*anew, 1, 0, Budget.of(1e3))
         assert low < total(found.gap) < high
-        assert (found.gls is not None) is (looks > 1)
+        assert found.gls is not None
+
+
+def test_records_that_shared_values_lose_are_each_followed_by_themselves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Values that these three share lose bounces: the gap is 16.
+    made = Case("records that differ", "null", "pulley_drive", 3, "pink", 0.03, tuning=True).write(tmp_path)
+    study, few = load_study(tmp_path), (1, 2, 3)
+    truth = np.array([made.series.records[i].base.stiffness for i in few])
+    task = task_of(study.model_copy(update={"records": tuple(study.records[i] for i in few)}))
+    found = identify(task, 2, 0, How(whiten=False, rivals=False))
+    assert total(found.gap) < 1.3
+    assert found.gls is not None
+    own = found.gls.local[:, task.problem.layout.names.index("stiffness")]
+    assert np.abs(own / truth - 1.0).max() < 0.002
+    # The negative control: all at shared values.
+    monkeypatch.setattr(identification, "_may_lose_bounces", lambda task, found: False)
+    assert total(identify(task, 2, 0, How(whiten=False, rivals=False)).gap) > 2.0
+
+
+def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Case("records that differ", "null", "pulley_drive", 3, "pink", 0.03, tuning=True).write(tmp_path)
+    task, asked = task_of(load_study(tmp_path)), []
+
+    def search(one: Task) -> Starts:
+        asked.append(one.traces[0].name)
+        return SimpleNamespace(cost=np.zeros(1), values=one.start[None])  # type: ignore[return-value]
+
+    monkeypatch.setattr(each_by_itself, "optimum", lambda one, values: SimpleNamespace(problem=one.problem, local=None))
+    monkeypatch.setattr(each_by_itself, "evaluate", lambda *of: SimpleNamespace(gap=None))
+    monkeypatch.setattr(each_by_itself, "total", lambda gap: 2.9)
+    assert each_by_itself.each_by_itself(task, search, [1.0, 3.0, 2.0, 1.5, 1.0]) is None
+    assert asked == [task.traces[1].name]
+
+
+def test_a_task_of_one_record_sees_what_that_of_all_sees_there(tmp_path: Path) -> None:
+    Case("records that differ", "null", "pulley_drive", 3, "pink", 0.03, tuning=True).write(tmp_path)
+    task = task_of(load_study(tmp_path))
+    whole = np.asarray(task.problem.linearised(task.start).residuals)
+    for record in (0, 3):
+        one = task.alone(record)
+        assert one.problem.layout.records == (task.traces[record].name,)
+        assert np.allclose(np.asarray(one.problem.linearised(one.start).residuals)[0], whole[record])
 
 
 def test_a_record_in_a_wrong_bounce_is_found_though_it_leaves_hardly_more_than_noise(

@@ -14,12 +14,12 @@ import pytest
 from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import advice as advised
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
+from fibrefit.fitting import gls, identifiability, thresholds, uncertainty
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
-from fibrefit.fitting.search import multistart, with_input_errors
+from fibrefit.fitting.search import each_by_itself, multistart, with_input_errors
 from fibrefit.fitting.search.solve import Descent
 from fibrefit.fitting.search.with_input_errors import accounted_for, as_predicted, lets_more_count
 from fibrefit.problem.diagnose.contacts import Lag
@@ -165,7 +165,7 @@ CASES = (
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
     Bracket("MOST_LOOKS", gls, lambda x: more_counts(int(x)), 7, 9),
     Bracket("FALLS", gls, lambda x: gls._tells_more([look(0.5, 4.0), look(0.5, 4.0 * x)], True), 0.85, 0.95),
-    Bracket("LOSES", reported, lambda x: reported._loses(x, 1.0), 2.2, 1.8),
+    Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("ASTRAY", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
     Bracket(
