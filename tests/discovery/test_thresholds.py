@@ -116,7 +116,8 @@ def chosen(*gains: tuple[float, int]) -> Any:
 def sobered(gain: float) -> bool:
     """Whether a gain counts for less in innovations that scatter twice as much as they should."""
     scales: Any = SimpleNamespace(inflation=lambda one, names: 2.0)
-    return inputs.sobered(scales, weighed(0.0), weighed(gain, (effect(1),))).log < gain
+    parent, one = weighed(0.0), weighed(gain, (effect(1),))
+    return inputs.sobered(parent, one, inputs.inflation_of(scales, parent, one)).log < gain
 
 
 EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range(5)))
@@ -131,10 +132,9 @@ def of_records(log: float, *costs: float) -> Any:
 def believed(lost: float, gain: float = 50.0) -> bool:
     """Whether a gain stands where one record is less probable by so many nats."""
     parent, one = of_records(0.0, 100.0, 100.0), of_records(gain, 100.0 + 2.0 * lost, 100.0 - 2.0 * (gain + lost))
-    scales: Any = SimpleNamespace(inflation=lambda one, names: 1.0)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(inputs, "occam", lambda before, after: 4.0)
-        return inputs.sobered(scales, parent, one).log > 0.0
+        return inputs.sobered(parent, one, 1.0).log > 0.0
 
 
 def test_a_gain_that_one_record_objects_to_is_none() -> None:
@@ -142,6 +142,29 @@ def test_a_gain_that_one_record_objects_to_is_none() -> None:
     assert not believed(17.0)
     # What is beyond doubt may stand in the wrong bounce of one record still.
     assert believed(17.0, 500.0)
+
+
+def test_of_two_that_explain_the_same_none_wins_by_being_sobered_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    factors = {1: 1.4, 2: 1.0}
+    one, other = weighed(50.0, (effect(1),)), weighed(48.0, (effect(2),))
+    for each in (one, other):
+        each.names = (each.effects[0].name,)
+        each.evidence.mode.steps = 1
+    scales = SimpleNamespace(
+        again=lambda one: one,
+        refined=lambda one: None,
+        reference={},
+        inflation=lambda one, names: factors[len(one.effects[0].parameters)],
+        without=lambda one, kept: weighed(0.0),
+        first_steps_without=lambda one, kept: weighed(-1.0),
+    )
+    monkeypatch.setattr(comparison, "Scales", lambda *of: scales)
+    monkeypatch.setattr(inputs, "occam", lambda before, after: 4.0)
+    parent = weighed(0.0)
+    parent.evidence.mode.sigma = np.zeros(1)
+    search: Any = SimpleNamespace(context=None, scales=scales, weighed_with=lambda scales: search)
+    look = comparison.in_same_noise(search, parent, [one, other])
+    assert [found.effects for found in look.found] == [one.effects, other.effects]
 
 
 def nothing_left(gap: float) -> bool:

@@ -121,11 +121,14 @@ class Confirmation:
     found : Weighed
     parent : Weighed
         The more probable of what it is without what was added, and of its parent from where that was.
+    inflation : float
+        By which its gain was divided.
     """
 
     search: Search
     found: Weighed
     parent: Weighed
+    inflation: float = 1.0
 
     @property
     def gain(self) -> float:
@@ -133,10 +136,8 @@ class Confirmation:
         return self.found.log - self.parent.log
 
 
-def sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
-    """A candidate whose gain counts for less where innovations scatter more than they are taken to, or records object.
-
-    Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
+def inflation_of(scales: Scales, parent: Weighed, one: Weighed) -> float:
+    """Factor by which a candidate's gain counts for less, as innovations scatter more than they are taken to.
 
     Parameters
     ----------
@@ -144,13 +145,22 @@ def sobered(scales: Scales, parent: Weighed, one: Weighed) -> Weighed:
         By which both were weighed.
     parent, one : Weighed
     """
+    if not 0.0 < one.log - parent.log < BEYOND_DOUBT:
+        return 1.0
+    added = [effect for effect in one.effects if effect not in parent.effects]
+    return scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+
+
+def sobered(parent: Weighed, one: Weighed, inflation: float) -> Weighed:
+    """A candidate whose gain counts for less by a factor, and for nothing where records object.
+
+    Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
+    """
     gain = one.log - parent.log
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
     if one.lost_to(parent) > OBJECTS:
         return one.moved_to(parent.log)
-    added = [effect for effect in one.effects if effect not in parent.effects]
-    inflation = scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
     cost = max(occam(parent.evidence, one.evidence), 0.0)
     return one.moved_to(parent.log + (gain + cost) / inflation - cost)
 
@@ -171,7 +181,8 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
         there.scales.weigh(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
     )
     best = max(lesser, key=lambda one: one.log)
-    return Confirmation(there, sobered(there.scales, best, own), best)
+    inflation = inflation_of(there.scales, best, own)
+    return Confirmation(there, sobered(best, own, inflation), best, inflation)
 
 
 def weighed_about(about: Search, other: Weighed) -> Weighed:
