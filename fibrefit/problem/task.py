@@ -69,12 +69,12 @@ class Task:
         own = Layout(tuple(replace(slot, fixed=fixed(slot)) for slot in layout.slots), (layout.records[record],))
         mine = slice(record, record + 1)
         part = jax.tree.map(lambda leaf: leaf[mine], problem.observations)
-        start = np.asarray(layout.local(self.start))[record][list(own.local_free)]
+        values = dict(zip(layout.names, np.asarray(layout.local(self.start))[record], strict=True))
         return replace(
             self,
             problem=Problem(problem.model, own, part, problem.soft_beyond),
             traces=self.traces[mine],
-            start=start,
+            start=np.array([values[slot.name] for slot, _ in own.entries]),
             horizons=self.horizons[..., mine],
             steps=jax.tree.map(lambda leaf: np.asarray(leaf)[mine], dict(self.steps)),
         )

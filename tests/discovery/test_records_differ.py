@@ -121,12 +121,17 @@ def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
 
 def test_a_task_of_one_record_sees_what_that_of_all_sees_there(tmp_path: Path) -> None:
     Case("records that differ", "null", "pulley_drive", 3, "pink", 0.03, tuning=True).write(tmp_path)
-    task = task_of(load_study(tmp_path))
-    whole = np.asarray(task.problem.linearised(task.start).residuals)
-    for record in (0, 3):
-        one = task.alone(record)
-        assert one.problem.layout.records == (task.traces[record].name,)
-        assert np.allclose(np.asarray(one.problem.linearised(one.start).residuals)[0], whole[record])
+    file = tmp_path / "study.toml"
+    # A stiffness of each record's own comes before the others, but after them among the free values.
+    for stated in ("", "\n[parameters.stiffness]\nshared = false\n"):
+        file.write_text(file.read_text(encoding="utf-8") + stated, encoding="utf-8")
+        task = task_of(load_study(tmp_path))
+        assert task.problem.layout.entries[0][0].shared
+        whole = np.asarray(task.problem.linearised(task.start).residuals)
+        for record in (0, 3):
+            one = task.alone(record)
+            assert one.problem.layout.records == (task.traces[record].name,)
+            assert np.allclose(np.asarray(one.problem.linearised(one.start).residuals)[0], whole[record])
 
 
 def test_a_record_in_a_wrong_bounce_is_found_though_it_leaves_hardly_more_than_noise(
