@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +21,9 @@ from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting import gls
 from fibrefit.fitting import identify as identification
 from fibrefit.fitting.identify import How, identify
-from fibrefit.fitting.result import Starts, total
+from fibrefit.fitting.result import Identification, Starts, total
 from fibrefit.fitting.search import each_by_itself
-from fibrefit.problem.estimate.view import apart
+from fibrefit.problem.estimate import view
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
 from fibrefit.workflow import task_of
@@ -92,14 +93,20 @@ def test_records_that_shared_values_lose_are_each_followed_by_themselves(
     study, few = load_study(tmp_path), (1, 2, 3)
     truth = np.array([made.series.records[i].base.stiffness for i in few])
     task = task_of(study.model_copy(update={"records": tuple(study.records[i] for i in few)}))
+    shared: list[float] = []
+
+    def apart(task: Task, starts: Starts, alike: Identification, *of: Any) -> Identification:
+        shared.append(total(alike.gap))
+        return own(task, starts, alike, *of)
+
+    own = identification._apart
+    monkeypatch.setattr(identification, "_apart", apart)
     found = identify(task, 2, 0, How(whiten=False, rivals=False))
+    assert shared[0] > 2.0
     assert total(found.gap) < 1.3
     assert found.gls is not None
-    own = found.gls.local[:, task.problem.layout.names.index("stiffness")]
-    assert np.abs(own / truth - 1.0).max() < 0.002
-    # The negative control: all at shared values.
-    monkeypatch.setattr(identification, "_may_lose_bounces", lambda task, found: False)
-    assert total(identify(task, 2, 0, How(whiten=False, rivals=False)).gap) > 2.0
+    each = found.gls.local[:, task.problem.layout.names.index("stiffness")]
+    assert np.abs(each / truth - 1.0).max() < 0.002
 
 
 def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
@@ -151,6 +158,6 @@ def test_a_record_in_a_wrong_bounce_is_found_though_it_leaves_hardly_more_than_n
     assert farthest() < 0.02
     # The negative control: no record is fitted over horizons that grow once more.
     monkeypatch.setattr(
-        gls, "apart", lambda unknowns, places, seen, horizons: apart(unknowns, places, seen, horizons[:0])
+        gls, "apart", lambda unknowns, places, seen, horizons: view.apart(unknowns, places, seen, horizons[:0])
     )
     assert farthest() > 0.04
