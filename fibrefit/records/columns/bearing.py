@@ -148,7 +148,7 @@ MISTAKEN_TIMES = (2.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 50.0, 60.0, 100.0, 1000.
 #: Of a weight that was hung up to see what is shown.
 CHECKED = words(
     "software|stamped|left (?:on|at)|set as|set to|entered|configur*|assum*|typed|programmed"
-    "|gave|says|file|indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
+    "|gave|says|file|table|made|indicat*|reads|reading|shows?|shown|display*|actual*|true|instead|correspond*|equals?|anzeige|zeigt"
     "|tats(?:\u00e4|ae)chlich*|eingetragen|eingestellt|gesetzt|laut|inscrit*|saisi*|introducid*|impostat*|inserit*"
     "|zadan*|nastaven*|wpisan*|ustawion*"
 )
@@ -179,9 +179,10 @@ TO_BE = re.compile(
 #: What makes a number beside a calibration that of the calibration.
 CONSTANT = words("factor*|faktor*|constant*|konstante|coeff*|koeff*|slope|value|wert|gain")
 #: Units no number of ours is in, and words for counts.
-FOREIGN = frozenset(
+FOREIGN_FORCES = frozenset(
     ("kp", "kilopond", "kiloponds", "pond", "ponds", "dyn", "dyne", "dynes", "poundal", "poundals", "tf", "tonf", "ozf")
-) | frozenset(
+)
+FOREIGN = FOREIGN_FORCES | frozenset(
     ("ounces", "stone", "thou", "px", "pixels", "counts", "digits", "ticks", "steps", "bits", "lsb", "percent", "%")
 )
 #: A share of what is true.

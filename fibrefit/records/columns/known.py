@@ -14,12 +14,22 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fibrefit.core import units as registry
-from fibrefit.records.columns.bearing import CHECKED, CONSTANT, DONE, HALVES, OF_OTHERS, OTHER_QUANTITY, UNDONE
+from fibrefit.records.columns.bearing import (
+    CHECKED,
+    CONSTANT,
+    DONE,
+    FOREIGN_FORCES,
+    HALVES,
+    OF_OTHERS,
+    OTHER_QUANTITY,
+    UNDONE,
+)
 from fibrefit.records.columns.lexicon import (
     BESIDE,
     CERTIFIED,
     CHANGES,
     CONTRAST,
+    COVARIES,
     DATED,
     IN_MASS,
     INACCURACY,
@@ -75,6 +85,10 @@ from fibrefit.records.thresholds import (
     SHORTEST_SENTENCE,
 )
 
+#: That rows were taken.
+_RECORDED = re.compile(
+    r"\b(?:sampl|record|logg|acqui|aufgezeichnet|aufgenommen|enregistr|registra|zazn|nagran)\w*", re.I
+)
 #: A whole number behind a word.
 _WHICH = re.compile(r"[^\W\d_]{3,} \d+(?![\d.,/x\u00d7])")
 
@@ -144,7 +158,7 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
     sensitivities = {a.value for claim in claims for a in claim.amounts if a.unit.casefold() == "mv/v"}
     if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
         return tuple((claim, True) for claim in claims)
-    if CHECKED.search(line) and is_told_twice(claims, bare=prose or any("/" in word for word in line.split())):
+    if CHECKED.search(line) and is_told_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
         return tuple((claim, True) for claim in claims)
     for claim in claims:
         about = without_units(DESIGNATION.sub(" ", claim.about))
@@ -175,6 +189,8 @@ def told_unit(line: str, kind: str, unit: str | None) -> bool:
         return True
     plain = re.sub(r"\d[\d.,]*\s*[^\W\d]+", " ", line)
     words = [w.strip(".,;:=\"'()[]") for w in re.split(r"[\s=:;,|\t]+", plain)]
+    if kind == "force" and any(w in FOREIGN_FORCES for w in words):
+        return True
     units = [w for w in words if w not in NO_UNITS and w[1:].isalpha() and registry.kind_of(w) == kind]
     units = [w for w in units if kind != "time" or registry.to_si(w, "s") <= LONGEST_STEP]
     if not (unit and any(contradicted([unit, u]) for u in units)):
@@ -244,7 +260,8 @@ def is_of_times(claim: Claim, names: frozenset[str]) -> bool:
     """
     by = claim.amounts or claim.about.endswith("times g")
     found = [w for w in tokens(claim.about) if not (w == "times" and by)]  # "times 2" multiplies
-    rates = bool(claim.amounts) and all(amount.kind in ("frequency", "time") for amount in claim.amounts)
+    told = [amount.kind for amount in claim.amounts if amount.unit or not amount.counted]
+    rates = bool(told) and set(told) <= {"frequency", "time"}
     named = any(OF_TIMES.fullmatch(word) or "time" in kinds_named(word) for word in found)
     other = any(is_quantity(w, names) or registry.kind_of(w) in ("force", "length") for w in found if w not in NO_UNITS)
     return (rates or named) and not other and not any(a.kind in ("force", "length") for a in claim.amounts)
@@ -282,7 +299,9 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
     )
     touched = quantity or measured or units or bool(technical) or not {"height", "distance"}.isdisjoint(words)
     contrast = bool(claim.amounts and CONTRAST.search(line))
-    if ONE_OF.search(line) or (touched and (contrast or SIDED.search(line) or TO_BE.search(line))):
+    if ONE_OF.search(line) or (
+        touched and (contrast or SIDED.search(line) or COVARIES.search(line) or TO_BE.search(line))
+    ):
         return True
     changes = [w for w in words if tells_change(w) or w in WORDED] + technical
     changes += [w for w in words if BESIDE.fullmatch(w) and (touched or contrast or set(times) - {w})]
@@ -295,7 +314,8 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
         return True
     of_rows = any(OF_TIMES.fullmatch(w) and not w.startswith("time") for w in times)
     rates = any(a.kind == "frequency" or (a.kind == "time" and not is_long(a)) for a in amounts)
-    if of_rows and rates and not OF_OTHER_RATES.search(line):
+    rates_told = _RECORDED.search(line) and any(a.kind == "frequency" for a in amounts)
+    if ((of_rows and rates) or rates_told) and not OF_OTHER_RATES.search(line):
         return not OTHER_QUANTITY.search(claim.about)
     return _multiplies(amounts, words, line, touched, quantity)
 

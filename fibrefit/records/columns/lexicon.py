@@ -92,6 +92,8 @@ CERTIFIED = lexicon("calib* kalib* cal kal")
 PHRASES = re.compile(
     r"(?:\+/-|\u00b1)\s*[\d.,]+\s*[^\s;,]*|\b(?:n[or](?=\.? ?\d)|missing values?"
     r"|no ?data value|(?:per|pro) (?:second|sekunde)|scale divisions?|and +\d+ more"
+    r"|(?:night|day|late|early|morning|evening)[- ]?shift|shift\W+(?:night|day|late|early|morning|evening|[1-3a-d])"
+    r"|twice (?:in|during|before|after|a)"
     r"|raw data|rohdaten|reading mode|every sample stored|all samples|some words|real[- ]?time|no averag\w*"
     r"|(?:laboratory|kitchen|digital) scale|gain set by factory|offset of the laser from the axis|not used"
     r"|[\w-]+\.(?:jpe?g|png|mp4|mov|avi|csv|txt|dat|py|m|vi|log|xlsx?)|[a-z]+_\d+|(?-i:[A-Z]{1,6}-\d{2,}[A-Z]*)"
@@ -176,6 +178,16 @@ ONE_OF = re.compile(
 SIDED = re.compile(
     rf"\b{_UP}\b.*\b(?:positiv\w*|plus)\b"
     rf"|\b(?:counts?|reads?|registers?|grows?|increases?|z(?:\u00e4|ae)hlt|zeigt|cuenta|compte|conta)\b.*\b(?:{_UP}|{_DOWN}|backwards?)\b",
+    re.I,
+)
+#: A number that runs with the motion, or against it.
+_RUNS = (
+    r"(?:(?:in|de)creas|shrink|gr[eo]w|rise|ris(?:es|ing)|fall|drop|sink|(?:ab|zu)nimm|nimm|kleiner|gr\u00f6\u00df|w\u00e4chs"
+    r"|diminu|augment|baja|sube|cre[cs]|cala|aument|kles|roste|maleje|ro\u015bnie|larger|smaller|higher|lower|greater)\w*"
+)
+COVARIES = re.compile(
+    rf"\b{_RUNS}\b.*\b(?:as|when|while|means?|wenn|w\u00e4hrend|sobald|bedeute\w*|quand|lorsque|signifi\w*|cuando|mientras"
+    r"|quando|mentre|kdy\u017e|znamen\u00e1|gdy|oznacza)\b",
     re.I,
 )
 TO_BE = re.compile(r"\b(?:in units? of|to be|has to|have to|is to|are to)\b", re.I)

@@ -16,6 +16,8 @@ from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_read
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
 USUAL = ("force", "position", "drive", "angle")
 PAIR = ("force_1", "force_2")
+#: What is measured together: where one is read, counts of an unknown name may be the other.
+PAIRED = ("force", "position")
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +203,8 @@ def guessed_roles(
         doubts |= unread
     for role in wanted:
         if role not in taken and role not in found and role not in doubts:
-            doubts |= _wrong_unit(role, headings, where)
+            used = {i for one, i in {**taken, **found}.items() if one != "time"}
+            doubts |= _wrong_unit(role, headings, used, where)
     if "force" in doubts and tuple(wanted) == USUAL:
         pair = guessed_roles(headings, {**taken, **found}, PAIR, where)[0]
         if len(pair) == len(PAIR):
@@ -249,10 +252,15 @@ def nothing_below(
     return doubts
 
 
-def _wrong_unit(role: str, headings: Sequence[Heading], where: str) -> dict[str, DataError]:
-    """Doubt about a role that a column has by its name, but not by its unit: ``Kraft [V]``."""
+def _wrong_unit(role: str, headings: Sequence[Heading], used: Collection[int], where: str) -> dict[str, DataError]:
+    """Doubt about a role that a column has by its name, but not by its unit: ``Kraft [V]``; or may have, in counts."""
+    if role in ("drive", *PAIR):
+        return {}
     named = [h for h in headings if score(h.name, role) > 2 and h.kind is not None and KIND_OF_ROLE[role] != h.kind]
-    if not named or role in ("drive", *PAIR):
+    counts = [h for i, h in enumerate(headings) if i not in used and h.kind == "number" and not counts_rows(h.name)]
+    if not named and used and len(counts) == 1 and role in PAIRED:
+        named = [h for h in counts if not any(score(h.name, other) for other in ROLES)]
+    if not named:
         return {}
     return {role: wrong_kind(role, named[0].header, named[0].unit or "", where)}
 

@@ -76,8 +76,10 @@ def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool
 def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     """Whether one unit, or none, has two amounts, of which one may be what the other is taken for."""
     told: dict[str, list[float]] = {}
+    unit = ""
     for amount in (a for claim in claims for a in claim.amounts if a.unit or bare):
-        told.setdefault(amount.unit, []).append(abs(amount.value))
+        unit = "" if amount.counted and not amount.unit else amount.unit or unit  # "2.0 mV/V (file made with 1.0)"
+        told.setdefault(unit, []).append(abs(amount.value))
     return any(max(values) > TOLD_ALIKE * min(values) for values in told.values())
 
 
@@ -104,7 +106,9 @@ def is_name_behind_key(line: str, mark: str, names: frozenset[str]) -> bool:
     if key is None or not re.match(r"[^\W\d_]", key[2]) or re.search(r"[:=;|\t]", key[2]):
         return False
     keys, name = (tokens(without_units(text)) for text in (key[1], DESIGNATION.sub(" ", key[2])))
-    if any(tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in keys):
+    if len(key[1].split()) > MOST_NAME_WORDS or any(
+        tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in keys
+    ):
         return False
     if any(is_quantity(word, names) for word in keys) and not any(map(is_measured, keys)):
         return False

@@ -49,7 +49,7 @@ _AMOUNT = re.compile(
 )
 #: Of a name with digits in it, whose digits are no amounts: `4be1c2a`, `KX-88`, `4711-9`, `2024-03-14T09:12:44Z`.
 _NAME = re.compile(
-    r"(?<![\w.,/+*-])(?:\d{4}-\d\d-\d\dT[\d:.]+Z?|10\.\d{4,}/\S+\d|\d+(?:\.\d+){2,}(?::\d+)?|\d+(?:\.\d+)+[ab]|[1-3]D|(?!0x)\d+[^\W\d_]+\d\w*(?:-\w+)*|\d{3,}(?:-\d+)+"
+    r"(?<![\w.,/+*-])(?:\d{4}-\d\d-\d\dT[\d:.]+Z?|10\.\d{4,}/\S+\d|\d+(?:\.\d+){2,}(?::\d+)?|\d+(?:\.\d+)+[ab]|[1-3]D|(?!0x)\d+[^\W\d_]+\d\w*(?:-\w+)*|\d{3,}(?:-\d+)+|\d\d(?:-\d\d+)+(?!\s?[^\W\d_%])"
     r"|[A-Z][A-Z\d]+(?:-[A-Z\d]+)*-\d+[A-Z\d]*|[A-Z]-\d{3,}|[A-Z][a-z]+-\d+)(?![\w.])"
 )
 _EXPONENT = re.compile(r"\d+e\d+", re.I)

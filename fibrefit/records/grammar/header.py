@@ -87,7 +87,7 @@ def find_header(
     unit_rows = {i for i, cells in rows.items() if is_unit_row(cells)}
     last = max((i for i, line in enumerate(above) if line.strip() and i not in unit_rows), default=-1)
     ranked = sorted(
-        (_points(cells, wanted), i)
+        (_points(cells, wanted) + (len(cells) if i == last and _all_named(cells) else 0), i)
         for i, cells in rows.items()
         if i not in unit_rows and (i == last or not _is_prose(above[i], cells, wanted))
     )
@@ -101,6 +101,12 @@ def find_header(
     if unit_rows:
         return _header(rows, max(unit_rows), max(unit_rows))
     return None
+
+
+def _all_named(cells: Sequence[str]) -> bool:
+    """Whether every cell is the name of a quantity, each of another one: in the line above the table, its headings."""
+    kinds = [frozenset(kinds_named(cell)) for cell in cells]
+    return all(kinds) and len(set(kinds)) == len(kinds)
 
 
 def _is_prose(line: str, cells: Sequence[str], wanted: Collection[str]) -> bool:
