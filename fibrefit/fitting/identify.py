@@ -132,9 +132,8 @@ def identify(
     found_all = _concluded(task, found, values, second, how)
     if ended is None and _may_lose_bounces(task, found_all) and not stop():
         tell("fitting each record by itself", 0.92)
-        found_all = _apart(
-            task, found, found_all, how, partial(_search, number=starts, seed=seed, tell=quiet, stop=stop)
-        )
+        alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop)
+        found_all = _apart(task, found, found_all, how, alone)
     if how.profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -144,6 +143,8 @@ def identify(
 
 
 SOFT_BEYOND = 3.0
+STARTS_ALONE = 4
+"""Of a record by itself: all searched from in one go, by one core."""
 
 
 def _may_lose_bounces(task: Task, found: Identification) -> bool:
@@ -160,9 +161,7 @@ def _apart(
     ended, _ = in_time(partial(each_by_itself, task, search, shared), None)
     if ended is None:
         return alike
-    own = _concluded(
-        task, starts, means(task.problem.layout, ended.local), None, how._replace(ended=ended, whiten=True)
-    )
+    own = _concluded(task, starts, means(task.problem.layout, ended.local), None, how._replace(ended=ended))
     return own if loses(total(alike.gap), total(own.gap)) else alike
 
 
@@ -253,7 +252,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )
-    aside = PlainEstimate(plain.values, bars.errors[bars.method])
+    aside = PlainEstimate(plain.values, bars.errors[bars.method], plain.local, plain.differ)
     return Identification(
         problem=problem,
         values=best.values,

@@ -96,10 +96,22 @@ class Starts:
 
 @dataclass(frozen=True)
 class PlainEstimate:
-    """Where plain least squares ended, whatever is reported; values and honest errors ``(n_free,)`` in SI units."""
+    """Where plain least squares ended, whatever is reported, in SI units.
+
+    Parameters
+    ----------
+    values, errors : (n_free,)
+        The honest errors.
+    local : (n_record, n_local)
+        Values of each record.
+    differ : bool
+        Whether records have values of their own, of which those that they share are the means.
+    """
 
     values: np.ndarray
     errors: np.ndarray
+    local: np.ndarray
+    differ: bool
 
 
 @dataclass(frozen=True)
@@ -179,6 +191,11 @@ class Identification:
     def residual_set(self) -> ResidualSet:
         """What the fit leaves, with the motion and the noise behind it."""
         return ResidualSet(self.problem, self.residuals, self.motion, self.noise)
+
+    @property
+    def local(self) -> np.ndarray:
+        """Values of each record ``(n_record, n_local)`` in SI units, by what they deviate where that was asked."""
+        return self.plain.local if self.gls is None else self.gls.local
 
     @property
     def between(self) -> Mapping[str, BetweenRecordsSummary]:

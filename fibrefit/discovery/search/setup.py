@@ -43,10 +43,9 @@ def prepared_search(
     folder : pathlib.Path, optional
         Of the journal.
     """
-    wanted, gls = _wanted(task, effects), before.gls
+    wanted = _wanted(task, effects)
     # An error of an input does to a record what it does where that is: at values of its own, where records differ.
-    there = before.plain.values if gls is None or not gls.records_differ else gls.local
-    supermodel = supermodel_of(task, (), sensitivities_of(task, there, before.coefficients, is_far(before)))
+    supermodel = supermodel_of(task, (), sensitivities_of(task, before.local, before.coefficients, is_far(before)))
     context, local = _context(task), _local(supermodel, task, before.plain.values)
     tell("polishing the fit without more effects", None)
     search = _search(
@@ -54,9 +53,9 @@ def prepared_search(
     )
     search = replace(search, folder=folder)
     base = search.scales.weigh(supermodel, (), search.base.fit.local)
-    if gls is not None:
+    if before.gls is not None or before.plain.differ:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
-        apart = carried(supermodel, Supermodel(task), gls.local)
+        apart = carried(supermodel, Supermodel(task), before.local)
         base = max(base, search.scales.weigh(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):

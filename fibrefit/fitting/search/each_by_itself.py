@@ -6,7 +6,10 @@ after it. A record by itself is followed to its end, errors of its inputs includ
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 
 import numpy as np
 
@@ -32,18 +35,30 @@ def each_by_itself(task: Task, search: Callable[[Task], Starts], shared: Sequenc
         model lacks it lacks in a record by itself, too, and then the others are not asked.
     """
     alone = [task.alone(record) for record in range(len(task.traces))]
-    ends: dict[int, Optimum] = {}
-    for record in np.argsort(shared)[::-1]:
-        one = alone[record]
-        found = search(one)
-        if not np.isfinite(found.cost).any():
-            return None
-        ends[record] = end = optimum(one, found.values[int(np.argmin(found.cost))])
-        if len(ends) == 1 and not loses(shared[record], total(evaluate(one, end.problem, end.local).gap)):
-            return None
-    best = [ends[record] for record in range(len(alone))]
+    worst, *others = (int(record) for record in np.argsort(shared)[::-1])
+    ends = {worst: _end(alone[worst], search)}
+    if not _follows(alone[worst], ends[worst], shared[worst]):
+        return None
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        # A limit of time holds for what is done in other threads too.
+        running = {one: pool.submit(copy_context().run, _end, alone[one], search) for one in others}
+        ends |= {one: future.result() for one, future in running.items()}
+    best = [end for record in range(len(alone)) if (end := ends[record]) is not None]
+    if len(best) < len(alone):
+        return None
     coefficients = _together(task, alone, [end.coefficients for end in best])
     return Ended(np.concatenate([end.local for end in best]), True, coefficients)
+
+
+def _end(one: Task, search: Callable[[Task], Starts]) -> Optimum | None:
+    """Where a record by itself is best; None where no motion follows from any start."""
+    found = search(one)
+    return optimum(one, found.values[int(np.argmin(found.cost))]) if np.isfinite(found.cost).any() else None
+
+
+def _follows(one: Task, end: Optimum | None, alike: float) -> bool:
+    """Whether the record that shared values lose first by far is no longer lost by itself."""
+    return end is not None and loses(alike, total(evaluate(one, end.problem, end.local).gap))
 
 
 def loses(alike: float, own: float) -> bool:

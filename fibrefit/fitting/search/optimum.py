@@ -80,6 +80,11 @@ class Optimum:
     view: View | None = None
     further: float | None = None
 
+    @property
+    def differ(self) -> bool:
+        """Whether records have values of their own in place of those they share."""
+        return not np.array_equal(self.local, np.asarray(self.problem.layout.local(self.values)))
+
     def promised(self, moving: Sequence[bool]) -> float:
         """Fall of the cost that one more step of the values that are not stopped by a bound promises.
 
