@@ -137,7 +137,7 @@ def test_a_task_of_one_record_sees_what_that_of_all_sees_there(tmp_path: Path) -
         whole = np.asarray(task.problem.linearised(task.start).residuals)
         for record in (0, 3):
             one = task.alone(record)
-            assert one.problem.layout.records == (task.traces[record].name,)
+            assert one.traces == (task.traces[record],)
             assert np.allclose(np.asarray(one.problem.linearised(one.start).residuals)[0], whole[record])
 
 

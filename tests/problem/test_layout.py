@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fibrefit.core.programs.described import fingerprint
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.transform import Range
 
@@ -75,3 +76,11 @@ def test_a_layout_without_free_values_still_serves() -> None:
 def test_a_name_that_is_missing_is_not_made_up() -> None:
     with pytest.raises(KeyError, match="k"):
         Layout((Slot("k", "N/m", POSITIVE),), RECORDS).pack({})
+
+
+@given(layouts())
+def test_names_of_records_make_no_other_program_and_their_number_does(layout: Layout) -> None:
+    renamed, more = Layout(layout.slots, ("x", "y", "z")), Layout(layout.slots, ("a.csv", "b.csv"))
+    assert renamed == layout and hash(renamed) == hash(layout) and fingerprint(renamed) == fingerprint(layout)
+    assert renamed.records != layout.records
+    assert more != layout and fingerprint(more) != fingerprint(layout)

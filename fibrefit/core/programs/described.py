@@ -121,7 +121,8 @@ def _said(value: Any, depth: int) -> str:
         if isinstance(value, kinds):
             return say(value, depth + 1)
     if dataclasses.is_dataclass(value):
-        fields = [(field.name, getattr(value, field.name)) for field in dataclasses.fields(value)]
+        # What takes no part in a comparison takes none in a program.
+        fields = [(field.name, getattr(value, field.name)) for field in dataclasses.fields(value) if field.compare]
         return f"{_named(type(value))}({_all(fields, depth + 1)})"
     raise NotDescribedError(f"{type(value).__module__}.{type(value).__qualname__}")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -115,11 +115,16 @@ class Layout:
     slots : tuple of Slot
         In the order in which a record's values are listed.
     records : tuple of str
-        Names of the records.
+        Names of the records. Layouts that differ in names alone are equal: one compiled program serves them.
     """
 
     slots: tuple[Slot, ...]
-    records: tuple[str, ...]
+    records: tuple[str, ...] = field(compare=False)
+    number: int = field(init=False, repr=False)
+    """Of records."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "number", len(self.records))
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -8,12 +8,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from fibrefit.core.environment import versions
-from fibrefit.core.errors import FibrefitError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
-from fibrefit.study.summaries.summaries import FitSummary
 
 
 @dataclass(frozen=True)
@@ -133,31 +131,10 @@ def identified(job: Job) -> Outcome:
     from fibrefit.workflow.fit import Fit, prepared
 
     study = job.study
-    # Names are part of a compiled program: with the same ones, one program serves all.
-    own = {f"record {n}": record.label for n, record in enumerate(study.records, 1)}
-    plain = tuple(record.model_copy(update={"name": name}) for name, record in zip(own, study.records, strict=True))
-    named = study.model_copy(update={"records": plain})
-    try:
-        records, task = prepared(named)
-        found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
-        if found.status != "ok" and job.starts > FEW:
-            found = identify(task, job.starts, job.seed, How(job.robust))
-    except FibrefitError as error:
-        raise type(error)(_said(error.where, own), _said(error.got, own), error.expected, error.do) from None
-    summary = _named(Fit(study, records, found, job.seed).summary(), own)
+    records, task = prepared(study)
+    found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
+    if found.status != "ok" and job.starts > FEW:
+        found = identify(task, job.starts, job.seed, How(job.robust))
+    summary = Fit(study, records, found, job.seed).summary()
     looks = None if job.record is None else fingerprint_of(records[0])
     return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", found.seconds, looks)
-
-
-def _named(summary: FitSummary, names: dict[str, str]) -> FitSummary:
-    """The summary with the records' own names back in their places."""
-    records = {names[name]: record for name, record in summary.records.items()}
-    checks = tuple(check.model_copy(update={"says": _said(check.says, names)}) for check in summary.checks)
-    advice = tuple(_said(text, names) for text in summary.advice)
-    return summary.model_copy(update={"records": records, "checks": checks, "advice": advice})
-
-
-def _said(text: str, names: dict[str, str]) -> str:
-    for plain in sorted(names, key=len, reverse=True):
-        text = text.replace(plain, names[plain])
-    return text
