@@ -51,8 +51,7 @@ def batch_figures(summary: BatchSummary) -> Figures:
     if summary.population:
         figures["population"] = population_figure(summary.population, values)
     if summary.trends:
-        conditions = {name: item.conditions for name, item in usable.items()}
-        figures["trends"] = trends_figure(summary.trends, values, conditions)
+        figures["trends"] = trends_figure(summary.trends, values, usable)
     return figures
 
 

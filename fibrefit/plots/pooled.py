@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,7 +34,8 @@ from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
+    from fibrefit.study.summaries.series import SeriesRecord
+    from fibrefit.study.summaries.summaries import BatchItem, PopulationSummary, TrendSummary
 
 LEFT, BOTTOM, ACROSS, UP = 17.0, 13.0, 17.0, 15.0
 """Margins for names of records in two lines, and room between panels for the label of the next, in mm."""
@@ -128,7 +129,7 @@ def _pooled(axes: Axes, name: str, found: PopulationSummary, values: Values) -> 
 
 
 def trends_figure(
-    trends: Sequence[TrendSummary], values: Values, conditions: Mapping[str, Mapping[str, float]]
+    trends: Sequence[TrendSummary], values: Values, records: Mapping[str, BatchItem | SeriesRecord]
 ) -> Figure:
     """The surest trends, each parameter over its condition with its line.
 
@@ -137,8 +138,8 @@ def trends_figure(
     trends : sequence of TrendSummary
         The surest first, one at least.
     values : mapping of record to mapping of parameter to RecordValue
-    conditions : mapping of record to mapping of condition to float
-        By bare names or with their units; ``speed of <parameter>`` for the speed.
+    records : mapping of record to BatchItem or SeriesRecord
+        With its conditions, by bare names or with their units; ``speed of <parameter>`` for the speed.
     """
     drawn = trends[:MOST]
     high = TOP + -(-len(drawn) // COLUMNS) * (HEIGHT + UP) + 2.0
@@ -151,7 +152,7 @@ def trends_figure(
         _trend(
             axes_at(figure, LEFT + column * (wide + ACROSS), bottom, wide, HEIGHT),
             one,
-            _points(one, values, conditions),
+            _points(one, values, records),
         )
     return figure
 
@@ -166,28 +167,31 @@ def _strongest(trends: Sequence[TrendSummary]) -> str:
 
 
 def _points(
-    one: TrendSummary, values: Values, conditions: Mapping[str, Mapping[str, float]]
+    one: TrendSummary, values: Values, records: Mapping[str, BatchItem | SeriesRecord]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Condition, value and error of each record that shows both, ``(3, n)``; and which are outliers."""
+    """Condition, its error, value and error of each record that shows both, ``(4, n)``; and which are outliers."""
     bare = f"speed of {one.parameter}" if one.condition == "speed" else one.condition
     headed = f"{bare} [{one.condition_unit}]"
     strays, rows, flags = {o.record for o in one.outliers}, [], []
     for number, (name, said) in enumerate(values.items(), 1):
-        known = {BY_ORDER: float(number), **conditions.get(name, {})}
-        x = known.get(bare, known.get(headed))
+        record = records.get(name)
+        known, errors = ({}, {}) if record is None else (record.conditions, record.condition_errors)
+        x = known.get(bare, known.get(headed, float(number) if bare == BY_ORDER else None))
         if x is not None and one.parameter in said:
-            rows.append((x, said[one.parameter].value, said[one.parameter].error))
+            spread = errors.get(bare, errors.get(headed, 0.0))
+            rows.append((x, spread, said[one.parameter].value, said[one.parameter].error))
             flags.append(name in strays)
-    return np.array(rows).reshape(-1, 3).T, np.array(flags, dtype=bool)
+    return np.array(rows).reshape(-1, 4).T, np.array(flags, dtype=bool)
 
 
 def _trend(axes: Axes, one: TrendSummary, points: tuple[np.ndarray, np.ndarray]) -> None:
-    (x, value, error), stray = points
+    (x, spread, value, error), stray = points
     unit, worth = readable_unit(value, one.unit)
     across, scale = readable_unit(x, one.condition_unit)
     for here, colour in ((~stray, BLUE), (stray, VERMILLION)):
-        bars = 2.0 * np.nan_to_num(error[here]) / worth
-        axes.errorbar(x[here] / scale, value[here] / worth, bars, fmt="o", color=colour, markersize=2.5, elinewidth=0.6)
+        bars, across_it = 2.0 * np.nan_to_num(error[here]) / worth, 2.0 * spread[here] / scale
+        style: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.6}
+        axes.errorbar(x[here] / scale, value[here] / worth, bars, across_it if across_it.any() else None, **style)
     ends = np.array([x.min(), x.max()])
     axes.plot(ends / scale, (one.intercept + one.slope * ends) / worth, color=BLACK, linewidth=0.8)
     if one.condition_unit == "-" and set(x) <= {0.0, 1.0}:

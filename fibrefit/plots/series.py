@@ -60,8 +60,7 @@ def series_figures(summary: SeriesSummary) -> Figures:
     if summary.population:
         found["population"] = population_figure(summary.population, values)
     if summary.trends:
-        conditions = {name: one.conditions for name, one in summary.records.items()}
-        found["trends"] = trends_figure(summary.trends, values, conditions)
+        found["trends"] = trends_figure(summary.trends, values, summary.records)
     return Figures(found)
 
 

@@ -47,15 +47,33 @@ def trend_sentences(trends: Sequence[TrendSummary]) -> list[str]:
     """The same, each in a sentence."""
     significant = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
     said = [_trend(one) for one in significant]
-    strays = {o.record: (one, o.score) for one in trends for o in one.outliers}
+    strays = dict.fromkeys(outlier.record for one in trends for outlier in one.outliers)
     said += [
-        f"{record} does not follow the others: its {one.parameter} is {abs(score):.2g} standard deviations "
-        f"{'above' if score > 0 else 'below'} their line over {one.condition.replace('_', ' ')}."
-        for record, (one, score) in list(strays.items())[:MOST_TRENDS]
+        f"{record} does not follow the others: {_strays(record, trends)}." for record in list(strays)[:MOST_TRENDS]
     ]
     if not significant and trends:
         said.append(f"None of {len(trends)} looks shows more than chance, corrected for all of them.")
     return said
+
+
+def _strays(record: str, trends: Sequence[TrendSummary]) -> str:
+    """Of each parameter the line from which a record is furthest, and over what else it is far from one."""
+    far = [(one, outlier.score) for one in trends for outlier in one.outliers if outlier.record == record]
+    said = []
+    for parameter in dict.fromkeys(one.parameter for one, _ in far):
+        (one, score), *others = sorted(
+            (pair for pair in far if pair[0].parameter == parameter), key=lambda p: -abs(p[1])
+        )
+        also = f", and is far from those over {_listed([other for other, _ in others])}" if others else ""
+        said.append(
+            f"its {parameter} is {abs(score):.2g} standard deviations {'above' if score > 0 else 'below'} their line "
+            f"over {_listed([one])}{also}"
+        )
+    return "; ".join(said)
+
+
+def _listed(trends: Sequence[TrendSummary]) -> str:
+    return ", ".join(one.condition.replace("_", " ") for one in trends)
 
 
 def _trend(one: TrendSummary) -> str:

@@ -2,20 +2,23 @@
 
 Law
 ---
-``y_r = a + b x_r + b_r + e_r`` with ``var = tau^2 + s_r^2 + b^2 u_r^2``, u the error of the condition. tau is where the
-weighted sum of squares equals its degrees of freedom (Paule and Mandel), and tests are Student's (Hartung and Knapp).
+``y_r = a + b x_r + b_r + e_r`` with ``var = tau^2 + s_r^2 + b^2 u_r^2``, u the error of the condition; the line is the
+most probable one by the errors of both (York), whose slope is not drawn to nil by those of the condition. tau is where
+the weighted sum of squares equals its degrees of freedom (Paule and Mandel), and tests are Student's (Hartung, Knapp).
 A record further from the line than chance allows among so many, by the studentised residual it has when it is left
 out, is named and left out; significance is corrected for all looks (Holm).
 
 Source
 ------
-Paule and Mandel, J. Res. NBS 87 (1982); Knapp and Hartung, Stat. Med. 22 (2003); Holm, Scand. J. Stat. 6 (1979).
+York et al., Am. J. Phys. 72 (2004); Paule and Mandel, J. Res. NBS 87 (1982); Knapp and Hartung, Stat. Med. 22 (2003);
+Holm, Scand. J. Stat. 6 (1979).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +27,9 @@ from fibrefit.series.thresholds import FEWEST_RECORDS, MOST_OUTLIERS, SIGNIFICAN
 BY_ORDER = "order of the records"
 """Condition that counts the records, one after the other."""
 
-ROUNDS, HALVINGS = 20, 60
+ROUNDS, HALVINGS, MOST_STEPS = 20, 60, 200
+CLOSE = 1e-9
+"""Relative change of a slope at which it is found."""
 
 
 @dataclass(frozen=True)
@@ -165,35 +170,81 @@ class _Line:
 def _line(x: np.ndarray, y: np.ndarray, u: np.ndarray, s: np.ndarray) -> _Line | None:
     if np.ptp(x) == 0.0:
         return None
-    slope = 0.0
+    near = nearest_line(x, y, u, s**2)
     for _ in range(ROUNDS):
-        known = s**2 + (slope * u) ** 2
-        tau = _between(x, y, known)
-        line = _weighted(x, y, known + tau**2)
-        before, slope = slope, float(line.fit.params[1])  # type: ignore[attr-defined]
-        if abs(slope - before) <= 1e-6 * abs(slope) or not u.any():
+        tau = _between(x, y, s**2 + (near.slope * u) ** 2, near.slope if u.any() else None)
+        before, near = near, nearest_line(x, y, u, s**2 + tau**2, near.slope)
+        if abs(near.slope - before.slope) <= CLOSE * abs(near.slope) or not u.any():
             break
-    return replace(line, tau=tau)
+    middle = float(np.average(x, weights=near.weights))
+    centred = near.x - np.average(near.x, weights=near.weights)
+    # What is left has no part along the places nearest to the records: a regression on these has this slope and error.
+    left = y - np.average(y, weights=near.weights) - near.slope * (x - middle)
+    fitted = np.average(y, weights=near.weights) + near.slope * centred + left
+    return _Line(_regression(centred, fitted, near.weights), middle, tau)
 
 
-def _weighted(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> _Line:
+def _regression(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> object:
     from statsmodels.regression.linear_model import WLS
 
-    weights = 1.0 / np.maximum(variance, 1e-300)
-    middle = float(np.average(x, weights=weights))
-    fit = WLS(y, np.column_stack([np.ones(len(x)), x - middle]), weights=weights).fit()
-    return _Line(fit, middle, 0.0)
+    return WLS(y, np.column_stack([np.ones(len(x)), x]), weights=weights).fit()
 
 
-def _between(x: np.ndarray, y: np.ndarray, known: np.ndarray) -> float:
-    """Scatter about the line at which the weighted sum of squares is what so many records leave."""
+class Nearest(NamedTuple):
+    """A line by the errors of both coordinates.
+
+    Parameters
+    ----------
+    slope : float
+    weights : (n_record,)
+        Of the distances from the line along y.
+    x : (n_record,)
+        Where each record most probably is on the line, less the weighted mean of x.
+    """
+
+    slope: float
+    weights: np.ndarray
+    x: np.ndarray
+
+
+def nearest_line(x: np.ndarray, y: np.ndarray, u: np.ndarray, variance: np.ndarray, slope: float = 0.0) -> Nearest:
+    """The most probable line through records that are uncertain in both coordinates.
+
+    Parameters
+    ----------
+    x, y, u, variance : (n_record,)
+        Coordinates, standard errors of `x`, variances of `y`.
+    slope : float
+        To begin with.
+
+    Source
+    ------
+    York, Evensen, Lopez Martinez and De Basabe Delgado, Am. J. Phys. 72 (2004) 367, eq. 13.
+    """
+    variance = np.maximum(variance, 1e-300)
+    for _ in range(MOST_STEPS):
+        weights = 1.0 / (variance + (slope * u) ** 2)
+        along, across = (one - np.average(one, weights=weights) for one in (x, y))
+        place = weights * (along * variance + slope * across * u**2)
+        before, slope = slope, float((weights * place) @ across / ((weights * place) @ along))
+        if abs(slope - before) <= CLOSE * abs(slope) or not u.any():
+            break
+    return Nearest(slope, weights, place)
+
+
+def _between(x: np.ndarray, y: np.ndarray, known: np.ndarray, slope: float | None) -> float:
+    """Scatter about the line at which the weighted sum of squares is what so many records leave.
+
+    The line of a given slope, or the best one there is.
+    """
     freedom = len(x) - 2
 
     def excess(tau: float) -> float:
         weights = 1.0 / np.maximum(known + tau**2, 1e-300)
         away = x - np.average(x, weights=weights), y - np.average(y, weights=weights)
         sxx, sxy, syy = (float(weights @ (one * other)) for one, other in ((away[0],) * 2, away, (away[1],) * 2))
-        return syy - sxy**2 / sxx - freedom
+        best = sxy / sxx if slope is None else slope
+        return syy - 2.0 * best * sxy + best**2 * sxx - freedom
 
     if freedom < 1 or excess(0.0) <= 0.0:
         return 0.0

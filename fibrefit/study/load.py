@@ -252,13 +252,17 @@ def _completed(study: Study, place: Places) -> tuple[Any, ...]:
 
 
 def _check_records(study: Study, place: Places) -> None:
-    """Refuse records that have the same name."""
+    """Refuse records that have the same name, or half of what belongs together."""
     seen: set[str] = set()
     for i, record in enumerate(study.records):
         if record.label in seen:
             where = place(f"records[{i}]")
             raise StudyError(where, f'"{record.label}" a second time', "each record once", "Give one a name.")
         seen.add(record.label)
+        for name in record.uncertainties or {}:
+            if getattr(record, name) is None:
+                do = f"State {name} as well, here or under [rig]."
+                raise StudyError(place(f"records[{i}]"), f"the uncertainty of {name}", f"a value of {name}", do)
         if (getattr(record, "lateral_offset", None) is None) != (getattr(record, "guide_distance", None) is None):
             raise StudyError(
                 place(f"records[{i}]"), "lateral_offset or guide_distance alone", "both or neither", "They go together."

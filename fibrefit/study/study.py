@@ -110,8 +110,11 @@ class Study(Shown, StudyTable):
 
     def input_files(self) -> list[Path]:
         """Every file the study rests on: itself, its table of records, the records, files with effects."""
-        own = [path for path in (self._source, self._table) if path is not None and path.is_file()]
-        return own + self.data_files()
+        return self.stated_in() + self.data_files()
+
+    def stated_in(self) -> list[Path]:
+        """The files that state it: itself, and its table of records."""
+        return [path for path in (self._source, self._table) if path is not None and path.is_file()]
 
     def data_files(self) -> list[Path]:
         """The input files whose content is not in the study itself: records, and files with effects."""

@@ -89,5 +89,8 @@ def test_trends_are_counted(chances: tuple[float, ...], says: str) -> None:
         )
         for (name, mean), chance in zip(MEAN.items(), chances, strict=True)
     ]
-    where = {record: {"added_mass": float(i)} for i, record in enumerate(RECORDS)}
+    where = {
+        record: BatchItem(status="ok", conditions={"added_mass": float(i)}, condition_errors={"added_mass": 0.1 * i})
+        for i, record in enumerate(RECORDS)
+    }
     assert caption_of(trends_figure(found, VALUES, where)).startswith(says)

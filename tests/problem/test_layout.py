@@ -81,6 +81,9 @@ def test_a_name_that_is_missing_is_not_made_up() -> None:
 @given(layouts())
 def test_names_of_records_make_no_other_program_and_their_number_does(layout: Layout) -> None:
     renamed, more = Layout(layout.slots, ("x", "y", "z")), Layout(layout.slots, ("a.csv", "b.csv"))
-    assert renamed == layout and hash(renamed) == hash(layout) and fingerprint(renamed) == fingerprint(layout)
+    assert renamed == layout
+    assert hash(renamed) == hash(layout)
+    assert fingerprint(renamed) == fingerprint(layout)
     assert renamed.records != layout.records
-    assert more != layout and fingerprint(more) != fingerprint(layout)
+    assert more != layout
+    assert fingerprint(more) != fingerprint(layout)

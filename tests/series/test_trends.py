@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from fibrefit.series.trends import Quantity, trend_of, trends
+from fibrefit.series.trends import Quantity, Trend, nearest_line, trend_of, trends
 
 NUMBER = 30
 NAMES = [f"record {n}" for n in range(NUMBER)]
@@ -74,3 +74,42 @@ def test_what_does_not_vary_or_is_not_known_gives_no_trend() -> None:
     assert trend_of(NAMES, parameter(0.0, 1), Quantity("mass", "kg", np.ones(NUMBER), np.zeros(NUMBER))) is None
     lost = np.full(NUMBER, np.nan)
     assert trends(NAMES, [(Quantity("damping", "N s/m", lost, lost), LIFT)]) == ()
+
+
+#: Pearson's points with York's weights, the line of which several authors have published: York et al. (2004), table II.
+PEARSON_X = np.array([0.0, 0.9, 1.8, 2.6, 3.3, 4.4, 5.2, 6.1, 6.5, 7.4])
+PEARSON_Y = np.array([5.9, 5.4, 4.4, 4.6, 3.5, 3.7, 2.8, 2.8, 2.4, 1.5])
+WEIGHTS_X = np.array([1000.0, 1000.0, 500.0, 800.0, 200.0, 80.0, 60.0, 20.0, 1.8, 1.0])
+WEIGHTS_Y = np.array([1.0, 1.8, 4.0, 8.0, 20.0, 20.0, 70.0, 70.0, 100.0, 500.0])
+
+
+def test_the_line_is_that_of_york() -> None:
+    line = nearest_line(PEARSON_X, PEARSON_Y, WEIGHTS_X**-0.5, 1.0 / WEIGHTS_Y)
+    middle = np.average(PEARSON_X, weights=line.weights), np.average(PEARSON_Y, weights=line.weights)
+    assert line.slope == pytest.approx(-0.480533407, abs=1e-8)
+    assert middle[1] - line.slope * middle[0] == pytest.approx(5.47991022, abs=1e-7)
+    away = line.x - np.average(line.x, weights=line.weights)
+    assert (line.weights @ away**2) ** -0.5 == pytest.approx(0.0579850090, rel=1e-8)
+
+
+def of_uncertain_conditions(seed: int, told: bool) -> Trend:
+    """A slope of 200 over lifts that were read with an error of 3 mm, where they vary by 4 mm."""
+    random, size = np.random.default_rng(seed), np.full(NUMBER, 3e-3)
+    read = LIFT.values + size * random.standard_normal(NUMBER)
+    line = trend_of(NAMES, parameter(200.0, 500 + seed), Quantity("lift", "m", read, size if told else 0.0 * size))
+    assert line is not None
+    return line
+
+
+def test_errors_of_conditions_do_not_draw_a_slope_to_nil() -> None:
+    aware, naive = ([of_uncertain_conditions(seed, told) for seed in range(200)] for told in (True, False))
+    slopes = np.array([[line.slope for line in lines] for lines in (aware, naive)])
+    holds = [
+        np.mean([one.slope_interval_95[0] < 200.0 < one.slope_interval_95[1] for one in lines])
+        for lines in (aware, naive)
+    ]
+    assert abs(np.median(slopes[0]) / 200.0 - 1.0) < 0.05
+    assert 0.9 < holds[0] < 0.99
+    # The negative control: errors that are not told of.
+    assert np.median(slopes[1]) < 0.8 * 200.0
+    assert holds[1] < 0.7

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import jsonschema
@@ -356,6 +357,19 @@ def test_an_unreadable_study_among_many_is_one_failed_job(series: Path, tmp_path
         identified(work[-1])
     with pytest.raises(StudyError):
         jobs_of(origins_of([str(broken)], None, ()), None, 4, 0)
+
+
+def test_how_well_a_condition_is_known_is_told_and_drawn(lifted: Path, tmp_path: Path) -> None:
+    file = lifted / "study.toml"
+    exact = carried_out(of_records(lifted), tmp_path / "exact").summary()
+    text = re.sub(r'lift = "([\d.]+) (m+)"', r'lift = "\1 +/- 0.5 mm"', file.read_text(encoding="utf-8"))
+    file.write_text(text, encoding="utf-8")
+    told = carried_out(of_records(lifted), tmp_path / "told").summary()
+    assert {error for item in told.items.values() for error in item.condition_errors.values()} == {5e-4}
+    assert set(next(iter(told.items.values())).condition_errors) == {"lift [m]"}
+    errors = [next(one for one in of.trends if one.condition == "lift").slope_error for of in (exact, told)]
+    assert errors[1] > 1.1 * errors[0]
+    assert not any(item.condition_errors for item in exact.items.values())
 
 
 def test_words_that_name_no_study_are_refused(tmp_path: Path) -> None:

@@ -21,6 +21,10 @@ class Row:
     def __iter__(self):
         return iter(self.__dict__.items())
 
+    def uncertainty(self, condition: str) -> float:
+        """All is known exactly."""
+        return 0.0
+
 
 def at(hour: int) -> datetime:
     return datetime(2026, 3, 14, hour)

@@ -6,11 +6,13 @@ optional for the file; `required` marks those that `load_study` refuses to do wi
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, get_args
 
 from pydantic import Field, StrictStr, model_validator
+from pydantic_core import PydanticCustomError
 
 from fibrefit.core.roles import ROLES
+from fibrefit.core.scale import uncertain
 from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_quantity
 from fibrefit.study.channels import BesideTable, Said
@@ -20,7 +22,10 @@ from fibrefit.study.quantity import (
     Frequency,
     LengthNoise,
     Moment,
+    Unit,
+    quantity_in,
     refusal,
+    shown,
 )
 from fibrefit.study.table import Name, StudyTable
 
@@ -35,19 +40,29 @@ def optional(description: str) -> Any:
     return Field(default=None, description=description)
 
 
+def instead(description: str) -> Any:
+    """Field that may be absent and is no condition: what a file tells by itself, or what is done with it."""
+    return Field(default=None, description=description, json_schema_extra={"x-condition": False})
+
+
 class RecordTable(Shown, StudyTable):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
     file: Name | None = optional("Measured data; relative to the study file.")
     name: Name | None = optional("Name in results; the file's name when absent.")
     taken: Moment | None = optional("Day and time of the test; values are set against it.")
-    sampling_rate: Frequency | None = optional("Where the file has no time column, or no file exists yet.")
-    duration: Duration | None = optional("Length of a planned record.")
+    sampling_rate: Frequency | None = instead("Where the file has no time column, or no file exists yet.")
+    duration: Duration | None = instead("Length of a planned record.")
     parts: tuple[StrictStr, ...] | None = optional("Further files that continue this one, in their order.")
     beside: BesideTable | None = optional("Another file of the same record, with a clock of its own.")
     header: StrictStr | None = optional("File that holds the header of this one; relative to the study file.")
     channels: dict[Literal[tuple(ROLES)], Said] | None = optional(  # type: ignore[valid-type]
         "Columns of this record alone; what it does not say stands under [channels]."
+    )
+
+    uncertainties: dict[Name, StrictStr] | None = optional(
+        'Standard uncertainties of conditions: lift = "0.1 mm" here, or lift = "5 +/- 0.1 mm" of the record. Trends of '
+        "a series weigh them; a fit takes conditions for exact."
     )
 
     @property
@@ -64,10 +79,56 @@ class RecordTable(Shown, StudyTable):
     def _card(self) -> Card:
         """What the study states of it: its conditions, with units."""
         said = self.model_dump(mode="json", exclude_none=True, exclude={"file", "name", "header"})
-        rows = [(key.replace("_", " "), _readable(text)) for key, text in said.items() if isinstance(text, str)]
+        errors = {key: f" +/- {text}" for key, text in (self.uncertainties or {}).items()}
+        rows = [
+            (key.replace("_", " "), f"{_readable(text)}{errors.get(key, '')}")
+            for key, text in said.items()
+            if isinstance(text, str)
+        ]
         line = ", ".join(f"{key} {text}" for key, text in rows) or "no conditions of its own"
         title = f'Record "{self.label}" as the study states it{"" if self.file else ", planned"}'
         return Card(title, line, ("condition", "value") if rows else (), rows)
+
+    @classmethod
+    def conditions(cls) -> dict[str, Unit]:
+        """Units of the conditions that are numbers."""
+        fields = {name: info for name, info in cls.model_fields.items() if not _is_none(info.json_schema_extra)}
+        found = {name: _unit_of(info) for name, info in fields.items()}
+        return {name: unit for name, unit in found.items() if unit is not None}
+
+    def uncertainty(self, condition: str) -> float:
+        """Standard uncertainty that is stated of a condition, in SI units; 0 where none is."""
+        said = (self.uncertainties or {}).get(condition)
+        return 0.0 if said is None else quantity_in(said, self.conditions()[condition].si, said)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _told_apart(cls, data: Any) -> Any:
+        """``lift = "5 +/- 0.1 mm"`` is a lift and its uncertainty."""
+        written = data if isinstance(data, dict) else {}
+        parts = {name: found for name in cls.conditions() if (found := uncertain(written.get(name)))}
+        beside = written.get("uncertainties") or {}
+        if not parts or not isinstance(beside, dict):
+            return data
+        for name in parts.keys() & beside.keys():
+            raise refusal(f"the uncertainty of {name} twice", "one of them", "")
+        more = {name: said for name, (_, said) in parts.items()}
+        return written | {name: said for name, (said, _) in parts.items()} | {"uncertainties": beside | more}
+
+    @model_validator(mode="after")
+    def _of_conditions(self) -> Self:
+        known = self.conditions()
+        for name, said in (self.uncertainties or {}).items():
+            if name not in known:
+                raise refusal(f"the uncertainty of {shown(name)}", f"a condition: {', '.join(known)}", "")
+            try:
+                error = quantity_in(said, known[name].si, known[name].example)
+            except PydanticCustomError as caught:
+                told = caught.context or {}
+                raise refusal(f"uncertainty of {name}: {told['got']}", told["expected"], told["do"]) from None
+            if error < 0.0:
+                raise refusal(f"{shown(said)} as the uncertainty of {name}", "a positive one", "")
+        return self
 
     @model_validator(mode="after")
     def _measured_or_planned(self) -> Self:
@@ -89,6 +150,16 @@ class NoiseLevels(StudyTable):
 
     force: ForceNoise | None = None
     position: LengthNoise | None = None
+
+
+def _is_none(extra: Any) -> bool:
+    return isinstance(extra, dict) and extra.get("x-condition") is False
+
+
+def _unit_of(info: Any) -> Unit | None:
+    """Unit of a field that is a number, or a number or nothing."""
+    said = [*info.metadata, *(part for kind in get_args(info.annotation) for part in get_args(kind)[1:])]
+    return next((part for part in said if isinstance(part, Unit)), None)
 
 
 def _readable(text: str) -> str:

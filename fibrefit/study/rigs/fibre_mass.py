@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from fibrefit.study.quantity import Distance, Instant, Length, Mass, MassOrNone, Points, Position, Slope
-from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
+from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, instead, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 
@@ -26,10 +26,8 @@ class FibreMassRecord(FibreMassConstants, RecordTable):
     """One drop: the weight is lifted, held, and let go."""
 
     lift: Distance | None = optional("Height above the point where the fibre is just taut.")
-    release: Instant | None = optional("When the weight was let go; found from the data when absent.")
-    position_zero: Position | None = optional(
-        "Reading of the position where the fibre is just taut; found when absent."
-    )
+    release: Instant | None = instead("When the weight was let go; found from the data when absent.")
+    position_zero: Position | None = instead("Reading of the position where the fibre is just taut; found when absent.")
 
 
 class FibreMassRig(FibreMassConstants):

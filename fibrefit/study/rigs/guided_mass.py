@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from fibrefit.study.channels import Said
 from fibrefit.study.quantity import Duration, Gain, MassOrNone, SpeedNoise, refusal
-from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional
+from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, instead, optional
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 
@@ -16,7 +16,7 @@ from fibrefit.study.table import StudyTable
 class GuidedMassConstants(StudyTable):
     """Constants of a mass in a guide that a measured force drives."""
 
-    window: Duration | None = optional("Length of the stretches that are simulated from states of their own.")
+    window: Duration | None = instead("Length of the stretches that are simulated from states of their own.")
     added_mass: MassOrNone | None = optional(
         "Mass added to the moving one; records that differ in it calibrate the force."
     )

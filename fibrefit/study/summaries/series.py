@@ -76,6 +76,7 @@ class SeriesRecord(Part):
         description="By parameter: speeds in m/s between which 90 % of the samples lie that tell of it."
     )
     conditions: dict[str, float] = Field(default_factory=dict, description="In SI units.")
+    condition_errors: dict[str, float] = Field(default_factory=dict, description="Of those not known exactly, in SI.")
     parameters: dict[str, OwnSummary]
     gap_left_out: dict[Answer, float]
 

@@ -373,6 +373,7 @@ class BatchItem(Part):
         default=(), description="Quantities by which its model leaves more than noise, such as `residual size`."
     )
     conditions: dict[str, float] = Field(default_factory=dict, description="Of its record, in SI units.")
+    condition_errors: dict[str, float] = Field(default_factory=dict, description="Of those not known exactly, in SI.")
     speeds: dict[str, float] = Field(default_factory=dict, description="Root mean square by parameter, in m/s.")
     shrunk: dict[str, Measure] = Field(default_factory=dict, description="Values drawn to the mean of all, in SI.")
     result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")

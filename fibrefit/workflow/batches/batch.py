@@ -27,7 +27,7 @@ from fibrefit.study.summaries.summaries import (
 )
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
-from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, headed, record_conditions
+from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
 from fibrefit.workflow.together.pooled import USABLE, PooledBatch, pooled_batch, quantities_of, speed_name
@@ -123,14 +123,15 @@ class Batch(AnyResult):
 
     @cached_property
     def _with_conditions(self) -> dict[str, BatchItem]:
-        known = {name: headed(one) for name, one in self.conditions.items()}
+        known = {name: one.headed() for name, one in self.conditions.items()}
         speeds = {
             name: {f"{speed_name(key)} [m/s]": value for key, value in item.speeds.items()}
             for name, item in self.items.items()
         }
         return {
-            name: item.model_copy(update={"conditions": {**known.get(name, {}), **speeds[name]}})
+            name: item.model_copy(update={"conditions": {**values, **speeds[name]}, "condition_errors": errors})
             for name, item in self.items.items()
+            for values, errors in [known.get(name, ({}, {}))]
         }
 
     @cached_property

@@ -91,10 +91,25 @@ def _versions() -> str:
     return repr(sorted(versions().items()))
 
 
-@lru_cache(maxsize=8)
 def loaded(origin: Origin) -> Study:
-    """Study of an origin: a series of a thousand records is read once a process."""
-    return origin.load()
+    """Study of an origin: a series of a thousand records is read once a process, and again once its files change."""
+    known = _read.get(origin)
+    if known is None or known[0] != _stamps(known[1]):
+        study = origin.load()
+        _read[origin] = known = (_stamps(study), study)
+        while len(_read) > MOST_READ:
+            _read.pop(next(iter(_read)))
+    return known[1]
+
+
+_read: dict[Origin, tuple[tuple[tuple[int, int], ...], Study]] = {}
+MOST_READ = 8
+"""Studies that a process keeps at hand."""
+
+
+def _stamps(study: Study) -> tuple[tuple[int, int], ...]:
+    """Size and time of the files that state a study."""
+    return tuple((told.st_size, told.st_mtime_ns) for told in (file.stat() for file in study.stated_in()))
 
 
 FEW = 4

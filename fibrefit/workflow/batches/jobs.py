@@ -14,6 +14,7 @@ from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
+from fibrefit.study.rigs.common import RecordTable
 from fibrefit.workflow.batches.item import Job, Origin, loaded
 
 Each = Literal["record", "study"]
@@ -24,12 +25,20 @@ class RecordConditions(NamedTuple):
 
     Parameters
     ----------
-    values : mapping of str to float
+    values, errors : mapping of str to float
+        Errors only of those that are not known exactly.
     units : mapping of str to str
     """
 
     values: dict[str, float]
+    errors: dict[str, float]
     units: dict[str, str]
+
+    def headed(self) -> tuple[dict[str, float], dict[str, float]]:
+        """Values and errors by names with their units: ``lift [m]``."""
+        heads = {name: name if unit == "-" else f"{name} [{unit}]" for name, unit in self.units.items()}
+        values, errors = ({heads[name]: one for name, one in of.items()} for of in (self.values, self.errors))
+        return values, errors
 
 
 def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) -> list[Origin]:
@@ -184,7 +193,7 @@ def record_conditions(jobs: Sequence[Job]) -> dict[str, RecordConditions]:
     """What is known of the records that were identified by themselves; nothing of those that cannot be read."""
     from fibrefit.workflow.together.conditions import stated_conditions, units_of_conditions
 
-    records: dict[str, object] = {}
+    records: dict[str, RecordTable] = {}
     units: dict[str, str] = {}
     for job in jobs:
         if job.record is None:
@@ -193,17 +202,10 @@ def record_conditions(jobs: Sequence[Job]) -> dict[str, RecordConditions]:
             study = job.study
             records[job.name] = study.records[0]
             units |= units_of_conditions(study)
-    found = {name: RecordConditions({}, {}) for name in records}
+    found = {name: RecordConditions({}, {}, {}) for name in records}
     for one in stated_conditions(units, list(records.values())):
-        for name, value in zip(records, one.values.tolist(), strict=True):
+        for name, value, error in zip(records, one.values.tolist(), one.errors.tolist(), strict=True):
             if math.isfinite(value):
                 found[name].values[one.name], found[name].units[one.name] = value, one.unit
+                found[name].errors.update({one.name: error} if error else {})
     return found
-
-
-def headed(conditions: RecordConditions) -> dict[str, float]:
-    """Conditions by names with their units: ``lift [m]``."""
-    return {
-        name if conditions.units[name] == "-" else f"{name} [{conditions.units[name]}]": value
-        for name, value in conditions.values.items()
-    }

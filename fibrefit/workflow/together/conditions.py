@@ -11,6 +11,7 @@ from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.series.trends import BY_ORDER, Quantity
 from fibrefit.study import Study
+from fibrefit.study.rigs.common import RecordTable
 from fibrefit.workflow.together.pooled import MOTION, varying
 
 WORDS = ("excitation",)
@@ -22,7 +23,7 @@ def units_of_conditions(study: Study) -> dict[str, str]:
     return {condition.name: condition.unit for condition in rig_of(study.kind, study.variant).conditions} | MOTION
 
 
-def conditions_of_records(study: Study, records: Sequence[object]) -> tuple[Quantity, ...]:
+def conditions_of_records(study: Study, records: Sequence[RecordTable]) -> tuple[Quantity, ...]:
     """Every condition that differs between records, and their order.
 
     Parameters
@@ -35,7 +36,7 @@ def conditions_of_records(study: Study, records: Sequence[object]) -> tuple[Quan
     return varying((*stated_conditions(units_of_conditions(study), records), order))
 
 
-def stated_conditions(units: Mapping[str, str], records: Sequence[object]) -> tuple[Quantity, ...]:
+def stated_conditions(units: Mapping[str, str], records: Sequence[RecordTable]) -> tuple[Quantity, ...]:
     """Every condition that is stated of some record, in SI units; a word is one for each of its values, 1 or 0.
 
     Parameters
@@ -46,7 +47,15 @@ def stated_conditions(units: Mapping[str, str], records: Sequence[object]) -> tu
         They may be of several studies.
     """
     stated = [stated_of(record) for record in records]
-    found = [_exact(name, unit, np.array([row.get(name, np.nan) for row in stated])) for name, unit in units.items()]
+    found = [
+        Quantity(
+            name,
+            unit,
+            np.array([row.get(name, np.nan) for row in stated]),
+            np.array([record.uncertainty(name) for record in records]),
+        )
+        for name, unit in units.items()
+    ]
     for name in WORDS:
         said = [getattr(record, name, None) for record in records]
         for kind in sorted({word for word in said if word})[1:]:
@@ -83,6 +92,8 @@ def _exact(name: str, unit: str, values: np.ndarray) -> Quantity:
     return Quantity(name, unit, values, np.zeros(len(values)))
 
 
-def by_record(conditions: Sequence[Quantity], number: int) -> dict[str, float]:
-    """Conditions of one record by name."""
-    return {one.name: float(one.values[number]) for one in conditions if np.isfinite(one.values[number])}
+def by_record(conditions: Sequence[Quantity], number: int) -> tuple[dict[str, float], dict[str, float]]:
+    """Conditions of one record by name, and the errors of those that are not known exactly."""
+    known = {one.name: (float(one.values[number]), float(one.errors[number])) for one in conditions}
+    values = {name: value for name, (value, _) in known.items() if np.isfinite(value)}
+    return values, {name: error for name, (_, error) in known.items() if name in values and error > 0.0}

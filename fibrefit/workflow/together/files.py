@@ -111,8 +111,9 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
                 unit=BASE.get(parameter, "-"),
             )
         left = {key: float(one.gaps[r]) for key, one in found.left_out.items()}
+        values, errors = by_record(conditions, r)
         summaries[name] = s.SeriesRecord(
-            speeds=speeds, conditions=by_record(conditions, r), parameters=parameters, gap_left_out=left
+            speeds=speeds, conditions=values, condition_errors=errors, parameters=parameters, gap_left_out=left
         )
     return summaries
 

@@ -66,7 +66,8 @@ def _condition(name: str, items: Sequence[BatchItem]) -> Quantity:
     """A condition by its headed name, such as ``lift [m]``."""
     bare, _, unit = name.partition(" [")
     values = np.array([item.conditions.get(name, np.nan) for item in items])
-    return Quantity(bare, unit.rstrip("]") or "-", values, np.zeros(len(values)))
+    errors = np.array([item.condition_errors.get(name, 0.0) for item in items])
+    return Quantity(bare, unit.rstrip("]") or "-", values, errors)
 
 
 class PooledBatch(NamedTuple):

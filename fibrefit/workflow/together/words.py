@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fibrefit.core.units import format_number, format_quantity
+from fibrefit.series.thresholds import PREFERRED
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.speeds import span
 from fibrefit.series.together.verdict import LawCurve, Verdict
@@ -74,7 +75,7 @@ def _constant(found: Verdict, number: int) -> str:
     return (
         f"One set of parameters serves all {number} records, at speeds from {slow:.2g} to {fast:.2g} m/s ({gap}). "
         f"The best law of speed, of {tried} ({best.effects[0].name}), has a logarithm of the Bayes factor of "
-        f"{found.logs['speed_law']:.2g}; it would need 5.{_scatter(found)}"
+        f"{found.logs['speed_law']:.2g}; it would need {PREFERRED:.0f}.{_scatter(found)}"
     )
 
 
