@@ -95,7 +95,7 @@ def identified(
         seconds=1.0,
         estimator="ordinary least squares",
         why=Why("in_a_search"),
-        plain=PlainEstimate(values, 0.01 * values),
+        plain=PlainEstimate(values, 0.01 * values, np.asarray(problem.layout.local(values)), False),
     )
 
 
