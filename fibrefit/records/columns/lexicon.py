@@ -165,7 +165,9 @@ NOTHING = re.compile(
 )
 SWITCHED_ON = re.compile(r"[:=;,\t ]\s*(?:yes|on|true|ja|ein|done|ok|durchgef\w*|active|enabled)\W*$|\bby\b", re.I)
 #: One of several, in words, and a side that is the other one.
-_UP, _DOWN = r"(?:up(?:wards?)?|oben|arriba|haut|nahoru)", r"(?:down(?:wards?)?|unten|abajo|bas|dol[u\u016f])"
+_UP = r"(?:up(?:wards?)?|oben|aufw\u00e4rts|arriba|haut|nahoru|vzh\u016fru|l'alto|g\u00f3r[\u0119y])"
+_DOWN = r"(?:down(?:wards?)?|unten|abajo|bas|dol[u\u016f])"
+_POSITIVE = r"(?:positi[vf]\w*|plus|kladn\w*|dodatni\w*)"
 ONE_OF = re.compile(
     rf"\b(?:{_UP} \w+ {_DOWN}|{_DOWN} \w+ {_UP})\b|"
     r"\b(?:one|each|either|eine[rnms]?|une?|uno|jeden|jedna|jedn\w+|jednoho)\b"
@@ -176,7 +178,7 @@ ONE_OF = re.compile(
 )
 #: A side that is counted, or stands for another.
 SIDED = re.compile(
-    rf"\b{_UP}\b.*\b(?:positiv\w*|plus)\b"
+    rf"\b{_UP}\b.*\b{_POSITIVE}\b|\b{_POSITIVE}\b[^,;]*\b{_UP}\b"
     rf"|\b(?:counts?|reads?|registers?|grows?|increases?|z(?:\u00e4|ae)hlt|zeigt|cuenta|compte|conta)\b.*\b(?:{_UP}|{_DOWN}|backwards?)\b",
     re.I,
 )

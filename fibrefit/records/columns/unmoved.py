@@ -105,6 +105,8 @@ def is_name_behind_key(line: str, mark: str, names: frozenset[str]) -> bool:
     key = _KEY.match(line)
     if key is None or not re.match(r"[^\W\d_]", key[2]) or re.search(r"[:=;|\t]", key[2]):
         return False
+    if any(a.unit or not a.counted for claim in claims_of(key[1], mark) for a in claim.amounts):
+        return False
     keys, name = (tokens(without_units(text)) for text in (key[1], DESIGNATION.sub(" ", key[2])))
     if len(key[1].split()) > MOST_NAME_WORDS or any(
         tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in keys

@@ -17,17 +17,12 @@ from fibrefit.records.columns.raw import Raw, RawColumn, Told
 from fibrefit.records.columns.said import listed_channels, told_beside
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
-from fibrefit.records.files.doubts import (
-    refuse_common_factor,
-    refuse_figures,
-    told_bad,
-    with_remarks,
-)
+from fibrefit.records.files.doubts import refuse_common_factor, refuse_figures, told_bad, with_remarks
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
-from fibrefit.records.grammar.header import Header, find_header, header_cells
+from fibrefit.records.grammar.header import Header, find_header, header_cells, with_keyed_units
 from fibrefit.records.grammar.headings import bracketed_units, split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
@@ -44,6 +39,8 @@ _SINGLE_QUOTED = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\
 
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 _BESIDE = 3
+
+_WORD = re.compile(r"[^\W\d_]{3}")
 
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
@@ -83,7 +80,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *told]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
-    columns, notes, aside = _columns(rows, kinds, header, where)
+    columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside]), where)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
     refuse_common_factor(around, where)
     if len(rows.numbers) < FEWEST_ROWS:
@@ -100,7 +97,10 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
         aside=aside,
-        told=[*told_beside([*around, *skipped], header, rows, columns, aside), *_elsewhere(text, beside, columns)],
+        told=[
+            *told_beside([*around, *skipped, *_words_inside(rows, lines)], header, rows, columns, aside),
+            *_elsewhere(text, beside, columns),
+        ],
     )
 
 
@@ -118,6 +118,11 @@ def _elsewhere(text: Text, header: Sequence[str], columns: Sequence[RawColumn]) 
     """What is said outside the lines of the table: in a header of its own, on other sheets."""
     said = [*(("its header", line) for line in header), *text.beside]
     return [*(Told(place, words) for place, words in said), *listed_channels(said, columns)]
+
+
+def _words_inside(rows: Rows, lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Lines inside a table that are no rows and say something, and words behind rows."""
+    return [*((i, lines[i - 1]) for i in rows.unplaced if _WORD.search(lines[i - 1])), *rows.remarks]
 
 
 def _lines_of(named: str | Path | None) -> list[str]:

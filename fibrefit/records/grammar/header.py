@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fibrefit.core import units
 from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
-from fibrefit.records.grammar.headings import known_unit, split_heading
+from fibrefit.records.grammar.headings import known_unit, split_heading, unit_by_key
 from fibrefit.records.grammar.rows import REMARK
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import counts_rows, is_remark, kinds_named
@@ -101,6 +101,22 @@ def find_header(
     if unit_rows:
         return _header(rows, max(unit_rows), max(unit_rows))
     return None
+
+
+def with_keyed_units(header: Header, said: Sequence[str]) -> Header:
+    """Header with the units that keys of the columns' names have: ``units: {force: N, position: mm}``.
+
+    Parameters
+    ----------
+    header : Header
+        As it stands above the table.
+    said : sequence of str
+        Lines beside the table.
+    """
+    pairs = [(split_heading(name), unit) for name, unit in zip(header.names, header.units, strict=True)]
+    return replace(
+        header, units=tuple(unit or (None if own else unit_by_key(name, said)) for (name, own), unit in pairs)
+    )
 
 
 def _all_named(cells: Sequence[str]) -> bool:

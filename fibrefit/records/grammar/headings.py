@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 
 from fibrefit.core import units
 from fibrefit.records.grammar.words import kinds_named
@@ -43,8 +44,10 @@ _BEFORE = re.compile(rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7
 #: Kinds of quantity a record is made of.
 PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
 
-#: Units some loggers print in capitals; read only where the name says the same kind of quantity.
-_CAPITALS = {"S": "s", "MS": "ms", "US": "us", "M": "m", "MM": "mm", "CM": "cm", "UM": "um", "DEG": "deg"}
+#: Units that loggers print in capitals and databases in small letters; read only where the name says the same kind.
+_OTHER_CASE = {"n": "N", "kn": "kN", "S": "s", "M": "m"} | {
+    unit.upper(): unit for unit in ("ms", "us", "mm", "cm", "um", "deg")
+}
 
 
 def split_heading(text: str) -> tuple[str, str | None]:
@@ -110,8 +113,27 @@ def known_unit(name: str, unit: str) -> str | None:
         return None  # a multiple of gravity, not a gram
     if units.expression(unit) is not None:
         return unit
-    small = _CAPITALS.get(unit) or (unit.casefold() if len(unit) > 2 and units.expression(unit.casefold()) else None)
+    small = _OTHER_CASE.get(unit) or (unit.casefold() if len(unit) > 2 and units.expression(unit.casefold()) else None)
     return small if small is not None and units.kind_of(small) in kinds_named(name) else None
+
+
+def unit_by_key(name: str, said: Sequence[str]) -> str | None:
+    """Unit that a key of a column's name has, and no other: ``units: {force: N, position: mm}``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the column, which has no unit of its own.
+    said : sequence of str
+        Lines above the table.
+    """
+    if not kinds_named(name) or len(name) > LONGEST_HEADING:
+        return None
+    value = r"[\"']?\s*[:=]\s*[\"']?([^\s;,\"'}\])]+)[\"'}\])]*\s*(?:[;,]|$)"
+    key = re.compile(r"(?<![^\W_])" + re.escape(name) + value)
+    found = {unit for line in said for unit in key.findall(line)}
+    known = known_unit(name, found.pop()) if len(found) == 1 else None
+    return known if known and units.kind_of(known) in kinds_named(name) else None
 
 
 def _bracketed(text: str) -> tuple[str, str | None] | None:

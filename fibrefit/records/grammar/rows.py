@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -54,6 +54,8 @@ class Rows:
         Lines of numbers above the table that are left out.
     below : tuple of int
         Lines after the table.
+    remarks : tuple of (int, str)
+        Words behind rows, with their lines.
     cut : bool
         Whether the very last cell may have lost characters, because the file ends in the middle of a line.
     """
@@ -67,6 +69,7 @@ class Rows:
     blank: tuple[int, ...] = ()
     stray: tuple[int, ...] = ()
     below: tuple[int, ...] = ()
+    remarks: tuple[tuple[int, str], ...] = ()
     cut: bool = False
     dialect: Dialect = field(default_factory=lambda: Dialect(",", "."))
 
@@ -119,6 +122,7 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
         blank=tuple(i for i in skipped if not lines[i - 1].strip()),
         stray=stray,
         below=tuple(i + 1 for i in range(last + 1, len(lines)) if lines[i].strip()),
+        remarks=tuple(_behind(lines, numbers, dialect)),
         cut=not ended and last == len(lines) - 1,
         dialect=dialect,
     )
@@ -181,6 +185,15 @@ def _collect(
         skipped.insert(0, numbers.pop(0))
         rows.pop(0)
     return list(zip(*rows, strict=True)), numbers, unplaced, skipped
+
+
+def _behind(lines: Sequence[str], numbers: Sequence[int], dialect: Dialect) -> Iterator[tuple[int, str]]:
+    """Words behind rows, beyond the last column."""
+    for number in numbers if dialect.delimiter != WHITESPACE else ():
+        if lines[number - 1].count(dialect.delimiter) >= dialect.width:
+            words = " ".join((dialect.split(lines[number - 1]) or [])[dialect.width :]).strip()
+            if words:
+                yield number, words
 
 
 def _looks_like_a_row(line: str) -> bool:
@@ -250,6 +263,11 @@ def _row(line: str, dialect: Dialect, kinds: Sequence[str]) -> list[str] | None:
     cells = dialect.split(line)
     if cells is None or len(cells) == dialect.width:
         return cells
+    beyond = cells[dialect.width :]
+    if dialect.delimiter != WHITESPACE and beyond and re.search(r"[^\W\d_]{2}", "".join(beyond)):
+        known = {kind_of_cell(cell, dialect.mark) for cell in cells[: dialect.width]}
+        if known <= {"number", "clock"} and {kind_of_cell(cell, dialect.mark) for cell in beyond} <= {"text", "empty"}:
+            return cells[: dialect.width]  # a remark behind the row
     # Only the delimiter at the end of the line is missing, which says nothing.
     if len(cells) == dialect.width - 1 and kinds[-1] == "empty" and cells[-1].strip():
         return [*cells, ""]

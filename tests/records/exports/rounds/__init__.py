@@ -6,6 +6,7 @@ from tests.records.exports.base import Export
 from tests.records.exports.rounds.eighteenth import EIGHTEENTH
 from tests.records.exports.rounds.eleventh import ELEVENTH
 from tests.records.exports.rounds.fifteenth import FIFTEENTH
+from tests.records.exports.rounds.fortieth import FORTIETH
 from tests.records.exports.rounds.fourteenth import FOURTEENTH
 from tests.records.exports.rounds.nineteenth import NINETEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
@@ -71,6 +72,7 @@ ROUNDS: dict[str, list[Export]] = {
     "thirty-seventh": THIRTYSEVENTH,
     "thirty-eighth": THIRTYEIGHTH,
     "thirty-ninth": THIRTYNINTH,
+    "fortieth": FORTIETH,
 }
 
 NOT_MET = frozenset(

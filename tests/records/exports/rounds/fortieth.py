@@ -1,0 +1,78 @@
+"""A fortieth set and one more, written by someone who had not read the program: what they say beside their numbers."""
+
+from __future__ import annotations
+
+from tests.records.exports.base import FORCE, POSITION, TIME, Kind, N, f, lines, t, u
+from tests.records.exports.rounds.written import nasty, ordinary
+
+FORTIETH = Kind()
+
+for language, head in (
+    (
+        "de",
+        "Prüfling\tAramid Ø 1,2 mm, Charge 44-17\nKraftaufnehmer\tU9C/500N, S/N 173410032, kalibriert am 12.03.2024",
+    ),
+    ("en", "# fw 1.4.2 HX-board rev C\n# ready"),
+    ("en", "Recorded by day shift, rig 4"),
+    ("fr", "N° de série capteur;FR-20871\nFiltre;désactivé"),
+    ("en", "Load cell,2580-500N, s/n 60112, cal due 2025-02-01"),
+    ("it", "Cella di carico tarata il 05/05/2022"),
+    ("en", "Zero balance,performed before recording\nSensitivity CH1,2.0012 mV/V (applied)"),
+):
+    ordinary(FORTIETH, head, language)
+
+for language, head, role, worth in (
+    ("de", "Anmerkung: Kraftanzeige war auf kp eingestellt, Spaltenkopf stammt aus der Vorlage", "force", 9.80665),
+    ("en", "# sample 31 onwards recorded at 500 Hz (memory saver)", "time", 4.0),
+    ("en", "# laser on the floor: distance laser-weight, decreases as weight falls", "position", -1.0),
+    ("en", "distance to the head: larger readings mean a higher weight", "position", -1.0),
+    ("cs", "Pozn.: poloha kladná směrem vzhůru", "position", -1.0),
+    ("it", "Nota: lo spostamento è positivo verso l'alto", "position", -1.0),
+    ("en", "Amplifier left on range 5; the values are for range 2", "force", 2.5),
+    ("en", "Load cell sensitivity 1.0 mV/V; table made with 2.0", "force", 2.0),
+    ("de", "Werte gelten je Strang, Gesamtkraft = 2 x Anzeige", "force", 2.0),
+    ("en", "# encoder wire runs over a loose block: reads double the weight's travel", "position", 0.5),
+):
+    nasty(FORTIETH, head, role, worth, language)
+
+FORTIETH.add(
+    "ordinary: ruled output of a database, names in small letters",
+    "   t_s   | force_n | pos_mm  | operator \n---------+---------+---------+----------\n"
+    + lines(lambda i: f"  {t(i)} | {f(i)} | {u(i)} | rh"),
+)
+FORTIETH.add(
+    "ordinary: units by name in front",
+    "---\nlogger: {model: U3-HV, serial: 320059112}\nunits: {time: s, force: N, position: mm}\n---\ntime,force,position\n"
+    + lines(lambda i: f"{t(i)},{f(i)},{u(i)}"),
+)
+FORTIETH.add(
+    "ordinary: a remark behind one row, beyond the last column",
+    "Zeit;Kraft;Weg\ns;N;mm\n" + lines(lambda i: f"{t(i)};{f(i)};{u(i)}" + (";losgelassen" if i == 20 else "")),
+)
+FORTIETH.add(
+    "nasty: a change of range told inside the table",
+    "t[s]\tF[N]\tx[mm]\n"
+    + lines(
+        lambda i: (
+            ("*** autorange: force x10 from here\n" if i == 30 else "")
+            + f"{t(i)}\t{f(i, 0.1 if i >= 30 else 1.0, 4)}\t{u(i)}"
+        )
+    ),
+    refused="autorange",
+)
+FORTIETH.add(
+    "nasty: counts under a name that nobody knows",
+    "# 1 um per count\nt [s],F [N],enc [counts]\n"
+    + lines(lambda i: f"{TIME[i]:.4f},{FORCE[i]:.3f},{round(POSITION[i] * 1e4)}", N),
+    refused="enc",
+    remedy={"channels": {"position": {"column": "enc [counts]", "scale": "0.1 um"}}},
+    rtol=1e-3,
+)
+FORTIETH.add(
+    "nasty: a sentence with a unit above headings without",
+    "Instrument: stroke channel imperial (in), load channel metric (N), time s\n\nTIME,LOAD,STROKE\n"
+    + lines(lambda i: f"{TIME[i]:.4f},{FORCE[i]:.3f},{POSITION[i] / 25.4:.12f}", N),
+    refused="TIME.*LOAD.*STROKE.*units",
+    remedy={"units": {"time": "s", "force": "N", "position": "in"}},
+    rtol=1e-5,
+)
