@@ -12,6 +12,8 @@ import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
@@ -19,10 +21,11 @@ from fibrefit.records.columns.held import ReadColumn, held_columns
 from fibrefit.records.columns.judged import doubt_of, formula_in
 from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
-from fibrefit.records.columns.unmoved import DESIGNATION, opens_section
-from fibrefit.records.grammar.claims import Claim
+from fibrefit.records.columns.unmoved import DESIGNATION, is_measured, opens_section
+from fibrefit.records.grammar.claims import Amount, Claim, claims_of
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import kinds_named, score, tokens
+from fibrefit.records.thresholds import TOLD_ALIKE
 
 
 def unaccounted(
@@ -61,10 +64,13 @@ def unaccounted(
     found = _doubted(told, reads, setting.mark, where) | _made_of_others(told, columns, roles, where)
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
     unsure: dict[str, Told] = {}
+    unlike = _told_apart(told, setting.mark)
     for one, claim, asked in _unknown(told, setting.mark, names):
         if agrees(one.text, claim, setting):
             continue
-        if not asked:
+        if not (
+            asked or tuple(a for a in claim.amounts if a.unit) in unlike or any(_weighs(claim, read) for read in reads)
+        ):
             unsure.setdefault(one.place, one)
         elif is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}:
             if roles.get("time", -1) not in answered:
@@ -79,6 +85,27 @@ def unaccounted(
             if told_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
                 found.setdefault(read.role, _question(one, read, "tells another unit than that of", where))
     return found, list(unsure.values())
+
+
+def _told_apart(told: Sequence[Told], mark: str) -> frozenset[tuple[Amount, ...]]:
+    """Amounts by which one is made two of another: 500 N are 2.000 mV/V here and 2.163 mV/V there."""
+    found: dict[tuple[float, str, str], set[tuple[Amount, ...]]] = {}
+    for claim in (claim for one in told if not one.of for claim in claims_of(one.text, mark)):
+        first, *others = amounts = tuple(amount for amount in claim.amounts if amount.unit) or (Amount(0.0),)
+        if len(others) == 1:
+            found.setdefault((first.value, first.unit, others[0].unit), set()).add(amounts)
+    return frozenset(amounts for several in found.values() if len(several) > 1 for amounts in several)
+
+
+def _weighs(claim: Claim, read: ReadColumn) -> bool:
+    """Whether the force begins at the weight of a mass that is told of the sensor: it hangs below it."""
+    values = read.column.numbers.values[np.isfinite(read.column.numbers.values)]
+    if read.kind != "force" or read.unit is None or not values.size or not any(map(is_measured, tokens(claim.about))):
+        return False
+    start = abs(float(np.median(values[: len(values) // 50 + 1]))) * registry.to_si(read.unit, "N")
+    kilogram = registry.to_si("kgf", "N")
+    weights = [kilogram * a.value * registry.to_si(a.unit, "kg") for a in claim.amounts if a.kind == "mass"]
+    return any(max(start, weight) <= TOLD_ALIKE * min(start, weight) for weight in weights if start > 0)
 
 
 def _doubted(told: Sequence[Told], reads: Sequence[ReadColumn], mark: str, where: str) -> dict[str, DataError]:

@@ -93,7 +93,7 @@ PHRASES = re.compile(
     r"(?:\+/-|\u00b1)\s*[\d.,]+\s*[^\s;,]*|\b(?:n[or](?=\.? ?\d)|missing values?"
     r"|no ?data value|(?:per|pro) (?:second|sekunde)|scale divisions?|and +\d+ more"
     r"|(?:night|day|late|early|morning|evening)[- ]?shift|shift\W+(?:night|day|late|early|morning|evening|[1-3a-d])"
-    r"|twice (?:in|during|before|after|a)"
+    r"|(?-i:[A-Z]+\d\w*) plus|twice (?:in|during|before|after|a)"
     r"|raw data|rohdaten|reading mode|every sample stored|all samples|some words|real[- ]?time|no averag\w*"
     r"|(?:laboratory|kitchen|digital) scale|gain set by factory|offset of the laser from the axis|not used"
     r"|[\w-]+\.(?:jpe?g|png|mp4|mov|avi|csv|txt|dat|py|m|vi|log|xlsx?)|[a-z]+_\d+|(?-i:[A-Z]{1,6}-\d{2,}[A-Z]*)"

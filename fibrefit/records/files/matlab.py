@@ -180,7 +180,8 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
             yield from _columns(value, f"{header}.")
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1:
             unit = given if isinstance(given, str) and not _is_other(key, given) else _unit_of(given, key)
-            unit = unit and _SINCE.sub("", unit)
+            beside = next((said for name in UNITS if isinstance(said := tree.get(f"{key}_{name}"), str)), None)
+            unit = (unit or beside) and _SINCE.sub("", unit or beside or "")
             worth = tree.get(WORTH, {}).get(key, "") or worth_told(
                 _beside(tree, "" if _is_bare(header) else key), value
             )

@@ -179,10 +179,11 @@ def _step_beside(lines: list[str]) -> tuple[list[str], list[str]]:
         or tuple(map(str.casefold, rows[0][-2:])) != ("start", "increment")
     ):
         return lines, []
-    if len(lines[2].split(",")) >= len(rows[0]) or any(kind_of_cell(cell, ".") != "number" for cell in rows[1][-2:]):
+    if len(rows[2]) >= len(rows[0]) or any(kind_of_cell(cell, ".") != "number" for cell in rows[1][-2:]):
         return lines, []
     told = [f"{name} = {cell}" for name, cell in zip(rows[0][-2:], rows[1][-2:], strict=True)]
-    return [",".join(rows[0][:-2]), ",".join(rows[1][:-2]), *lines[2:]], told
+    behind = "," * (len(lines[2]) - len(lines[2].rstrip(",")))
+    return [",".join(rows[0][:-2]), ",".join(rows[1][:-2]), *(line.removesuffix(behind) for line in lines[2:])], told
 
 
 def _header_beside(lines: list[str]) -> tuple[list[str], list[str]]:

@@ -30,7 +30,7 @@ _SAMPLING = (
 #: The time of these is that between samples; that of an acquisition, a log or a record is its length.
 _ONE_SAMPLE = r"(?:sampl\w*|abtast\w*|scan)"
 _RATE_KEYS = (
-    rf"fs|f s|f sample|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
+    rf"fs|f s|f sample|cadence|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
     r"|samples per second|s/s|vzorkovaci frekvence|frekvence vzorkovani|frequence d.echantillonnage"
     r"|frequenza di campionamento|frecuencia de muestreo|sr"
 )

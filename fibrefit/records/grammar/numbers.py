@@ -92,6 +92,10 @@ class Numbers:
 EXPONENT, EMPTY_WHOLE = 1000, 100
 
 
+#: Between groups of three digits: it is no decimal mark anywhere.
+_APOSTROPHE = re.compile(r"(?<=\d)['\u2019](?=\d{3}(?!\d))")
+
+
 def parse_column(texts: Sequence[str], mark: str, lines: np.ndarray, where: str) -> Numbers:
     """Numbers of a column of cells.
 
@@ -130,7 +134,7 @@ def parse_column(texts: Sequence[str], mark: str, lines: np.ndarray, where: str)
 def _one_by_one(texts: Sequence[str], mark: str, lines: np.ndarray, where: str) -> Numbers:
     values = np.full(len(texts), np.nan)
     reasons = np.zeros(len(texts), np.uint8)
-    cleaned = [clean(text) for text in texts]
+    cleaned = [_APOSTROPHE.sub("", clean(text)) for text in texts]
     number, grouped = NUMBER[mark], []
     for i, text in enumerate(cleaned):
         if number.fullmatch(text):

@@ -17,6 +17,7 @@ for language, head in (
     ("fr", "N° de série capteur;FR-20871\nFiltre;désactivé"),
     ("en", "Load cell,2580-500N, s/n 60112, cal due 2025-02-01"),
     ("it", "Cella di carico tarata il 05/05/2022"),
+    ("en", "Model Number,SDS2104X Plus\nSoftware Version,1.3.9R6"),
     ("en", "Zero balance,performed before recording\nSensitivity CH1,2.0012 mV/V (applied)"),
 ):
     ordinary(FORTIETH, head, language)
@@ -29,6 +30,7 @@ for language, head, role, worth in (
     ("cs", "Pozn.: poloha kladná směrem vzhůru", "position", -1.0),
     ("it", "Nota: lo spostamento è positivo verso l'alto", "position", -1.0),
     ("en", "Amplifier left on range 5; the values are for range 2", "force", 2.5),
+    ("en", "Force channel setup: 500 N = 1 mV/V\nCertificate of cell 88213: 500 N = 2.0 mV/V", "force", 2.0),
     ("en", "Load cell sensitivity 1.0 mV/V; table made with 2.0", "force", 2.0),
     ("de", "Werte gelten je Strang, Gesamtkraft = 2 x Anzeige", "force", 2.0),
     ("en", "# encoder wire runs over a loose block: reads double the weight's travel", "position", 0.5),
@@ -75,4 +77,19 @@ FORTIETH.add(
     refused="TIME.*LOAD.*STROKE.*units",
     remedy={"units": {"time": "s", "force": "N", "position": "in"}},
     rtol=1e-5,
+)
+FORTIETH.add(
+    "ordinary: apostrophes between thousands",
+    "Zeit (s);Kraft (N);Weg (\u00b5m)\n" + lines(lambda i: f"{t(i)};1'{f(i).zfill(7)};{u(i, 1000, 1)}"),
+    force=FORCE + 1000.0,
+)
+FORTIETH.add(
+    "ordinary: a scope's start and step beside the headings, rows that end in separators",
+    "X,CH1,CH2,Start,Increment,\nSequence,N,mm,-2.000000e-01,5.000000e-04\n" + lines(lambda i: f"{i},{f(i)},{u(i)},,"),
+)
+FORTIETH.add(
+    "nasty: what hangs below the cell weighs what the force begins at",
+    "Nota;sotto la cella pende l'attrezzo (1,28 kg), il suo peso è compreso nella lettura\n"
+    "tempo [s];forza [N];posizione [mm]\n" + lines(lambda i: f"{t(i)};{f(i)};{u(i)}".replace(".", ",")),
+    refused="attrezzo",
 )
