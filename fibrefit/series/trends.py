@@ -10,8 +10,8 @@ out, is named and left out; significance is corrected for all looks (Holm).
 
 Source
 ------
-York et al., Am. J. Phys. 72 (2004); Paule and Mandel, J. Res. NBS 87 (1982); Knapp and Hartung, Stat. Med. 22 (2003);
-Holm, Scand. J. Stat. 6 (1979).
+York et al., Am. J. Phys. 72 (2004); Fuller, Measurement Error Models (1987), section 1.2; Paule and Mandel, J. Res. NBS
+87 (1982); Knapp and Hartung, Stat. Med. 22 (2003); Holm, Scand. J. Stat. 6 (1979).
 """
 
 from __future__ import annotations
@@ -165,6 +165,7 @@ class _Line:
     fit: object
     middle: float
     tau: float
+    wider: float
 
 
 def _line(x: np.ndarray, y: np.ndarray, u: np.ndarray, s: np.ndarray) -> _Line | None:
@@ -181,7 +182,22 @@ def _line(x: np.ndarray, y: np.ndarray, u: np.ndarray, s: np.ndarray) -> _Line |
     # What is left has no part along the places nearest to the records: a regression on these has this slope and error.
     left = y - np.average(y, weights=near.weights) - near.slope * (x - middle)
     fitted = np.average(y, weights=near.weights) + near.slope * centred + left
-    return _Line(_regression(centred, fitted, near.weights), middle, tau)
+    return _Line(_regression(centred, fitted, near.weights), middle, tau, _wider(near, u))
+
+
+def _wider(near: Nearest, u: np.ndarray) -> float:
+    """Variance of the slope over that of a regression on where records most probably are.
+
+    They are not exactly there, and how much records scatter is found from the same distances as the slope: for equal
+    errors this is Fuller's variance. Infinite where errors of the condition alone explain how it differs.
+    """
+    blurred = near.weights * u**2
+    seen = float(near.weights @ near.x**2)
+    told = seen - float(blurred @ (1.0 - blurred * near.slope**2))
+    if told <= 0.0:
+        return np.inf
+    by_scatter = near.slope * float(near.weights @ blurred) / float(near.weights.sum())
+    return seen * (seen + 2.0 * len(u) * by_scatter**2) / told**2
 
 
 def _regression(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> object:
@@ -281,7 +297,7 @@ def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[
     # No narrower than the errors that are known make it.
     wide = max(1.0, float(fit.scale)) / max(float(fit.scale), 1e-300)  # type: ignore[attr-defined]
     level, slope = (float(v) for v in fit.params)  # type: ignore[attr-defined]
-    slope_error = float(fit.bse[1]) * np.sqrt(wide)  # type: ignore[attr-defined]
+    slope_error = float(fit.bse[1]) * float(np.sqrt(wide * line.wider))  # type: ignore[attr-defined]
     chance = 2.0 * float(t.sf(abs(slope) / max(slope_error, 1e-300), freedom))
     half = float(t.ppf(0.975, freedom)) * slope_error
     return Trend(

@@ -113,3 +113,32 @@ def test_errors_of_conditions_do_not_draw_a_slope_to_nil() -> None:
     # The negative control: errors that are not told of.
     assert np.median(slopes[1]) < 0.8 * 200.0
     assert holds[1] < 0.7
+
+
+def surely(told: float, number: int, scatter: float = 0.3) -> Trend:
+    """A slope of 200 of many records, whose lift differs by 4 mm and was read with an error of 3 mm."""
+    random = np.random.default_rng(9)
+    true = 0.01 + 4e-3 * random.standard_normal(number)
+    read = true + 3e-3 * random.standard_normal(number)
+    values = 25.0 + 200.0 * true + scatter * random.standard_normal(number)
+    y = Quantity("damping", "N s/m", values, np.full(number, 0.1))
+    line = trend_of([str(n) for n in range(number)], y, Quantity("lift", "m", read, np.full(number, told)))
+    assert line is not None
+    return line
+
+
+def test_a_slope_is_as_uncertain_as_fuller_has_it() -> None:
+    """His variance (1.2.27) of equal errors, where how much records scatter is not known beforehand."""
+    number, blur, true = 2000, 3e-3, 4e-3**2
+    left = 0.3**2 + (200.0 * blur) ** 2
+    variance = (left / true + (left * blur**2 + 200.0**2 * blur**4) / true**2) / number
+    line = surely(blur, number)
+    # How the lift of 2000 records differs, less the errors, is known to 5 %, and the variance goes with its square.
+    assert line.slope_error == pytest.approx(variance**0.5, rel=0.12)
+    assert line.slope_interval_95[0] < 200.0 < line.slope_interval_95[1]
+
+
+def test_of_a_condition_that_differs_by_its_errors_alone_no_slope_is_sure() -> None:
+    line = surely(6e-3, NUMBER)
+    assert not line.slope_interval_95[0] > 0.0
+    assert not line.found

@@ -49,7 +49,7 @@ def tidy_rows(
     conditions: Sequence[Quantity],
     shrunk: Mapping[str, Mapping[str, Measure]],
 ) -> list[dict[str, object]]:
-    """One row a record and parameter: value, error, unit, and every condition.
+    """One row a record and parameter: value, error, unit, every condition, and errors of those that have one.
 
     Parameters
     ----------
@@ -68,11 +68,16 @@ def tidy_rows(
             "std_error": float(parameter.errors[r]),
             "unit": parameter.unit,
             **_drawn(shrunk.get(name, {}).get(parameter.name)),
-            **{one.name if one.unit == "-" else f"{one.name} [{one.unit}]": float(one.values[r]) for one in conditions},
+            **{_headed(one.name, one.unit): float(one.values[r]) for one in conditions},
+            **{_headed(f"{x.name} std_error", x.unit): float(x.errors[r]) for x in conditions if x.errors.any()},
         }
         for r, name in enumerate(names)
         for parameter in parameters
     ]
+
+
+def _headed(name: str, unit: str) -> str:
+    return name if unit == "-" else f"{name} [{unit}]"
 
 
 def _drawn(found: Measure | None) -> dict[str, float]:
