@@ -1,4 +1,4 @@
-"""A fortieth set and one more, written by someone who had not read the program: what they say beside their numbers."""
+"""The fortieth to forty-third sets, written by somebody who had not read the program: what they say beside their numbers."""
 
 from __future__ import annotations
 
@@ -93,3 +93,41 @@ FORTIETH.add(
     "tempo [s];forza [N];posizione [mm]\n" + lines(lambda i: f"{t(i)};{f(i)};{u(i)}".replace(".", ",")),
     refused="attrezzo",
 )
+FORTIETH.add(
+    "ordinary: remarks and headings behind semicolons above columns of blanks",
+    "; ---------------------\n; Fibre drop rig - Department of Textile Machines\n"
+    "; Thank you for using RigLog. Support: riglog@example.org\n; ---------------------\n; t/s      F/N      x/mm\n"
+    + lines(lambda i: f"  {t(i)}    {f(i)}   {u(i)}"),
+)
+FORTIETH.add(
+    "nasty: the newest sample on top",
+    "Ring buffer dump, most recent sample on top, 2000 S/s\nforce N, position mm\n"
+    + lines(lambda i: f"{f(N - 1 - i)}, {u(N - 1 - i)}"),
+    options={"rate": 2000.0},
+    refused="most recent",
+)
+FORTIETH.add(
+    "nasty: three decimals that are not printed",
+    "FORMAT I10,I10 WITH 3 IMPLIED DECIMALS, 2000 HZ\n   FORCE N    POS MM\n"
+    + lines(lambda i: f"{round(FORCE[i] * 1000):10d}{round(POSITION[i] * 1000):10d}"),
+    options={"rate": 2000.0},
+    refused="IMPLIED",
+    rtol=1e-3,
+)
+FORTIETH.add(
+    "nasty: a note on increments from row to row",
+    "# encoder read-and-reset: each row holds the travel since the previous row\ntime_s,force_N,position_mm\n"
+    + lines(lambda i: f"{t(i)},{f(i)},{POSITION[i] - (POSITION[i - 1] if i else 0.0):.4f}"),
+    refused="encoder read-and-reset",
+)
+for worded, worth in (
+    ("# effort: moyenne glissante sur les 16 derniers échantillons; position non filtrée", 1.0),
+    ("OJO: el mando de ganancia estaba en 5 y no en 10; duplicar la fuerza", 2.0),
+):
+    FORTIETH.add(
+        f"nasty: {worded}",
+        worded + "\ntime [s],force [N],position [mm]\n" + lines(lambda i, k=worth: f"{t(i)},{f(i, 1 / k, 6)},{u(i)}"),
+        refused=worded[:10],
+        absent=("force",) if worth == 1.0 else (),
+        rtol=1e-5,
+    )
