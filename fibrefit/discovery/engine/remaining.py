@@ -1,26 +1,30 @@
 """The noise a hypothesis leaves: its residuals, and what was fitted takes along put back.
 
 Errors of inputs that are eliminated, and values that are fitted, take noise along: most of it where the noise is slow
-and the records have few periods of it. What is left would be told too small, and with it every error bar.
+and the records have few periods of it. What is left would be told too small, and with it every error bar. What is there
+but is no noise, a jump that no spectrum holds, is left out: taken for slow noise, it would hide itself.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import jax
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import residual_rows
+from fibrefit.discovery.engine.thresholds import ALARM
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.engine.yardstick import Yardstick
 from fibrefit.problem.estimate.normal_equations import local_grams
 from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, drawn_about, spread_about
-from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
+from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
 from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import noise_of_residuals
+from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 
 
 @jax.jit
@@ -41,7 +45,19 @@ def remaining_noise(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) 
     """
     problem = with_steps(weighed.supermodel.problem, dict(yardstick.steps))
     best = residuals_of(yardstick, weighed, counts, DRAWS_OF_ERRORS)
-    return noise_of_residuals(problem, spread_about(best, changes_of(yardstick, weighed, counts)))
+    changes = changes_of(yardstick, weighed, counts)
+
+    def noise(shifts: Sequence[LevelShift] = ()) -> tuple[Noise, ...]:
+        return noise_of_residuals(problem, spread_about(without_shifts(best, shifts, counts), changes))
+
+    def shifts(whitening: BlockFilter) -> list[LevelShift]:
+        channels = enumerate(problem.model.rig.channels)
+        fine = {c for c, channel in channels if channel not in yardstick.steps}
+        return [one for one in level_shifts(whitening, best[0], counts) if one.channel in fine]
+
+    # Noise that takes jumps for its own hides them: they are looked for again in that which they are no part of.
+    free = in_blocks(whitening_of(problem, noise(shifts(yardstick.whitening))))
+    return noise([one for one in shifts(free) if one.probability < ALARM])
 
 
 def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, draws: int = 1) -> np.ndarray:

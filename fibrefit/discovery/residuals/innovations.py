@@ -31,9 +31,9 @@ from fibrefit.discovery.engine.thresholds import (
     SLOW_BELOW,
 )
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.residuals.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
+from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.problem.noise.spectrum import Noise, periodogram
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.rigs.signals.rest import rests

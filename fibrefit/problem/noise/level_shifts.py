@@ -31,12 +31,15 @@ class LevelShift(NamedTuple):
     record, channel, sample : int
     probability : float
         Of one as likely anywhere in it, if there is only noise.
+    height : float
+        In units of the noise.
     """
 
     record: int
     channel: int
     sample: int
     probability: float
+    height: float
 
 
 CLOSE, MOST = 8, 500
@@ -65,16 +68,26 @@ def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarr
             continue
         own = BlockFilter(*(part[:, record : record + 1] for part in jax.tree.leaves(whitening)))
         parts = np.array_split(instants, -(-len(instants) // AT_ONCE))
-        sizes = np.concatenate([_sizes(own, row[:, :count], part) for part in parts])
-        for channel, size in enumerate(sizes.T):
+        told = np.concatenate([_heights(own, row[:, :count], part) for part in parts], axis=1)
+        for channel, (height, error) in enumerate(np.moveaxis(told, 2, 0)):
+            size = np.abs(height) / error
             worst = int(np.argmax(size))
             chance = min(1.0, 2.0 * len(size) * float(norm.sf(size[worst])))
-            found.append(LevelShift(record, channel, int(instants[worst]), chance))
+            found.append(LevelShift(record, channel, int(instants[worst]), chance, float(height[worst])))
     return found
 
 
-def _sizes(whitening: BlockFilter, row: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    """Heights of jumps at instants over their standard errors, ``(n_instant, n_channel)``.
+def without_shifts(residuals: np.ndarray, shifts: Sequence[LevelShift], counts: np.ndarray) -> np.ndarray:
+    """Residuals ``(..., n_record, n_channel, n_time)`` with jumps taken off; masked samples stay zero."""
+    left = residuals.copy()
+    for one in shifts:
+        after = left[..., one.record, one.channel, one.sample : counts[one.record]]
+        after -= np.where(after != 0.0, one.height, 0.0)
+    return left
+
+
+def _heights(whitening: BlockFilter, row: np.ndarray, instants: np.ndarray) -> np.ndarray:
+    """Heights of jumps at instants and their standard errors, ``(2, n_instant, n_channel)``.
 
     Noise may be louder about an instant than elsewhere: the error is no less than what is left there says by itself.
     """
@@ -84,7 +97,7 @@ def _sizes(whitening: BlockFilter, row: np.ndarray, instants: np.ndarray) -> np.
     seen = np.maximum(np.sum(shapes**2, axis=2), 1e-300)
     height = np.sum(shapes * innovations, axis=2) / seen
     scatter = np.sum(shapes**2 * (innovations - height[:, :, None] * shapes) ** 2, axis=2)
-    return np.asarray(np.abs(height) * seen / np.sqrt(np.maximum(seen, scatter)))
+    return np.stack([height, np.sqrt(np.maximum(seen, scatter)) / seen])
 
 
 def joint_probability(found: Sequence[LevelShift]) -> float:

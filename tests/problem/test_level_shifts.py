@@ -8,8 +8,8 @@ import pytest
 
 from fibrefit.discovery.engine.thresholds import ALARM
 from fibrefit.discovery.residuals.innovations import Alarm
-from fibrefit.discovery.residuals.level_shifts import CLOSE, joint_probability, level_shifts
 from fibrefit.problem.noise.blocks import BLOCK, BlockFilter
+from fibrefit.problem.noise.level_shifts import CLOSE, joint_probability, level_shifts
 from fibrefit.report.sentences.discovery import discovery_sentence
 
 RECORDS, SAMPLES = 5, 1600
