@@ -17,6 +17,7 @@ from fibrefit.discovery import comparison, conclusion
 from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
+from fibrefit.discovery.engine import remaining
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
@@ -294,6 +295,26 @@ def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[...
     assert np.mean(fresh[valid] ** 2) == pytest.approx(1.0, abs=0.03)
     # The negative control: in noise that is told twice as large, innovations are half as large.
     assert np.mean(stale[valid] ** 2) == pytest.approx(0.25, abs=0.01)
+
+
+def test_noise_holds_no_jumps(case: Callable[..., Case], monkeypatch: pytest.MonkeyPatch) -> None:
+    made, own = case(0.0), remaining.residuals_of
+    scales = made.search.scales
+    at = np.linspace(0.3, 0.7, len(scales.context.whole)) * scales.context.whole
+
+    def jumping(*of: Any) -> np.ndarray:
+        residuals = own(*of).copy()
+        after = np.arange(residuals.shape[-1]) >= at[:, None]
+        residuals[:, :, 0] += np.where(after & (residuals[:, :, 0] != 0.0), 0.6, 0.0)
+        return residuals
+
+    slow = lambda: scales.noise(made.base)[0].density(np.array([1.0]))[0]  # noqa: E731
+    quiet_one = slow()
+    monkeypatch.setattr(remaining, "residuals_of", jumping)
+    assert slow() < 1.5 * quiet_one
+    # The negative control: a spectrum takes jumps that are not looked for as slow noise.
+    monkeypatch.setattr(remaining, "level_shifts", lambda *of: [])
+    assert slow() > 5.0 * quiet_one
 
 
 def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callable[..., Case]) -> None:
