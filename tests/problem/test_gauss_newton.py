@@ -49,6 +49,26 @@ def test_the_mode_is_that_of_a_dense_solve(scattering: tuple[int, ...]) -> None:
     assert found.steps <= 4
 
 
+def test_where_slopes_are_no_numbers_nothing_is_promised() -> None:
+    # Those that were predicted on the way are; those simulated at its end are not, though the motion has a cost.
+    of, linear = unknowns(()), Linear.drawn(1, TRUTH)
+
+    class Predicted:
+        exact = False
+
+        def renew(self) -> None:
+            self.exact = True
+
+        def __call__(self, *of: np.ndarray) -> np.ndarray:
+            found = linear.gram(*of).copy()
+            if self.exact:
+                found[:, 0, :-1] = found[:, :-1, 0] = np.inf
+            return found
+
+    found = mode(of, begun(of), Predicted(), np.zeros(0), ARRIVED)
+    assert found.normal.cost == found.promised == np.inf
+
+
 def test_matrices_are_those_of_the_columns() -> None:
     of, linear = unknowns(), Linear.drawn(2, TRUTH)
     design, own = linear.design(of), 3

@@ -126,8 +126,9 @@ def mode(
             found, exact = _again(found, gram), True
     if not exact and np.isfinite(found.normal.cost):
         found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were predicted
-        step = step_within(found, radius)
-    if step is None:
+        step = step_within(found, radius) if np.isfinite(found.normal.cost) else None
+    # Slopes that were predicted may be numbers where those that are simulated are none.
+    if step is None or not np.isfinite(found.normal.cost):
         return replace(found, promised=np.inf)
     return replace(found, promised=step.promised, unmet=max(step_within(found, np.inf).promised, 0.0))
 

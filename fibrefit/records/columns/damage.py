@@ -111,6 +111,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
     run = values[rows]
     if run.size < 20 or np.ptp(run) == 0:
         return masks
+    ends = float(run.min()), float(run.max())
     starts, lengths = _runs_of_equals(run)
     noisy = _is_noisy(run, lengths)
     kept = _kept_in_a_step(_parts(run)) if noisy else 0.0
@@ -118,7 +119,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
     for which in np.flatnonzero(lengths >= SHORTEST_RUN).tolist():
         start, length = int(starts[which]), int(lengths[which])
         level = float(run[start])
-        extreme = level in (run.max(), run.min())
+        extreme = level in ends
         if noisy:
             if length <= _longest_by_chance(lengths, which, kept):
                 continue
@@ -127,7 +128,7 @@ def flat_stretches(values: np.ndarray, resolution: float) -> Flat:
                 (masks.saturated if level else masks.at_zero)[rows[run == level]] = True
             else:
                 masks.stuck[rows[start : start + length]] = True
-        elif extreme and abs(level) > AT_ZERO * np.ptp(run) and _stops_dead(run, start, length, resolution):
+        elif extreme and abs(level) > AT_ZERO * (ends[1] - ends[0]) and _stops_dead(run, start, length, resolution):
             dead.setdefault(level, []).append((start, length))
     for stops in dead.values():
         short = [stop for stop in stops if _is_short(stop, run.size)]
