@@ -13,7 +13,7 @@ import re
 import numpy as np
 
 from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
-from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, Numbers
+from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, EXPONENT, Numbers
 from fibrefit.records.grammar.tokens import NUMBER
 from fibrefit.records.thresholds import ALIKE_WRITTEN, FAR_OUT, FEWEST_WRITTEN, LOST_MARK, PUT_BACK, ROUND_BY_CHANCE
 
@@ -92,10 +92,16 @@ def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
     if not odd.any() or odd.sum() > (1 - ALIKE_WRITTEN) * rows.sum():
         return np.zeros(shapes.size, bool)
     # A held weight repeats one number: only different ones show how often a last digit is zero.
-    distinct, short = (len({numbers.texts[i] for i in np.flatnonzero(mask).tolist()}) for mask in (rows, odd))
+    distinct, short = (_distinct(numbers, mask) for mask in (rows, odd))
     # Python prints the last zero of 1.0 and not that of 0.50: how the usual ones are written tells.
     complete = _keeps_zeros(numbers, rows & ~odd) or _too_few_to_be_round(short, distinct)
     return odd if complete else np.zeros(shapes.size, bool)
+
+
+def _distinct(numbers: Numbers, rows: np.ndarray) -> int:
+    """How many different numbers are written, one with another number of decimals being another."""
+    shapes = np.unique(numbers.shapes[rows])
+    return sum(np.unique(numbers.values[rows & (numbers.shapes == shape)]).size for shape in shapes)
 
 
 def _usual(shapes: np.ndarray) -> int:
@@ -114,8 +120,11 @@ def _mark_lost(numbers: Numbers) -> np.ndarray:
 
 def _keeps_zeros(numbers: Numbers, rows: np.ndarray) -> bool:
     """Whether decimals that are zero are printed: else a short number is a round one."""
-    texts = [numbers.texts[i] for i in np.flatnonzero(rows).tolist()]
-    mantissas = [re.split("[eEdD]", text)[0] for text in texts]
+    # Of numbers without an exponent only those with a zero at the end, by their value, need be looked at.
+    shapes = numbers.shapes
+    last = np.rint(np.where(rows, numbers.values, 1.0) * 10.0 ** (shapes % EMPTY_WHOLE)) % 10
+    texts = (numbers.texts[i] for i in np.flatnonzero(rows & ((last == 0) | (shapes >= EXPONENT))).tolist())
+    mantissas = (re.split("[eEdD]", text)[0] for text in texts)
     return any(numbers.mark in text and text.endswith("0") for text in mantissas)
 
 
