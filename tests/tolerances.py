@@ -57,7 +57,7 @@ REASONS: dict[str, dict[str, str]] = {
     "records.columns.judged": {"1e-09": ROUNDING},
     "records.files.block": {"_LONG": WORK},
     "records.files.matlab_sizes": {"DEEPEST": WORK, "_PART": WORK},
-    "records.grammar.digits": {"EMPTY_WHOLE": FORM},
+    "records.grammar.digits": {"EMPTY_WHOLE": FORM, "EXPONENT": FORM},
     "records.grammar.phrases": {"_NAMED": PAGE},
     "report.batch": {"LONGEST_NAME": PAGE, "MOST_ERRORS": PAGE, "MOST_NAMED": PAGE},
     "report.discovery": {"MOST_NAMED": PAGE},
