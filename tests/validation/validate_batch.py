@@ -293,8 +293,10 @@ def _of_memory(looks: Sequence[Look]) -> list[str]:
         )
         rows.append((after.done, f"{after.megabytes:.0f}", f"{1e3 * each:.0f} ms", f"{after.load:.1f}"))
     warm = [look.megabytes for look in _at_work(looks) if look.megabytes]
+    if not warm:
+        return table(heads, rows)
     grown = f"Memory at the end over that at a quarter: {warm[-1] / warm[0]:.3f} (asked for: at most {GOAL_OF_MEMORY})."
-    return [*table(heads, rows), *(["", grown] if warm else [])]
+    return [*table(heads, rows), "", grown]
 
 
 def main() -> None:
