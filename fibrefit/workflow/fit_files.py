@@ -10,7 +10,13 @@ import numpy as np
 from fibrefit.core.roles import PHASES
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.records import Record
-from fibrefit.report.sentences.fit import advice_sentence, estimator_sentence, fit_checks, fit_sentence
+from fibrefit.report.sentences.fit import (
+    advice_sentence,
+    estimator_sentence,
+    fit_checks,
+    fit_sentence,
+    taken_for_exact,
+)
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.speeds import speeds_of
 from fibrefit.store.hdf5 import Variable
@@ -55,9 +61,16 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         correlations=strong_correlations(found),
         statistics=statistics(found),
         findings=tuple(fit_sentence(c) for c in found.checks if c.identifier == DETERMINED and not c.passed),
-        advice=tuple(map(advice_sentence, found.advice)),
+        advice=(*map(advice_sentence, found.advice), *_taken_for_exact(study)),
         provenance=origin,
     )
+
+
+def _taken_for_exact(study: Study) -> tuple[str, ...]:
+    """What to do where records say how well their conditions are known, which a fit does not weigh."""
+    stated = {name: record.label for record in study.records for name in record.uncertainties or {}}
+    constants = type(study.rig).model_fields
+    return tuple(taken_for_exact(name, stated[name], name in constants) for name in sorted(stated))
 
 
 def strong_correlations(found: Identification) -> tuple[CorrelationSummary, ...]:

@@ -32,6 +32,7 @@ from tests.workflow import axis
 TRIED = ("guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay")
 
 
+@pytest.mark.slow
 def test_frictions_are_more_alike_than_a_friction_and_a_delay(study: Study) -> None:
     found = fibrefit.confuse(study, only=TRIED)
     assert [one.effect for one in found.confusion.directions] == list(TRIED)

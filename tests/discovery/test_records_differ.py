@@ -71,6 +71,7 @@ def test_what_records_differ_by_is_not_taken_for_errors_of_their_inputs(
     assert error_left(*far_apart) > 1.3 * error
 
 
+@pytest.mark.slow
 def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,6 +86,7 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
         assert found.gls is not None
 
 
+@pytest.mark.slow
 def test_records_that_shared_values_lose_are_each_followed_by_themselves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

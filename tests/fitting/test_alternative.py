@@ -39,8 +39,8 @@ def told(found: Identification) -> Alternative | None:
 @pytest.mark.parametrize(
     ("fault", "law", "size"),
     [
-        ({"clock": 1.05}, "study.clock", 1.0 / 1.05 - 1.0),
-        ({"clock": 0.95}, "study.clock", 1.0 / 0.95 - 1.0),
+        pytest.param({"clock": 1.05}, "study.clock", 1.0 / 1.05 - 1.0, marks=pytest.mark.slow),
+        pytest.param({"clock": 0.95}, "study.clock", 1.0 / 0.95 - 1.0, marks=pytest.mark.slow),
         ({"positions": 1.1}, "sensor.position_gain", 1.1),
     ],
     ids=str,
@@ -111,6 +111,7 @@ def test_a_sound_fit_is_not_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert of_one_drop(tmp_path).status == "ok"
 
 
+@pytest.mark.slow
 def test_a_law_is_not_put_down_to_a_statement(tmp_path: Path) -> None:
     """Hardening of the fibre, in two drops of other heights, is no fault in what the study states."""
     made_ones = made.records(effects=(Hardening,), fibre__hardening__hardening=200.0)

@@ -124,6 +124,7 @@ def test_unmasked_saturation_is_not_taken_for_a_good_model(tmp_path: Path) -> No
     assert "search" in [one.identifier for one in cut.advice]
 
 
+@pytest.mark.slow
 def test_a_robust_loss_lets_outliers_count_less(tmp_path: Path) -> None:
     random = np.random.default_rng(5)
     spiked = []

@@ -37,6 +37,7 @@ def test_nothing_hidden(tmp_path: Path) -> None:
     assert found.status == "ok"
 
 
+@pytest.mark.slow
 def test_a_hidden_effect_leaves_the_gap_it_should(tmp_path: Path) -> None:
     series = hide(DROP, ["fibre.hardening"], 23, 1.5)
     found = fit_to(series, tmp_path)

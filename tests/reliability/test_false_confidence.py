@@ -151,7 +151,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.parametrize(
+    "mistake",
+    [pytest.param(name, marks=[pytest.mark.slow] if says == "suspect" else []) for name, (_, says) in MISTAKES.items()],
+)
 def test_values_off_by_a_factor_are_failed(tmp_path: Path, mistake: str) -> None:
     """And those that are a few percent off are not, nor are those of a record without a fault."""
     given, status = MISTAKES[mistake]

@@ -171,6 +171,7 @@ def test_missing_physics_sets_off_the_alarm() -> None:
     assert found.status != "ok"
 
 
+@pytest.mark.slow
 def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
     """A start a little off leads to the same mode and is not counted twice."""
     task, values = small

@@ -46,6 +46,7 @@ def balance(fit: Fit) -> float:
     return check.statistic
 
 
+@pytest.mark.slow
 def test_what_was_put_in_is_found_again() -> None:
     found = fitted(ripple=0.0)
     for name, value in TRUE.items():

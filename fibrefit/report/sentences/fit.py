@@ -160,6 +160,16 @@ def advice_sentence(advice: Advice) -> str:
     return ADVICE[advice.identifier]
 
 
+def taken_for_exact(name: str, record: str, constant: bool) -> str:
+    """What to do where record says how well a condition is known; constant is whether the rig may state it too."""
+    said = (
+        f'This fit takes {name} for exact, though record "{record}" says how well it is known: error bars leave that '
+        "out."
+    )
+    instead = " State it under [rig] with its uncertainty: it is a parameter then, and widens what depends on it."
+    return f"{said}{instead if constant else ' Trends of a series weigh it.'}"
+
+
 ADVICE = {
     "search": 'Run "fibrefit discover" on this study: it looks for what the model lacks and names it.',
     "rest": "Let a record begin before the motion and run on after it: rests tell the noise.",
