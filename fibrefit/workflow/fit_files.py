@@ -69,8 +69,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
 def _taken_for_exact(study: Study) -> tuple[str, ...]:
     """What to do where records say how well their conditions are known, which a fit does not weigh."""
     stated = {name: record.label for record in study.records for name in record.uncertainties or {}}
-    constants = type(study.rig).model_fields
-    return tuple(taken_for_exact(name, stated[name], name in constants) for name in sorted(stated))
+    return tuple(taken_for_exact(name, stated[name], hasattr(study.rig, name)) for name in sorted(stated))
 
 
 def strong_correlations(found: Identification) -> tuple[CorrelationSummary, ...]:

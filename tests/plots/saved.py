@@ -22,7 +22,7 @@ def _records(found: Identification) -> list[Any]:
     return [SimpleNamespace(name=n, time=np.zeros(c), valid={}) for n, c in zip(names, counts, strict=True)]
 
 
-STUDY: Any = SimpleNamespace(name="drops", kind="fibre_mass")
+STUDY: Any = SimpleNamespace(name="drops", kind="fibre_mass", rig=None, records=())
 
 
 def saved_fit(found: Identification) -> tuple[Any, Any]:
