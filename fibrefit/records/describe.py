@@ -86,8 +86,12 @@ def _times(base: TimeBase) -> str:
     if base.unit is None:
         return f"{source}: from {usable[0]:.6g} to {usable[-1]:.6g}, without a known unit."
     rate = f"{format_number(base.rate, 7)} Hz" if base.uniform else f"about {format_number(base.rate)} Hz, uneven"
-    first, last = (format_quantity(float(t), "s", 6) for t in (usable[0], usable[-1]))
-    return f"{source}: {rate}, {usable.size} samples from {first} to {last}."
+    return f"{source}: {rate}, {usable.size} samples from {_instant(usable[0])} to {_instant(usable[-1])}."
+
+
+def _instant(time: float) -> str:
+    """A time in s; one that counts from 1970 to a tenth of a millisecond too."""
+    return format_quantity(float(time), "s", max(6, len(str(int(abs(time)))) + 4))
 
 
 def _lost(base: TimeBase) -> list[str]:
@@ -100,7 +104,7 @@ def _lost(base: TimeBase) -> list[str]:
 def _gaps(gaps: tuple[TimeGap, ...]) -> list[str]:
     lines = []
     for gap in gaps[:_GAPS_SHOWN]:
-        lines += _wrapped(f"Gap after {format_quantity(gap.after, 's', 6)}: {count(gap.missing, 'sample')} missing.")
+        lines += _wrapped(f"Gap after {_instant(gap.after)}: {count(gap.missing, 'sample')} missing.")
     rest = gaps[_GAPS_SHOWN:]
     if rest:
         missing = sum(gap.missing for gap in rest)

@@ -47,6 +47,12 @@ def test_dropped_zeros_and_a_held_weight_mask_nothing(read: Callable) -> None:
     assert "digit lost or doubled" not in read(texts).masked
 
 
+def test_means_of_a_few_whole_readings_mask_nothing(read: Callable) -> None:
+    """1036266.6666666666 is a third, and no digit of it is there twice; most means of two end after one decimal."""
+    sums = (1e6 + 1000 * FORCE).astype(int)
+    assert read([repr(total / (3 if i % 15 == 0 else 2)) for i, total in enumerate(sums.tolist())]).valid.all()
+
+
 def test_an_instrument_that_changes_its_range_masks_nothing(read: Callable) -> None:
     assert read([f"{f:.3f}" if f < 100 else f"{f:.2f}" for f in FORCE * 5]).valid.all()
 

@@ -89,13 +89,23 @@ def _odd_among(numbers: Numbers, rows: np.ndarray) -> np.ndarray:
     shapes = numbers.shapes
     usual = _usual(shapes[rows])
     odd = rows & (shapes != usual)
-    if not odd.any() or odd.sum() > (1 - ALIKE_WRITTEN) * rows.sum():
+    if not odd.any() or odd.sum() > (1 - ALIKE_WRITTEN) * rows.sum() or _as_it_takes(shapes[odd], usual):
         return np.zeros(shapes.size, bool)
     # A held weight repeats one number: only different ones show how often a last digit is zero.
     distinct, short = (_distinct(numbers, mask) for mask in (rows, odd))
     # Python prints the last zero of 1.0 and not that of 0.50: how the usual ones are written tells.
     complete = _keeps_zeros(numbers, rows & ~odd) or _too_few_to_be_round(short, distinct)
     return odd if complete else np.zeros(shapes.size, bool)
+
+
+def _as_it_takes(odd: np.ndarray, usual: int) -> bool:
+    """Whether decimals of the odd numbers say that as many are written as a number takes.
+
+    A character written twice is one decimal more. Means of a few whole readings end after one or two decimals, or, such
+    as a third, where those of a double end.
+    """
+    alike = odd // EMPTY_WHOLE == usual // EMPTY_WHOLE
+    return bool(2 * np.count_nonzero(alike & (odd > usual + 1)) > odd.size)
 
 
 def _distinct(numbers: Numbers, rows: np.ndarray) -> int:
