@@ -85,7 +85,8 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     members = [(i, g) for g, group in enumerate(groups) for i in group.members]
-    finished = {i: _finished(columns[i], bases[g], g, scales.get(i), notes) for i, g in members}
+    zeros = declared.zeros(channels)
+    finished = {i: _finished(columns[i], bases[g], g, scales.get(i), zeros.get(i, 0.0), notes) for i, g in members}
     places = {i: place for place, i in enumerate(finished)}
     return Table(
         path=path,
@@ -169,7 +170,9 @@ def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Gr
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of readings near the largest number there is: they are no faults
-def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, notes: list[str]) -> Column:
+def _finished(
+    column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, zero: float, notes: list[str]
+) -> Column:
     """Column in SI with all that is wrong with it masked."""
     known = None if column.unit is None else known_unit(column.name, column.unit)
     si = None if known is None else registry.si_unit(known)
@@ -179,9 +182,11 @@ def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | Non
         notes.append(f'Column "{column.header}" is scaled by {stated.text}.')
     elif column.unit is not None and si is None:
         notes.append(f'Column "{column.header}": unit "{column.unit}" is not known; the values are as in the file.')
+    if zero:
+        notes.append(f'Column "{column.header}" counts from {zero:.15g}.')
     numbers, outliers = _masked(column, base, si, notes)
     if si is not None:
-        numbers = masked_with(numbers, np.abs(numbers.values) > LARGEST_SIZE / abs(factor), "absurd")
+        numbers = masked_with(numbers, np.abs(numbers.values - zero) > LARGEST_SIZE / abs(factor), "absurd")
     valid = numbers.reasons == 0
     counts = {REASONS[c]: int(n) for c, n in enumerate(np.bincount(numbers.reasons)) if c and n}
     return Column(
@@ -189,12 +194,13 @@ def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | Non
         name=column.name,
         unit=column.unit,
         si=si,
-        values=frozen(_scaled(numbers.values, factor)),
+        values=frozen(_scaled(numbers.values - zero, factor)),
         valid=frozen(valid),
         masked=frozen_mapping(counts),
         group=group,
         outliers=tuple(map(int, outliers)),
         scale=None if scale is None else scale[0],
+        zero=zero,
         number=column.number,
     )
 

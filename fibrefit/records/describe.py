@@ -115,6 +115,7 @@ def _gaps(gaps: tuple[TimeGap, ...]) -> list[str]:
 def _column(column: Column, role: str | None) -> str:
     named = f'"{column.header}"' + (f" is the {role}" if role else "")
     unit = f"unit {column.unit}" if column.unit else "no unit"
+    unit += f", from {column.zero:.15g}" if column.zero else ""
     unit += f", scaled by {column.scale.text}" if column.scale is not None else ""
     values = column.values[column.valid]
     return f"{named}: {unit}; {_range(values, column.si)}{_reasons(column.masked)}."

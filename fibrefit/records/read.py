@@ -261,6 +261,7 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
 
 def _in_unit(column: Column) -> str:
     inside = f"in {column.unit}" if column.unit else "without a unit"
+    inside += f", from {column.zero:.15g}" if column.zero else ""
     return inside if column.scale is None else f"{inside}, scaled by {column.scale.text}"
 
 

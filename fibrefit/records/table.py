@@ -44,6 +44,8 @@ class Column:
         Rows of single samples far from their neighbours; they are valid.
     scale : Scale or None
         What one unit of the column was declared to be worth.
+    zero : float
+        Number of the column that was declared to stand for nothing, taken off before the scale.
     number : int
         Which of the file's columns it is, counted from 1; 0 where a file has no order of columns.
     """
@@ -58,6 +60,7 @@ class Column:
     group: int = 0
     outliers: tuple[int, ...] = ()
     scale: Scale | None = None
+    zero: float = 0.0
     number: int = 0
 
 
@@ -139,6 +142,7 @@ def _column_understood(column: Column) -> dict[str, Any]:
         "name": column.name,
         "unit": column.unit,
         "scale": None if column.scale is None else column.scale.text,
+        "zero": column.zero or None,
         "si": column.si,
         "group": column.group,
         "samples": int(column.values.size),

@@ -28,6 +28,12 @@ class ChannelTable(StudyTable):
         "is a parameter with that prior.",
         examples=["-200 N/V"],
     )
+    zero: StrictFloat | StrictInt | None = Field(
+        default=None,
+        description="Number of the column that stands for nothing, as a raw reading without load; it is taken off "
+        "before the scale.",
+        examples=[1034655],
+    )
 
     @field_validator("unit")
     @classmethod

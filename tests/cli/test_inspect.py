@@ -116,7 +116,7 @@ def test_nothing_is_drawn_that_nobody_asked_for(written: Run) -> None:
 
 def test_the_study_that_was_understood_can_be_written(written: Run) -> None:
     Path("volts.csv").write_text(PLAIN.replace("force [N]", "U1"))
-    scale = 'channels.force={ column = "U1", unit = "V", scale = "-200 N/V" }'
+    scale = 'channels.force={ column = "U1", unit = "V", zero = 0.25, scale = "-200 N/V" }'
     done = written("inspect", "volts.csv", "--set", scale, "--set", "rig.weight_mass=3 kg", "--write", "new/study.toml")
     assert done.code == 0
     assert "The study is in new/study.toml" in done.err
@@ -128,7 +128,7 @@ def test_the_study_that_was_understood_can_be_written(written: Run) -> None:
     assert "no inclination" in refused.err
     again = written("inspect", "new/study.toml", "--set", "rig.inclination=90 deg")
     assert again.code == 0
-    assert "scaled by -200 N/V; -2.5" in again.out
+    assert " from 0.25, scaled by -200 N/V; " in " ".join(again.out.split())
     assert written("inspect", "plain.csv", "--write", "new/study.toml").code == 2
 
 

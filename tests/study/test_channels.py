@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.scale import Scale
 from fibrefit.records import read_record
 from fibrefit.study import load_study
@@ -48,6 +48,33 @@ def test_volts_and_counts_become_newtons_and_metres(tmp_path: Path) -> None:
     assert said.model.effects == ()
 
 
+def test_a_zero_is_taken_off_before_the_scale(tmp_path: Path) -> None:
+    said = study(tmp_path, 'force = { column = "U1", unit = "V", zero = -0.05, scale = "-200 N/V" }\n' + POSITION)
+    record = read_record(tmp_path / "a.csv", **said.reading(said.records[0]))
+    assert record.channels["force"][:3] == pytest.approx([0.0, 0.2, 0.4])
+    assert 'force: column "U1 [V]" in V, from -0.05, scaled by -200 N/V.' in record.history
+    own = 'channels = { force = { column = "U1", unit = "N", zero = 1 } }'
+    said = study(tmp_path, FORCE + POSITION, own)
+    record = read_record(tmp_path / "a.csv", **said.reading(said.records[0]))
+    assert record.channels["force"][0] == pytest.approx(-1.05)
+    (tmp_path / "again.toml").write_text(said.resolved_toml())
+    assert load_study(tmp_path / "again.toml").records[0].channels == said.records[0].channels
+
+
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        ({"force": {"column": "U1", "unit": "N", "zero": float("inf")}}, "zero inf; expected a number of the column"),
+        ({"time": {"column": "time [s]", "zero": 2.0}}, "a zero of the times"),
+        ({"force": {"zero": 2.0}}, "a zero, and no column it belongs to"),
+    ],
+)
+def test_a_zero_that_is_none_is_refused(said: dict, expected: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(VOLTS)
+    with pytest.raises(DataError, match=expected):
+        read_record(tmp_path / "a.csv", channels=said)
+
+
 def test_one_record_may_differ(tmp_path: Path) -> None:
     own = 'channels = { force = { column = "U1", scale = "-100 N/V" } }'
     said = study(tmp_path, FORCE + POSITION, own)
@@ -87,7 +114,8 @@ REFUSED = {
     'force = { column = "U1", scale = "0 N/V" }': "neither zero nor infinite",
     'force = { column = "U1", scale = "2,07 N/V" }': "Write a decimal point",
     'force = { column = "U1", scale = "200 quux/V" }': 'unit "quux/V" of the scale',
-    'force = { colum = "U1" }': 'unknown key; expected one of column, unit, scale. Did you mean "column"',
+    'force = { colum = "U1" }': 'unknown key; expected one of column, unit, scale, zero. Did you mean "column"',
+    'force = { column = "U1", zero = "5 N" }': "channels.force.zero",
     "force = 3": "expected text",
     'time = { column = "time", scale = "1 +/- 0.1 s" }': "an uncertainty; expected it for force or position only",
 }

@@ -1,7 +1,8 @@
-"""What a user says of one channel: its column, the unit of its numbers, and what one of them is worth."""
+"""What a user says of one channel: its column, the unit of its numbers, which is zero, and what one is worth."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +12,7 @@ from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
 
-_KEYS = ("column", "unit", "scale")
+_KEYS = ("column", "unit", "scale", "zero")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +27,18 @@ class Channel:
         Of the numbers in the column.
     scale : Scale or None
         What one of them is worth.
+    zero : float
+        Number of the column that stands for nothing, as a raw reading without load.
     """
 
     column: str | None = None
     unit: str | None = None
     scale: Scale | None = None
+    zero: float = 0.0
 
     @classmethod
     def of(cls, role: str, said: str | Mapping[str, Any] | Channel, where: str) -> Channel:
-        """Channel from a heading, or from a table with ``column``, ``unit`` and ``scale``.
+        """Channel from a heading, or from a table with ``column``, ``unit``, ``scale`` and ``zero``.
 
         Parameters
         ----------
@@ -53,7 +57,7 @@ class Channel:
         Raises
         ------
         DataError
-            For an unknown role or key, an unknown unit, or a scale that is none.
+            For an unknown role or key, an unknown unit, or a scale or a zero that is none.
         """
         place = f'{where}, channel "{role}"'
         if role not in ROLES:
@@ -74,4 +78,14 @@ class Channel:
                 place, f'unit "{unit}"', expected, did_you_mean(str(unit), ("N", "mm", "ms", "V", "A", "counts"))
             )
         parsed = None if scale is None else Scale.parse(scale, place, error=DataError)
-        return cls(said.get("column"), None if unit is None else str(unit), parsed)
+        return cls(said.get("column"), None if unit is None else str(unit), parsed, _zero(said.get("zero"), role, place))
+
+
+def _zero(said: object, role: str, place: str) -> float:
+    if said is None:
+        return 0.0
+    if role == "time":
+        raise DataError(place, "a zero of the times", "none: a record begins with its first sample", "Drop it.")
+    if isinstance(said, bool) or not isinstance(said, int | float) or not math.isfinite(said):
+        raise DataError(place, f"zero {said!r}", "a number of the column, such as 1034655", "Write it without a unit.")
+    return float(said)

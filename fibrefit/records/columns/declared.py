@@ -176,6 +176,20 @@ class Declared:
             found[self.roles[role]] = (channel.scale, factor, ROLES[role])
         return found
 
+    def zeros(self, channels: Mapping[str, Channel]) -> dict[int, float]:
+        """Number that stands for nothing of each column that has one.
+
+        Raises
+        ------
+        DataError
+            If a zero has no column.
+        """
+        for role, channel in channels.items():
+            if channel.zero and role not in self.roles:
+                do = f'Name its column: {role} = {{ column = "...", zero = {channel.zero:.15g} }}.'
+                raise DataError(f'{self.where}, channel "{role}"', "a zero, and no column it belongs to", "its column", do)
+        return {self.roles[role]: channel.zero for role, channel in channels.items() if channel.zero}
+
     def unapplied(
         self, columns: Sequence[RawColumn], scales: Mapping[int, Scaled], said: Mapping[str, str]
     ) -> dict[str, DataError]:

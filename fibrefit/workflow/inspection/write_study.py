@@ -61,9 +61,9 @@ def _said(table: Table) -> tuple[dict[str, Any], dict[str, str]]:
     for role, place in table.roles.items():
         column = table.columns[place]
         named = column.header or f"column {column.number}"
-        if column.scale is not None:
-            unit = {"unit": column.unit} if column.unit else {}
-            channels[role] = {"column": named, **unit, "scale": column.scale.text}
+        if column.scale is not None or column.zero:
+            said = {"unit": column.unit, "scale": column.scale and column.scale.text, "zero": column.zero}
+            channels[role] = {"column": named} | {key: value for key, value in said.items() if value}
         else:
             channels[role] = named
             units |= {role: column.unit} if column.unit else {}
