@@ -138,6 +138,8 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
     determined = []
     for name, unit in PER_MASS.items():
         i = places[name]
+        if not values[i]:  # at its bound: no share of nothing is known
+            continue
         change = np.zeros(layout.size)
         change[i] = 1.0 / values[i]
         if found is not None:

@@ -75,3 +75,19 @@ def test_a_short_rest_before_a_fall_is_found(lead: int, seed: int) -> None:
     noise = random.standard_normal((2, LENGTH))
     found = rests(trace_of(0.3 * noise[0], -0.01 + fallen + 2e-5 * noise[1]))
     assert [rest for rest in found if rest.start == 0 and 64 <= rest.stop <= lead]
+
+
+@pytest.mark.parametrize("period", [24, 32, 40])
+def test_a_swing_as_long_as_a_block_is_no_rest(period: int) -> None:
+    """The mean over each of its periods is that of a mass at rest."""
+    swing = np.where(np.arange(LENGTH) < LEAD, np.sin(2.0 * np.pi * np.arange(LENGTH) / period), 0.0)
+    position = 0.05 * swing * np.exp(-np.arange(LENGTH) / LEAD)
+    found = rests(trace_of(np.zeros(LENGTH), np.round(position / 0.002) * 0.002))
+    assert all(rest.start >= LEAD - 64 for rest in found)
+    assert found
+
+
+def test_a_swing_that_is_over_within_a_block_is_no_rest() -> None:
+    swing = 0.05 * np.cos(2.0 * np.pi * np.arange(LENGTH) / 32) * np.clip(1.0 - np.arange(LENGTH) / 27.0, 0.0, None)
+    found = rests(trace_of(np.zeros(LENGTH), np.round(swing / 0.002) * 0.002))
+    assert [rest.start > 0 for rest in found] == [True]

@@ -37,7 +37,7 @@ def rests(trace: Trace) -> list[slice]:
         # What does not even agree with itself says nothing of slow noise.
         seen, ahead = 0, _run_length(_still(signals, 0), 1)
     limits = [signal.limit(seen) for signal in signals]
-    turned = [_near(signal.means[::-1], FIRST_BLOCKS, limit) for signal, limit in zip(signals, limits, strict=True)]
+    turned = [_near(signal, FIRST_BLOCKS, limit, -1) for signal, limit in zip(signals, limits, strict=True)]
     behind = _run_length(np.logical_and.reduce(turned)) * BLOCK
     found = [slice(0, ahead * BLOCK), slice(len(trace.times) - behind, len(trace.times))]
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
@@ -52,11 +52,16 @@ def first_rest(trace: Trace, got: str, expected: str, do: str) -> slice:
 
 
 class _Signal(NamedTuple):
-    """Means of the blocks of a signal, how far they part at rest in any case, and at the most where noise is slow."""
+    """Means of the blocks of a signal, how far they part at rest in any case, and at the most where noise is slow.
+
+    Of each block also how far its readings spread, beside the noise: a swing as long as a block has a mean at rest.
+    """
 
     means: np.ndarray
     least: float
     most: float
+    spreads: np.ndarray | None = None
+    noise: float = 0.0
 
     def limit(self, seen: int) -> float:
         """How far noise moves a block's mean, as the first ones show it; the fewest show little of slow noise."""
@@ -83,7 +88,11 @@ def _seen_in(signal: np.ndarray) -> _Signal:
     # within one block.
     white = max(white_noise(signal), _noise_in_blocks(signal))
     travel = float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
-    return _Signal(_means(signal), max(FAST_NOISE * white, resolution(signal)), max(DRIFT * travel, SLOW_NOISE * white))
+    least, most = max(FAST_NOISE * white, resolution(signal)), max(DRIFT * travel, SLOW_NOISE * white)
+    means = _means(signal)
+    whole = signal[: len(means) * BLOCK]
+    spreads = np.sqrt(_means((whole - np.repeat(means, BLOCK)) ** 2))
+    return _Signal(means, least, most, spreads, white)
 
 
 def _noise_in_blocks(signal: np.ndarray) -> float:
@@ -108,17 +117,24 @@ def _means(signal: np.ndarray) -> np.ndarray:
 
 def _still(signals: Sequence[_Signal], seen: int) -> np.ndarray:
     """Which blocks are like the first ones in all signals."""
-    return np.logical_and.reduce([_near(signal.means, seen, signal.limit(seen)) for signal in signals])
+    return np.logical_and.reduce([_near(signal, seen, signal.limit(seen)) for signal in signals])
 
 
-def _near(means: np.ndarray, seen: int, limit: float) -> np.ndarray:
-    """Which blocks' means agree with those of the first ones within `limit`."""
+def _near(signal: _Signal, seen: int, limit: float, way: int = 1) -> np.ndarray:
+    """Which blocks, in one `way` or from the end, are quiet and have means that agree with the first within `limit`."""
+    means = signal.means[::way]
     known = means[np.isfinite(means)]
     if not known.size:
         return np.ones(len(means), dtype=bool)
     # The motion that ends a short rest is no part of what the others are held against.
     level = known[:seen].mean() if seen else np.median(known[:SHORTEST_BLOCKS])
-    return ~(np.abs(means - level) > limit)
+    near: np.ndarray = ~(np.abs(means - level) > limit)
+    if signal.spreads is None:
+        return near
+    spreads = signal.spreads[::way]
+    quiet = np.nanmedian(spreads[:SHORTEST_BLOCKS]) if np.isfinite(spreads[:SHORTEST_BLOCKS]).any() else 0.0
+    # Slow noise spreads readings within a block about as far as it moves the means of blocks.
+    return near & ~(spreads > min(limit + SPREADS * signal.noise, SPREADS * max(quiet, signal.noise)))
 
 
 def _run_length(flags: np.ndarray, spared: int = 0) -> int:
@@ -127,6 +143,8 @@ def _run_length(flags: np.ndarray, spared: int = 0) -> int:
     for _ in range(spared):
         moving = moving & np.append(out[1:], True)
         out = np.append(out[1:], True)
+    # What would be spared is the motion where nothing else moves.
+    moving = moving if moving.any() else ~flags
     first = int(np.argmax(moving)) if moving.any() else len(flags)
     # The block in which motion begins may still look like rest: it is left out.
     return max(first - 1, 0)
