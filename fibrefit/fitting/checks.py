@@ -23,6 +23,7 @@ from fibrefit.fitting.thresholds import (
     INPUT_ERROR,
     LATE_FORCE,
     LESS_PROBABLE,
+    MINIMA_KNOWN,
     ROUGHLY,
     SETTLED_FIT,
     STARTS_AGREED,
@@ -127,10 +128,24 @@ def _excess(starts: Starts) -> float:
     return float(np.sqrt(starts.cost[others].min() / starts.cost.min())) if others.any() else np.inf
 
 
-def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Check:
-    """Whether most starts end in the best minimum, and what became of the others.
+def known_minima(starts: Starts) -> float:
+    """Probability that a further start ends in a minimum that is known.
 
-    A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it.
+    Of so many starts that ended and minima they found, all numbers and shares of minima being as likely beforehand.
+
+    Source
+    ------
+    Boender and Rinnooy Kan, Math. Program. 37 (1987): bayesian stopping rules for multistart.
+    """
+    ended, minima = int(np.sum(starts.basin >= 0)), len(set(starts.basin[starts.basin >= 0].tolist()))
+    return max(1.0 - minima * (minima + 1.0) / (ended * (ended - 1.0)), 0.0) if ended > 1 else 0.0
+
+
+def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Check:
+    """Whether most starts end in the best minimum or all minima are known, and what became of the others.
+
+    A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it. So they
+    are where many starts have found few minima.
 
     Parameters
     ----------
@@ -142,16 +157,17 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
     share = starts.agreeing / starts.tried
     excess = _excess(starts)
     few = noise and starts.agreeing >= FEW_STARTS and (excess > WORSE or nats > LESS_PROBABLE)
-    others, lost = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0))
-    counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost}
+    others, lost, known = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0)), known_minima(starts)
+    exhausted = starts.agreeing >= FEW_STARTS and known >= MINIMA_KNOWN
+    counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost, "known": known}
     return Check(
         name="starts agree",
-        passed=share >= STARTS_AGREED or few,
+        passed=share >= STARTS_AGREED or few or exhausted,
         statistic=share,
         threshold=STARTS_AGREED,
         identifier=AGREED,
         quantity="agreement of the starts (multistart)",
-        facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess},
+        facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess, "noise": few},
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.fitting.thresholds import LOOSE, SEEN, SMALL_ERROR, TIED, VAGUE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 
 PER_MASS = {"stiffness": "1/s^2", "damping": "1/s"}
@@ -63,12 +64,20 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
             mixed.append(slot.name)
         elif not np.isfinite(error):
             found.append(Weakness((slot.name,), "invisible"))
-        elif error > VAGUE * abs(values[i]) and error > SMALL_ERROR * slot.range.scale:
+        elif error > VAGUE * abs(values[i]) and error > _small(slot.range) * slot.range.scale:
             share = float(error / abs(values[i])) if values[i] else math.inf
             found.append(Weakness((slot.name,), "vague", share=share))
     given = _given_beliefs(layout, covariance)
     together = (Weakness(tuple(mixed), "combined"),) if mixed else ()
     return tuple(found) + together + _tied(layout, shared, values, given)
+
+
+def _small(limits: Range) -> float:
+    """Standard error over a typical size that says enough of a value, whatever share of it it is.
+
+    What is of either sign, such as a zero, may well be nil, and its error is no share of it.
+    """
+    return VAGUE if limits.lower < 0.0 < limits.upper else SMALL_ERROR
 
 
 def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:

@@ -43,6 +43,8 @@ NO_FACTOR = 0.1
 """Share of a parameter's typical size below which a value has no factor to be wrong by."""
 STARTS_AGREED = 0.8
 """Share of the starts that have to end in the best minimum; where fewer do, a better one may have been missed."""
+MINIMA_KNOWN = 0.95
+"""Probability that a further start would end in a minimum that is known, from which all that matter are taken to be."""
 FEW_STARTS = 2
 """Starts that have to end in a minimum that leaves only noise: one may be an accident."""
 SAME_PLACE = 1.0

@@ -83,6 +83,18 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         "2 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 1.01 times as large",
     ),
     (
+        "few minima in many starts",
+        judge.starts_agree(starts([0] * 4 + [1] * 12, [1.0] * 4 + [9.0] * 12)),
+        judge.starts_agree(starts([0] * 4 + list(range(1, 13)), [1.0] * 4 + [9.0] * 12)),
+        "a further start would find another minimum with a probability of 76 %. A better one may have been missed",
+    ),
+    (
+        "a minimum met once",
+        judge.starts_agree(starts([0] * 2 + [1] * 14, [1.0] * 2 + [9.0] * 14)),
+        judge.starts_agree(starts([0] + [1] * 15, [1.0] + [9.0] * 15)),
+        "1 of 16 starts ended in the best minimum.",
+    ),
+    (
         "one start is luck",
         judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
         judge.starts_agree(starts([0, 1, 1, 1], [1.0, 9.0, 9.0, 9.0]), noise=True),
@@ -230,13 +242,15 @@ def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:
     )
 
 
-SLOTS = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in ("a", "b", "c"))
-LAYOUT = Layout(SLOTS, ("r.csv",))
+NAMES = ("a", "b", "c")
+LAYOUT = Layout(tuple(Slot(name, "-", Range(0.0, np.inf, 1.0)) for name in NAMES), ("r.csv",))
+EITHER = Layout(tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0)) for name in NAMES), ("r.csv",))
+"""The same of either sign, as a zero is."""
 
 
-def said(jacobian: np.ndarray, values: list[float]) -> list[str]:
+def said(jacobian: np.ndarray, values: list[float], layout: Layout = LAYOUT) -> list[str]:
     normal = jacobian.T @ jacobian
-    return [weakness_sentence(weak) for weak in weaknesses(LAYOUT, np.array(values), sandwich(normal, normal), normal)]
+    return [weakness_sentence(weak) for weak in weaknesses(layout, np.array(values), sandwich(normal, normal), normal)]
 
 
 COLUMNS = np.linalg.qr(np.random.default_rng(0).normal(size=(60, 3)))[0] * 100.0
@@ -274,6 +288,12 @@ def test_a_vague_value_is_said_to_be_so() -> None:
     assert said(COLUMNS, [1.0, 0.015, 1.0]) == ["b is hardly visible: its error is 67 % of its value."]
 
 
+def test_a_value_of_either_sign_may_be_near_nil_and_well_known() -> None:
+    assert said(COLUMNS, [1.0, 0.015, 1.0], EITHER) == []
+    hardly = said(COLUMNS / 70.0, [1.0, 0.015, 10.0], EITHER)
+    assert [text.split()[0] for text in hardly] == ["a", "b"]
+
+
 def test_advice_follows_from_what_failed(found: Identification) -> None:
     problem, values = found.problem, found.values
     normal = np.linalg.inv(found.covariance)
@@ -290,3 +310,15 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     assert "rests tell the noise" in advice_sentence(ask((), "noise_level")[0])
     (further,) = ask(TIED)
     assert advice_sentence(further).startswith(("A further record with lift", "No further record"))
+
+
+def test_the_share_of_unknown_minima_is_that_of_its_posterior() -> None:
+    """Minima and their shares drawn as likely as each other, starts from these: of those like the starts at hand."""
+    random, left = np.random.default_rng(1), []
+    for _ in range(200_000):
+        shares = random.dirichlet(np.ones(random.integers(1, 60)))
+        found = random.choice(len(shares), 12, p=shares)
+        if len(set(found.tolist())) == 3:
+            left.append(1.0 - shares[np.unique(found)].sum())
+    basin = [0] * 6 + [1] * 4 + [2] * 2
+    assert 1.0 - judge.known_minima(starts(basin, [1.0] * 12)) == pytest.approx(np.mean(left), abs=0.01)

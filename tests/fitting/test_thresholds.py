@@ -60,6 +60,12 @@ def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float
     return judge.starts_agree(starts(basin, [1.0 if b == 0 else excess**2 for b in basin]), noise, nats).passed
 
 
+def all_known(minima: int) -> bool:
+    """Verdict on 32 starts that found so many minima, two of them the best one."""
+    basin = [0, 0, *(1 + i % (minima - 1) for i in range(30))]
+    return judge.starts_agree(starts(basin, [1.0 if b == 0 else 2.0 for b in basin])).passed
+
+
 def reached(promised: float) -> bool:
     """Whether a mode from which such a fall is promised is the estimate."""
     found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(promised=promised))
@@ -195,6 +201,7 @@ CASES = (
     ),
     Bracket("LATE_FORCE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
     Bracket("STARTS_AGREED", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
+    Bracket("MINIMA_KNOWN", judge, lambda x: all_known(int(x)), 4.0, 8.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),
     Bracket("LESS_PROBABLE", judge, lambda x: ended(3.0, 1.01, noise=True, nats=30.0 - x), 12.0, 22.0),

@@ -78,7 +78,9 @@ class Channel:
                 place, f'unit "{unit}"', expected, did_you_mean(str(unit), ("N", "mm", "ms", "V", "A", "counts"))
             )
         parsed = None if scale is None else Scale.parse(scale, place, error=DataError)
-        return cls(said.get("column"), None if unit is None else str(unit), parsed, _zero(said.get("zero"), role, place))
+        return cls(
+            said.get("column"), None if unit is None else str(unit), parsed, _zero(said.get("zero"), role, place)
+        )
 
 
 def _zero(said: object, role: str, place: str) -> float:

@@ -187,7 +187,9 @@ class Declared:
         for role, channel in channels.items():
             if channel.zero and role not in self.roles:
                 do = f'Name its column: {role} = {{ column = "...", zero = {channel.zero:.15g} }}.'
-                raise DataError(f'{self.where}, channel "{role}"', "a zero, and no column it belongs to", "its column", do)
+                raise DataError(
+                    f'{self.where}, channel "{role}"', "a zero, and no column it belongs to", "its column", do
+                )
         return {self.roles[role]: channel.zero for role, channel in channels.items() if channel.zero}
 
     def unapplied(

@@ -78,11 +78,14 @@ def _starts(check: Check) -> str:
     if (lost := facts["lost"]) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
     if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:
-        says += (
-            " The best one leaves only noise: none can lie below it."
-            if check.passed
-            else f" At least {100 * check.threshold:.0f} % are expected: a better minimum may have been missed."
-        )
+        another = f"a further start would find another minimum with a probability of {100 * (1 - facts['known']):.2g} %"
+        if facts["noise"]:
+            says += " The best one leaves only noise: none can lie below it."
+        elif check.passed:
+            says += f" All minima are taken to be known: {another}."
+        else:
+            says += f" At least {100 * check.threshold:.0f} % are expected, or that all minima are known: {another}. "
+            says += "A better one may have been missed."
     return says
 
 
