@@ -117,7 +117,7 @@ def sample_posterior(
     starts = (coordinates_of(ready.density, values) for values in (ready.values, *begin.basins))
     first, *others = (find_mode(ready.density, point, every) for point in starts)
     found = [first[0], *(mode for mode, arrived in others if arrived)]
-    modes = sample_modes(ready.target, distinct(found), asked.settings, checkpoint_file, True, progress)
+    modes = sample_modes(ready.target, distinct(found), asked.settings, checkpoint_file, progress)
     return _concluded(task, begin.values, ready, modes, asked.settings, began)
 
 

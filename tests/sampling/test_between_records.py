@@ -196,7 +196,7 @@ def test_nuts_finds_the_same_posterior(posterior: Posterior) -> None:
     pytest.importorskip("blackjax")
     from fibrefit.sampling.nuts import cross_check
 
-    other = cross_check(posterior, 200)
+    other = cross_check(posterior)
     assert other.agrees, other.scores
     # Of 800 draws, correlated.
     np.testing.assert_allclose(other.spread, 1.0, atol=0.25)

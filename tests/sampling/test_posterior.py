@@ -108,7 +108,7 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
 
 
 def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
-    found = cross_validate(posterior, 1000)
+    found = cross_validate(posterior)
     assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)
     assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
@@ -117,7 +117,7 @@ def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior:
         task, ChainStart(task.start * np.array([1.0, 1.05, *np.ones(5)])), PosteriorRequest(settings=stated)
     )
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
-    assert cross_validate(wrong, 1000).total == pytest.approx(found.total, abs=3.0)
+    assert cross_validate(wrong).total == pytest.approx(found.total, abs=3.0)
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
@@ -205,7 +205,7 @@ def test_nuts_agrees(posterior: Posterior) -> None:
     pytest.importorskip("blackjax")
     from fibrefit.sampling.nuts import cross_check
 
-    other = cross_check(posterior, 200)
+    other = cross_check(posterior)
     assert other.divergent == 0
     assert other.agrees, other.scores
     # Of 800 draws, correlated.

@@ -124,7 +124,6 @@ def run_ensembles(
     approximation: Approximation,
     settings: Settings,
     checkpoint_file: Path | None = None,
-    resume: bool = False,
     progress: Callable[[SamplerProgress], None] | None = None,
 ) -> ChainHistory:
     """Sample until the ensembles agree and enough draws are gathered, or the budget is spent.
@@ -136,9 +135,8 @@ def run_ensembles(
         Of the mode the walkers begin in.
     settings : Settings
     checkpoint_file : pathlib.Path or None
-        File that holds the chains while they grow, rewritten every few seconds and when the run is interrupted.
-    resume : bool
-        Go on from that file, where there is one.
+        Holds the chains while they grow, rewritten every few seconds and when the run is interrupted. Where there is
+        one, they go on from there.
     progress : callable, optional
         Called about every second.
 
@@ -154,7 +152,7 @@ def run_ensembles(
     """
     began = time.perf_counter()
     ensembles = [_begin(target, approximation, settings, i) for i in range(settings.ensembles)]
-    if resume and checkpoint_file is not None and checkpoint_file.exists():
+    if checkpoint_file is not None and checkpoint_file.exists():
         _take_up(ensembles, checkpoint.load(checkpoint_file, [e.chain for e in ensembles]))
     resumed_at = len(ensembles[0].points)
     keeper = _Keeper(checkpoint_file, settings.checkpoint_seconds)
