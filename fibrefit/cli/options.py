@@ -146,7 +146,6 @@ class Asked(NamedTuple):
         Value of ``--out``.
     force : bool
         Whether an earlier result may be replaced.
-    seed : int
     """
 
     study: Study

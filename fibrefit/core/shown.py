@@ -18,7 +18,6 @@ class Card(NamedTuple):
         One more: what matters most of it.
     head : tuple of str
         Of the table that a notebook shows; empty for none.
-    rows : sequence of sequence of str
     """
 
     title: str

@@ -52,8 +52,6 @@ def converged(promised: float, success: bool, rough: bool = False) -> Check:
 
     Parameters
     ----------
-    promised : float
-    success : bool
     rough : bool
         Whether errors of measured inputs were fitted too.
     """
@@ -134,8 +132,6 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
 
     Parameters
     ----------
-    starts : Starts
-    noise : bool
     nats : float
         By how many the next minimum is less probable, errors of measured inputs taken off both; 0 where not known.
     """
@@ -186,7 +182,6 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
 
     Parameters
     ----------
-    gap : Gap
     expected : float
         Gap of a perfect model: less than 1 where errors of inputs are fitted, more where noise grows with the load.
     """

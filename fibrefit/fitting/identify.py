@@ -94,12 +94,10 @@ def identify(
 
     Parameters
     ----------
-    task : Task
     starts : int
         Number of starts, the one from the data included.
     seed : int
         Of the scatter of starts.
-    how : How, optional
     progress : callable, optional
         Told what is being done and the share that is finished.
     stop : callable

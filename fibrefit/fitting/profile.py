@@ -29,8 +29,6 @@ def plain_cost(problem: Problem, index: int, width: np.ndarray, whole: np.ndarra
 
     Parameters
     ----------
-    problem : Problem
-    index : int
     width : (n_free,)
         Unit of the solver's steps, see `solve.widths`.
     whole : (1, n_record) int
@@ -47,7 +45,6 @@ def profile_interval(
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,) in SI units
         Of the best fit.
     index : int

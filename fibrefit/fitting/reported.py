@@ -66,16 +66,12 @@ class Reported:
         Errors found taken off its inputs.
     values : (n_free,) in SI units
     residuals : (n_record, n_channel, n_time) in units of the noise
-    bars : ErrorBars
     gls : GlsEstimate or None
         None where the plain estimate stands.
-    seen : Evaluation
-    sound : Sound
     input_errors : mapping of input to InputErrorSummary
     coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
-    why : Why
     checks : tuple of Check
         Whether both estimates agree, where they could be compared.
     """
@@ -106,8 +102,6 @@ def reported(
 
     Parameters
     ----------
-    task : Task
-    plain : Optimum
     bars : ErrorBars
         Of the plain estimate.
     success : bool

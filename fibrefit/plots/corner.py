@@ -73,7 +73,6 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
 
     Parameters
     ----------
-    drawn : list of Drawn
     probability : float
         Of the equal-tailed interval that is marked and told above each histogram.
 

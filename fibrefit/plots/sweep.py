@@ -90,7 +90,6 @@ def sweep_figures(summary: SweepSummary, groups: Groups) -> Figures:
 
     Parameters
     ----------
-    summary : SweepSummary
     groups : mapping
         Arrays of ``result.h5``: one group a branch of a curve.
 

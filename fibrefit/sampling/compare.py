@@ -95,10 +95,8 @@ def usual_log_density(density: LogPosterior, blocks: np.ndarray, n_block: int) -
 
     Parameters
     ----------
-    density : LogPosterior
     blocks : (n_record, n_time) int array
         Of `block_index`.
-    n_block : int
     """
     data, found = density.problem.observations, np.zeros(n_block)
     for channel in density.likelihood.channels:

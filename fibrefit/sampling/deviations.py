@@ -37,7 +37,6 @@ class Differing:
 
     Parameters
     ----------
-    unknowns : Unknowns
     local : (n_record, n_local) in SI units
         Values of each record, its deviations in them.
     evidence : MarginalLikelihood or None
@@ -70,7 +69,6 @@ def differing(task: Task, values: np.ndarray, linear: Linearised) -> Differing |
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
         The plain estimate.
     linear : Linearised
@@ -92,10 +90,8 @@ def weighed_in(problem: Problem, where: Differing, whitening: Whitening, level: 
 
     Parameters
     ----------
-    problem : Problem
     where : Differing
         Where the search begins.
-    whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
@@ -115,10 +111,8 @@ def random_effects_of(problem: Problem, where: Differing, whitening: Whitening, 
 
     Parameters
     ----------
-    problem : Problem
     where : Differing
         With its evidence.
-    whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
@@ -154,8 +148,6 @@ def hausman_of_records(
 
     Parameters
     ----------
-    layout : Layout
-    where : Differing or None
     local : (n_record, n_local) in SI units
         Near the plain estimate, of each record where they differ.
     linear : Linearised
@@ -213,9 +205,7 @@ def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.n
 
     Parameters
     ----------
-    density : LogPosterior
     points : (n_point, n)
-    seed : int
     """
     layout = density.problem.layout
     values = np.asarray(jax.vmap(density.values)(jnp.asarray(points)))[:, : layout.size]

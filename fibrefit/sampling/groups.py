@@ -37,7 +37,6 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
 
     Parameters
     ----------
-    posterior : Posterior
     bands : mapping of channel to Bands
         From `fibrefit.sampling.predict.predict`.
     seed : int

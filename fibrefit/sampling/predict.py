@@ -44,10 +44,8 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
 
     Parameters
     ----------
-    posterior : Posterior
     count : int
         Number of draws they are made from.
-    seed : int
 
     Returns
     -------
@@ -79,8 +77,6 @@ def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: n
 
     Parameters
     ----------
-    likelihood : Likelihood
-    n_time : int
     noise : (n_noise,)
         Noise coordinates.
     random : numpy.random.Generator

@@ -72,7 +72,6 @@ class PosteriorRequest(NamedTuple):
         Noise spectrum; ``"auto"`` lets the residuals of the start choose.
     heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one.
-    settings : Settings
     """
 
     noise: str = "auto"
@@ -93,15 +92,11 @@ def sample_posterior(
 
     Parameters
     ----------
-    task : Task
-    begin : ChainStart
-    asked : PosteriorRequest, optional
     stated : mapping of name to prior
         Priors of the study; the others get defaults, which the result lists.
     checkpoint_file : pathlib.Path or None
         Holds the chains while they grow. Where there is one, they go on from there; the result is the same to the last
         bit.
-    progress : callable, optional
 
     Raises
     ------
@@ -128,15 +123,10 @@ class _Ready(NamedTuple):
     ----------
     linear : Linearised
         At the plain estimate, the errors of inputs taken off.
-    model : NoiseModel
-    priors : Priors
-    density : LogPosterior
-    target : Target
     values : (n_free,) in SI units
         Where the walkers begin.
     widening : (n_free, n_free)
         See `Posterior`.
-    hausman : HausmanTest
     """
 
     linear: Linearised
@@ -274,10 +264,6 @@ def noise_model_of(
 
     Parameters
     ----------
-    task : Task
-    linear : Linearised
-    noise : str
-    heavy : bool
     from_rests : bool
         Whether the residuals have lost what errors of the inputs imitate: their spectrum is then that of the rests.
     """
@@ -320,7 +306,6 @@ def coordinates_asked(task: Task, heavy: bool) -> int:
 
     Parameters
     ----------
-    task : Task
     heavy : bool
         Whether the likelihood is heavy-tailed, with degrees of freedom to find.
     """

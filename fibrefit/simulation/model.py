@@ -68,7 +68,6 @@ class Model:
 
     Parameters
     ----------
-    rig : Rig
     effects : tuple of Effect classes
     tension_law : {"clamped", "heaviside"}
     """
@@ -103,7 +102,6 @@ class Model:
         ----------
         values : dict of () in SI units
             Each of `parameters` and of the rig's nuisances.
-        experiment : Experiment
 
         Returns
         -------
@@ -191,8 +189,6 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
 
     Parameters
     ----------
-    laws : tuple of Effect
-    inputs : dict of Signals
     times : (n_time,) in s
     """
     for law in laws_of(PushLaw, laws) if "force" in inputs else ():

@@ -87,7 +87,6 @@ def write_parts(
 
     Parameters
     ----------
-    directory : ResultDirectory
     summary : Part
         With its provenance.
     groups : mapping of group to mapping of name to Variable

@@ -88,7 +88,6 @@ def lag_in_contacts(task: Task, values: np.ndarray, motion: Motion) -> Lag | Non
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
     motion : Motion
         At these values.

@@ -61,7 +61,6 @@ def force_balance(task: Task, values: np.ndarray) -> ForceBalance | None:
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
     """
     if task.problem.model.rig.anchor is None:

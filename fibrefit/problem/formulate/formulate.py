@@ -46,10 +46,8 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
 
     Parameters
     ----------
-    study : Study
     records : sequence of Measured
         The study's records as read, in its order.
-    model : Model
 
     Raises
     ------

@@ -47,7 +47,6 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     ----------
     record : Measured
         Channels in SI units, NaN where a sample is damaged.
-    rig : Rig
     stated : mapping of str to float or None
         What the study says of the record, in SI units.
 

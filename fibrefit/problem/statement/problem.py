@@ -61,9 +61,6 @@ class Problem(eqx.Module):
 
     Parameters
     ----------
-    model : Model
-    layout : Layout
-    observations : Observations
     soft_beyond : float or None
         Residuals larger than this many times the noise count less than quadratically (soft L1); None: they do not.
     """

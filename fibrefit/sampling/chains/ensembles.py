@@ -35,7 +35,6 @@ class SamplerProgress:
 
     Parameters
     ----------
-    steps, max_steps : int
     seconds, seconds_left : float
         The latter is an estimate, NaN before the first look at the chains.
     acceptance : float
@@ -68,7 +67,6 @@ class ChainHistory:
         Share of moves accepted after the warm-up.
     mixing : Mixing
         After the warm-up.
-    converged : bool
     seconds : float
         Of this run; one that was resumed does not know the earlier ones'.
     resumed_at : int
@@ -130,10 +128,8 @@ def run_ensembles(
 
     Parameters
     ----------
-    target : Target
     approximation : Approximation
         Of the mode the walkers begin in.
-    settings : Settings
     checkpoint_file : pathlib.Path or None
         Holds the chains while they grow, rewritten every few seconds and when the run is interrupted. Where there is
         one, they go on from there.

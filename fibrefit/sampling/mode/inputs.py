@@ -69,7 +69,6 @@ def cleaned(
 
     Parameters
     ----------
-    task : Task
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
     coefficients : mapping of input to (n_record, n_wave), optional
@@ -105,7 +104,6 @@ def settled(
         The plain estimate.
     coefficients : mapping of input to (n_record, n_wave)
         Its input errors.
-    whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """

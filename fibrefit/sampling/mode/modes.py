@@ -25,7 +25,6 @@ class Mode:
 
     Parameters
     ----------
-    approximation : Approximation
     weight : float
         Share of the posterior's mass; 0 to 1.
     course : ChainHistory or None
@@ -63,13 +62,10 @@ def sample_modes(
 
     Parameters
     ----------
-    target : Target
     approximations : sequence of Approximation
         The heaviest first.
-    settings : Settings
     checkpoint_file : pathlib.Path or None
         Of the first mode, as for `run_ensembles`; the others' have a number added to the name.
-    progress : callable, optional
 
     Returns
     -------

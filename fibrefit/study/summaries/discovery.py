@@ -44,7 +44,6 @@ class ListedCandidates(NamedTuple):
 
     Parameters
     ----------
-    shown : tuple of Candidate
     others : int
         How many are not.
     gain : bool

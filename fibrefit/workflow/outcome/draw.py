@@ -70,7 +70,6 @@ def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
 
     Parameters
     ----------
-    summary : Part
     groups : mapping
         Arrays of ``result.h5``.
     result : str

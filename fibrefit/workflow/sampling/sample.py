@@ -275,12 +275,10 @@ def sample_study(
 
     Parameters
     ----------
-    study : Study
     start : Fit, optional
         Fit of the same study; made where there is none.
     settings : Settings, optional
         Of the sampler.
-    options : SamplingOptions, optional
     folder : str or pathlib.Path, optional
         Folder in which the chains are kept while they grow; those that are there already go on.
     progress : callable, optional
