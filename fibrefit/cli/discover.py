@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import Asked, Duration, result_options, study_options, with_asked
+from fibrefit.cli.options import Duration, Request, result_options, study_options, with_request
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
@@ -51,10 +51,10 @@ if TYPE_CHECKING:
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
 @result_options
 @with_terminal
-@with_asked
+@with_request
 def command(
     terminal: Terminal,
-    asked: Asked,
+    request: Request,
     seconds: float,
     interactive: bool,
     resume: bool,
@@ -70,9 +70,9 @@ def command(
     from fibrefit.workflow.discovery.discover import SearchOptions, discover_study, finished
     from fibrefit.workflow.discovery.journal import journal_folder
 
-    study, seed, force = asked.study, asked.seed, asked.force
+    study, seed, force = request.study, request.seed, request.force
     options = SearchOptions(seed=seed, seconds=seconds, **tried)
-    folder = asked.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
+    folder = request.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
     if not (force or interactive) and (known := finished(folder, study, options)) is not None:
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
         return _answered(terminal, known)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, result_options, study_options, with_request
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -15,10 +15,10 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
 @result_options
 @with_terminal
-@with_asked
+@with_request
 def command(
     terminal: Terminal,
-    asked: Asked,
+    request: Request,
     only: tuple[str, ...],
     exclude: tuple[str, ...],
 ) -> None:
@@ -29,8 +29,8 @@ def command(
     """
     from fibrefit.workflow.design.distinguish import confuse_study
 
-    with asked.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
-        found = confuse_study(asked.study, only=only, exclude=exclude, progress=progress)
-        found.save(folder, force=asked.force)
+    with request.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
+        found = confuse_study(request.study, only=only, exclude=exclude, progress=progress)
+        found.save(folder, force=request.force)
     terminal.answer(found.report(), found.as_json())
     terminal.wrote(folder)

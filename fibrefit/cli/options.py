@@ -135,7 +135,7 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     return study
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """What every command on a study is asked for.
 
     Parameters
@@ -186,14 +186,14 @@ class Asked(NamedTuple):
             yield folder
 
 
-def with_asked(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command what it is `Asked` in place of the options: inside of `with_terminal`, which tells errors."""
+def with_request(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command what it is `Request` in place of the options: inside of `with_terminal`, which tells errors."""
 
     @wraps(command)
     def with_it(terminal: Terminal, **options: Any) -> Any:
         study = study_from(options.pop("files"), options.pop("rig"), options.pop("overrides"))
-        asked = Asked(study, options.pop("out"), options.pop("force"), options.pop("seed"))
-        return command(terminal, asked, **options)
+        request = Request(study, options.pop("out"), options.pop("force"), options.pop("seed"))
+        return command(terminal, request, **options)
 
     return with_it
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, result_options, study_options, with_request
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal, with_terminal
 
@@ -23,10 +23,10 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 )
 @result_options
 @with_terminal
-@with_asked
+@with_request
 def command(
     terminal: Terminal,
-    asked: Asked,
+    request: Request,
     **options: object,
 ) -> None:
     """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
@@ -39,9 +39,9 @@ def command(
     costs = _costs(options["costs"])  # type: ignore[arg-type]
     rivals = tuple(filter(None, str(options["rivals"] or "").replace(" ", "").split(",")))
     aim = Aim(options["purpose"], rivals, costs)  # type: ignore[arg-type]
-    with asked.reserved("plan", repr(aim)) as folder, shown_progress(terminal) as progress:
-        found = plan_study(asked.study, aim, progress=progress)
-        found.save(folder, force=asked.force)
+    with request.reserved("plan", repr(aim)) as folder, shown_progress(terminal) as progress:
+        found = plan_study(request.study, aim, progress=progress)
+        found.save(folder, force=request.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, result_options, study_options, with_request
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
@@ -38,10 +38,10 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
 @result_options
 @with_terminal
-@with_asked
+@with_request
 def command(
     terminal: Terminal,
-    asked: Asked,
+    request: Request,
     resume: bool,
     noise: str,
     heavy: bool,
@@ -60,12 +60,14 @@ def command(
     from fibrefit.workflow.sampling.sample import SamplingOptions, identity, sample_study
     from fibrefit.workflow.sampling.start import KEPT
 
-    settings, options = Settings(seed=asked.seed, **budget), SamplingOptions(noise, heavy, nuts, compare)
+    settings, options = Settings(seed=request.seed, **budget), SamplingOptions(noise, heavy, nuts, compare)
     fixed = identity(options, settings)
-    folder = asked.folder("sample", fixed)
-    place = growing_folder(folder, KEPT, force=asked.force, resume=resume, run=Run.of("sample", asked.study, fixed))
+    folder = request.folder("sample", fixed)
+    place = growing_folder(folder, KEPT, force=request.force, resume=resume, run=Run.of("sample", request.study, fixed))
     with place as directory, shown_progress(terminal) as progress:
-        found = sample_study(asked.study, settings=settings, options=options, folder=directory.path, progress=progress)
+        found = sample_study(
+            request.study, settings=settings, options=options, folder=directory.path, progress=progress
+        )
         progress("drawing and writing", None)
         found.write(directory)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))

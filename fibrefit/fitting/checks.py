@@ -14,9 +14,9 @@ from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.thresholds import (
     AGREEMENT,
-    ASTRAY,
     AT_BOUND,
     CHANCE,
+    DIVERGED,
     FACTOR,
     FEW_STARTS,
     GRAVITY_OFF,
@@ -47,7 +47,7 @@ DOUBTFUL = "doubtful_value"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
-def converged(promised: float, success: bool, rough: bool = False) -> Check:
+def converged(predicted_decrease: float, success: bool, rough: bool = False) -> Check:
     """Whether the solver has arrived: its own word, and what another step would still gain.
 
     Parameters
@@ -58,10 +58,10 @@ def converged(promised: float, success: bool, rough: bool = False) -> Check:
     enough = ROUGHLY if rough else SETTLED_FIT
     return Check(
         name="the solver converged",
-        passed=bool(success and promised <= enough),
-        statistic=promised,
+        passed=bool(success and predicted_decrease <= enough),
+        statistic=predicted_decrease,
         threshold=enough,
-        fatal=not promised <= ASTRAY,
+        fatal=not predicted_decrease <= DIVERGED,
         identifier=CONVERGED,
         quantity="convergence of the solver",
     )
@@ -97,7 +97,7 @@ def second_solver(distance: float, gain: float) -> Check:
 
 
 def no_second_solver() -> Check:
-    """What is said where a second solver was not asked."""
+    """The check where no second solver was run."""
     return Check(name="a second solver agrees", passed=False, **SECOND)
 
 
@@ -202,16 +202,16 @@ def signal_explained(gaps: Gap) -> Check:
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
     # A driving force is not simulated: the balance it is told by knows the acceleration badly.
-    hopeless = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
+    unusable = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
     return Check(
         name="the signal is explained",
         passed=share <= UNEXPLAINED,
         statistic=share,
         threshold=UNEXPLAINED,
-        fatal=hopeless,
+        fatal=unusable,
         identifier=EXPLAINED,
         quantity="share of the signal that is explained",
-        facts={"channel": worst, "hopeless": hopeless, "useless": USELESS},
+        facts={"channel": worst, "unusable": unusable, "useless": USELESS},
     )
 
 

@@ -189,8 +189,8 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     seen, residuals = evaluate(task, problem, plain.local), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     found = estimates(problem, plain.values, bars)
-    promised = plain.promised([not estimate.found.at_bound for estimate in found])
-    arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
+    decrease = plain.promised([not estimate.found.at_bound for estimate in found])
+    arrived = judge.converged(decrease / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
     limits = [estimate.name for estimate in found if estimate.found.at_bound]
     errors, expected = plain.input_errors, plain.expected_gap
     sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))

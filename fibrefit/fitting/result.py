@@ -100,7 +100,7 @@ class PlainEstimate:
     Parameters
     ----------
     values, errors : (n_free,)
-        The honest errors.
+        The errors that are reported.
     local : (n_record, n_local)
         Values of each record.
     differ : bool
@@ -121,11 +121,11 @@ class Identification:
     ----------
     values : (n_free,)
     covariance : (n_free, n_free)
-        The honest one.
+        The one that is reported.
     method : str
         Where it comes from.
     inflation : float
-        Median ratio of honest to white standard errors of the shared parameters.
+        Median ratio of reported to white standard errors of the shared parameters.
     estimates : tuple of Estimate
         Shared parameters first, then those of each record.
     balance : ChannelGap or None

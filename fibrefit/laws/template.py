@@ -182,7 +182,7 @@ def template(name: str) -> str:
         announced=announced,
         others_said=OTHERS if others else "It is all that a law at this port can say.",
         others="".join(f"\n{other}" for other in others),
-        acts_on=_said("acts_on", f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"),
+        acts_on=_flag("acts_on", f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"),
     )
 
 
@@ -194,7 +194,7 @@ def _imports(names: list[str], kind: type) -> str:
     return f"from {LAWS} import {others}\nfrom {kind.__module__} import {kind.__name__}"
 
 
-def _said(attribute: str, what: str) -> str:
+def _flag(attribute: str, what: str) -> str:
     """A comment on an attribute of the class, in lines that fit."""
     return textwrap.fill(what, WIDTH, initial_indent=f"    # {attribute:11}", subsequent_indent=f"    #{' ' * 12}")
 

@@ -167,7 +167,7 @@ class Model:
             for role in [role for role in channels if role in FORCES]:
                 motion = (system, times, count, inputs, solution)
                 channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
-        channels = asked_for(laws, channels, times) if "force" not in inputs else channels
+        channels = commanded(laws, channels, times) if "force" not in inputs else channels
         sensors = laws_of(SensorLaw, laws)
         if any(sensor.feels for sensor in sensors):
             rates = jax.vmap(system.derivative)(solution.states, solution.modes, here)
@@ -196,7 +196,7 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
     return inputs
 
 
-def asked_for(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
+def commanded(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
     """Readings with the force on the mass as it has to be measured, the last law undone first."""
     for law in reversed(laws_of(PushLaw, laws)):
         channels = channels | {"force": law.asked(channels["force"], times)}

@@ -78,7 +78,7 @@ def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior)
 def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
     task, values = small
     white = sample_posterior(task, ChainStart(values), PosteriorRequest(noise="white", settings=Settings(seed=3)))
-    assert likelihood_sentence(white.noise_model) == "Likelihood: white noise, as asked for."
+    assert likelihood_sentence(white.noise_model) == "Likelihood: white noise, as requested."
     zero = "position_zero[drop 0]"
     assert posterior.marginals[zero].sd / white.marginals[zero].sd > 1.3
     # What wander does to a shared value is then taken for a difference between records.

@@ -42,7 +42,7 @@ SETTLED = 0.05
 
 
 @dataclass(frozen=True)
-class Settled:
+class GlsWithInputs:
     """Values and input errors that explain the records best under the noise spectrum.
 
     Parameters
@@ -62,7 +62,7 @@ class Settled:
     hausman: HausmanTest
 
 
-def cleaned(
+def inputs_corrected(
     task: Task, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients | None = None
 ) -> tuple[Task, InputCoefficients]:
     """The task with the input errors that suit given values best, under white noise, and these errors.
@@ -85,14 +85,14 @@ def cleaned(
     return replace(task, problem=corrected(task.problem, known, coefficients)), coefficients
 
 
-def settled(
+def gls_with_inputs(
     task: Task,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
     coefficients: InputCoefficients,
     whitening: Whitening,
     level: np.ndarray,
-) -> Settled:
+) -> GlsWithInputs:
     """Go from the plain (OLS) estimate to that under coloured noise (GLS).
 
     Parameters
@@ -120,7 +120,7 @@ def settled(
     slope = _slope(layout, values)
     widening = (at.covariance - at.of_corrected) / np.outer(slope, slope)
     found = replace(task, problem=corrected(problem, known, coefficients))
-    return Settled(found, values, widening, hausman)
+    return GlsWithInputs(found, values, widening, hausman)
 
 
 class _Evaluation(NamedTuple):

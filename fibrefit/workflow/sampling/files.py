@@ -14,13 +14,13 @@ from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
-    ForesightSummary,
+    CrossCheckSummary,
+    CrossValidationSummary,
     Measure,
     ModeSummary,
     PosteriorParameter,
     PosteriorSummary,
     Provenance,
-    SecondOpinionSummary,
 )
 from fibrefit.workflow.sampling.found import Findings
 
@@ -107,10 +107,10 @@ def _mode(posterior: Posterior, mode: Mode) -> ModeSummary:
     return ModeSummary(weight=mode.weight, sampled=mode.course is not None, parameters=values)
 
 
-def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
+def _cross_validation(found: CrossValidation) -> CrossValidationSummary | None:
     if not (len(found.blocks) and np.isfinite(found.total)):
         return None
-    return ForesightSummary(
+    return CrossValidationSummary(
         total=Measure(value=found.total, error=found.error),
         blocks=len(found.blocks),
         unsure=found.unreliable,
@@ -118,9 +118,9 @@ def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
     )
 
 
-def _cross_check(posterior: Posterior, found: CrossCheck) -> SecondOpinionSummary:
+def _cross_check(posterior: Posterior, found: CrossCheck) -> CrossCheckSummary:
     names = posterior.target.names
-    return SecondOpinionSummary(
+    return CrossCheckSummary(
         agrees=found.agrees,
         draws=int(np.prod(found.points.shape[:2])),
         divergent=found.divergent,
