@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import Duration, Request, result_options, study_options, with_request
+from fibrefit.cli.options import Duration, Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary
 
-#: Exit code of a run that ended but whose result did not pass its own checks.
 
-
-@click.command("discover")
-@study_options
+@study_command("discover")
 @click.option("--max-effects", type=click.IntRange(1), default=3, show_default=True, help="Most effects to add.")
 @click.option(
     "--only", multiple=True, metavar="EFFECT", help='Try only this effect or pattern ("guide.*"), repeatable.'
@@ -49,17 +46,7 @@ if TYPE_CHECKING:
 )
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
-@result_options
-@with_terminal
-@with_request
-def command(
-    terminal: Terminal,
-    request: Request,
-    seconds: float,
-    interactive: bool,
-    resume: bool,
-    **tried: Any,
-) -> int:
+def command(terminal: Terminal, request: Request, seconds: float, interactive: bool, resume: bool, **tried: Any) -> int:
     """Find what the model of STUDY lacks: where it goes wrong, which effect accounts for it, and the gap it closes.
 
     Names are those of `fibrefit effects`. The folder of the result holds a study.toml of the final model. The same

@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import click
 
-from fibrefit.cli.options import Request, result_options, study_options, with_request
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal
 
 
-@click.command("distinguish")
-@study_options
+@study_command("distinguish")
 @click.option("--only", multiple=True, metavar="EFFECT", help='Only this effect or pattern ("guide.*"), repeatable.')
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
-@result_options
-@with_terminal
-@with_request
-def command(
-    terminal: Terminal,
-    request: Request,
-    only: tuple[str, ...],
-    exclude: tuple[str, ...],
-) -> None:
+def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude: tuple[str, ...]) -> None:
     """Say which effects the records of STUDY can distinguish, and the detection limit of each.
 
     The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base

@@ -9,15 +9,14 @@ import click
 
 from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.interruption import asked_to_stop
-from fibrefit.cli.options import Request, result_options, study_options, with_request
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.formats import FIGURES, formats_asked
 
 
-@click.command("fit")
-@study_options
+@study_command("fit")
 @click.option(
     "--starts",
     type=click.IntRange(1, MOST_STARTS),
@@ -27,16 +26,7 @@ from fibrefit.core.formats import FIGURES, formats_asked
 )
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
-@result_options
-@with_terminal
-@with_request
-def command(
-    terminal: Terminal,
-    request: Request,
-    starts: int,
-    robust: bool,
-    profile: bool,
-) -> int:
+def command(terminal: Terminal, request: Request, starts: int, robust: bool, profile: bool) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
     place = request.reserved("fit", f"{request.seed} {starts} {robust} {profile}")
     from fibrefit.workflow import fit_study

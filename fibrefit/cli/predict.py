@@ -6,22 +6,14 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import Request, check_trust_of_result, result_options, study_options, with_request
+from fibrefit.cli.options import Request, check_trust_of_result, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 
-@click.command("predict")
+@study_command("predict")
 @click.argument("result", type=click.Path(path_type=Path))
-@study_options
-@result_options
-@with_terminal
-@with_request
-def command(
-    terminal: Terminal,
-    request: Request,
-    result: Path,
-) -> int:
+def command(terminal: Terminal, request: Request, result: Path) -> int:
     """Predict the records of STUDY with the model and the values of RESULT, the folder of an earlier result.
 
     Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.

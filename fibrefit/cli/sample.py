@@ -6,17 +6,14 @@ from typing import Any
 
 import click
 
-from fibrefit.cli.options import Request, result_options, study_options, with_request
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
-
-#: Exit code of a run that ended but whose result did not pass its own checks.
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 KINDS = ("auto", "white", "autoregressive", "coloured")
 
 
-@click.command("sample")
-@study_options
+@study_command("sample")
 @click.option(
     "--ess",
     type=float,
@@ -36,9 +33,6 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
 @click.option("--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
-@result_options
-@with_terminal
-@with_request
 def command(
     terminal: Terminal,
     request: Request,

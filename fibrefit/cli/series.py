@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import click
-
-from fibrefit.cli.options import Request, result_options, study_options, with_request
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal
 
 
-@click.command("series")
-@study_options
-@result_options
-@with_terminal
-@with_request
-def command(
-    terminal: Terminal,
-    request: Request,
-) -> int:
+@study_command("series")
+def command(terminal: Terminal, request: Request) -> int:
     """Ask the records of STUDY whether one set of parameters serves all speeds.
 
     Three models of the same records are compared by marginal likelihood and on records left out: constant parameters,

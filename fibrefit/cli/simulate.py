@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import click
-
-from fibrefit.cli.options import Request, result_options, study_options, with_request
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal
 
 
-@click.command("simulate")
-@study_options
-@result_options
-@with_terminal
-@with_request
-def command(
-    terminal: Terminal,
-    request: Request,
-) -> None:
+@study_command("simulate")
+def command(terminal: Terminal, request: Request) -> None:
     """Compute the response of the model to the conditions of each record of STUDY, as CSV and pictures.
 
     Parameters take the initial values of the study; those it does not give are suggested by the records.

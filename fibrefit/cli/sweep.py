@@ -10,8 +10,6 @@ from fibrefit.cli.options import Request, result_options, study_from, trust_opti
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 
-#: Exit code of a run that ended but whose result did not pass its own checks.
-
 
 @click.command("sweep")
 @click.argument("study", metavar="STUDY")
