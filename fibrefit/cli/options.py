@@ -118,11 +118,6 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     overrides : sequence of str
         Values of ``--set``.
 
-    Returns
-    -------
-    Study
-        Complete and in SI.
-
     Raises
     ------
     UsageError
@@ -169,10 +164,6 @@ class Request(NamedTuple):
         ----------
         settings : str
             As for `folder`.
-
-        Yields
-        ------
-        pathlib.Path
 
         Raises
         ------

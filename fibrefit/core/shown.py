@@ -68,11 +68,6 @@ def printable(text: str) -> str:
     ----------
     text : str
         Such as the name of a file.
-
-    Returns
-    -------
-    str
-        The same with escapes in their place.
     """
     return text.encode("utf-8", "backslashreplace").decode("utf-8").replace("\0", "\\0")
 

@@ -266,10 +266,6 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     directory : path
         Where the path of such a file begins: the directory of the study.
 
-    Returns
-    -------
-    type of Effect
-
     Raises
     ------
     StudyError

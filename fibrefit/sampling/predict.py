@@ -46,10 +46,6 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
     ----------
     count : int
         Number of draws they are made from.
-
-    Returns
-    -------
-    dict of channel to Bands
     """
     density, random = posterior.density, np.random.default_rng(seed)
     points = posterior.thinned(count, seed)

@@ -96,11 +96,6 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
     example : str
         A quantity that would have been accepted, for the message.
 
-    Returns
-    -------
-    float
-        Value in `unit`, finite.
-
     Raises
     ------
     pydantic_core.PydanticCustomError

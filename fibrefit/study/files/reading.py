@@ -45,11 +45,6 @@ def reading_of(overrides: Sequence[str]) -> dict[str, Any]:
     overrides : sequence of str
         Such as ``units.force=kN``, ``channels.force=Kraft`` or ``files.decimal=,``.
 
-    Returns
-    -------
-    dict
-        As `reading_arguments`.
-
     Raises
     ------
     StudyError

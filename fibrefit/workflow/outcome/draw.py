@@ -30,10 +30,6 @@ def draw_result(result: Path | str) -> Figures:
     result : pathlib.Path or str
         Folder of any result.
 
-    Returns
-    -------
-    Figures
-
     Raises
     ------
     DataError
