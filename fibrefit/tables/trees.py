@@ -46,8 +46,6 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
 
 def _beyond_the_usual(likelihood: xr.Dataset) -> xr.Dataset:
     """Log likelihoods without what any model of the same readings has: ArviZ takes their exponential for weights."""
-    if "usual" not in likelihood.coords:
-        return likelihood  # an earlier version kept none
     return likelihood.assign(
         readings=(likelihood["readings"] - likelihood["usual"]).assign_attrs(likelihood["readings"].attrs)
     )
