@@ -16,15 +16,15 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
 from fibrefit.sampling.compare import cross_validate
-from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import distinct
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
 from fibrefit.sampling.sample import ChainStart, PosteriorRequest, _prepare, coordinates_of, sample_posterior
 from fibrefit.sampling.settings import Settings
-from fibrefit.store.hdf5 import Variable, read_result, write_result
+from fibrefit.store.hdf5 import read_result, write_result
 from fibrefit.study.summaries.summaries import Provenance
+from fibrefit.workflow.sampling.groups import posterior_groups
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
 ORIGIN = Provenance(created="now", versions={}, inputs={}, resolved_study="")
@@ -121,7 +121,7 @@ def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior:
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
-    groups = posterior_groups(posterior, bands)
+    groups = posterior_groups(posterior, bands, 0)
     assert set(groups) == {
         "posterior",
         "sample_stats",
@@ -130,9 +130,8 @@ def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Ban
         "posterior_predictive",
         "constant_data",
     }
-    variables = {name: {key: Variable(*entry) for key, entry in group.items()} for name, group in groups.items()}
     file = tmp_path / "result.h5"
-    write_result(file, "fibrefit/posterior/1", variables, ORIGIN)
+    write_result(file, "fibrefit/posterior/1", groups, ORIGIN)
     read, _ = read_result(file)
     draws = read["posterior"]["release"].values
     assert draws.shape[0] == 4
@@ -145,10 +144,9 @@ def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Ban
 
 def test_groups_open_as_arviz_expects(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
     xarray = pytest.importorskip("xarray")
-    groups = posterior_groups(posterior, bands)
-    variables = {name: {key: Variable(*entry) for key, entry in group.items()} for name, group in groups.items()}
+    groups = posterior_groups(posterior, bands, 0)
     file = tmp_path / "result.h5"
-    write_result(file, "fibrefit/posterior/1", variables, ORIGIN)
+    write_result(file, "fibrefit/posterior/1", groups, ORIGIN)
     with xarray.open_datatree(file, engine="h5netcdf") as tree:
         opened = tree["posterior"]
         assert set(opened["stiffness"].dims) == {"chain", "draw"}

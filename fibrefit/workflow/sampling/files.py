@@ -8,7 +8,6 @@ import numpy as np
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words, remark
 from fibrefit.sampling.compare import LEFT_OUT_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
-from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
@@ -23,6 +22,7 @@ from fibrefit.study.summaries.summaries import (
     Provenance,
 )
 from fibrefit.workflow.sampling.found import Findings
+from fibrefit.workflow.sampling.groups import chosen_draws, posterior_groups
 
 SCORED = 800
 """Draws, of all ensembles together, whose likelihood is kept block by block."""
@@ -133,10 +133,7 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: those ArviZ knows, the blocks two models are compared by, and what else is drawn."""
     from fibrefit.workflow.sampling.drawn_groups import drawn_groups  # figures, which a run needs at its end only
 
-    groups = {
-        name: {key: Variable(*entry) for key, entry in group.items()}
-        for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
-    }
+    groups = posterior_groups(found.posterior, found.bands, found.posterior.settings.seed)
     ahead = found.cross_validation
     groups["log_likelihood"] = _log_likelihood(found.posterior)
     groups["foresight"] = {
