@@ -108,11 +108,6 @@ class {cls}({base}):
     ---
     {law}
 
-    Parameters
-    ----------
-    coefficient : () in {unit}
-        c.
-
     Valid range
     -----------
     Where the law holds.
@@ -123,8 +118,11 @@ class {cls}({base}):
     """
 
     name: ClassVar[str] = "{name}"
-{more}    # SI unit, words, typical size; lower, upper: its range; null: where the law vanishes exactly, 0 unless said.
-    coefficient: jax.Array = quantity({field})
+{more}    # SI unit, words, typical size; lower, upper: its range; null: where the law vanishes exactly, 0 unless said;
+    # symbol: in the law.
+    coefficient: jax.Array = quantity(
+        {field}
+    )
 
 {hook}
     # {others_said}
@@ -175,8 +173,7 @@ def template(name: str) -> str:
         base=kind.__name__,
         name=name,
         law=begun.law,
-        unit=begun.field.split('"')[1],
-        field=begun.field,
+        field=f'{begun.field}, symbol="c"',
         more=begun.more,
         hook=textwrap.indent(head, "    "),
         announced=announced,
