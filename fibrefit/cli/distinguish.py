@@ -18,10 +18,10 @@ def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude
     The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base
     parameters have initial values.
     """
-    from fibrefit.workflow.design.distinguish import confuse_study
+    from fibrefit.workflow.design.distinguish import distinguish_study
 
     with request.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
-        found = confuse_study(request.study, only=only, exclude=exclude, progress=progress)
+        found = distinguish_study(request.study, only=only, exclude=exclude, progress=progress)
         found.save(folder, force=request.force)
-    terminal.answer(found.report(), found.as_json())
+    terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)

@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fibrefit.workflow.design.distinguish import Confused, confuse_study
+    from fibrefit.workflow.design.distinguish import Distinguished, distinguish_study
     from fibrefit.workflow.design.plan import RecordPlan, plan_study
     from fibrefit.workflow.discovery.discover import Discovery, discover_study
     from fibrefit.workflow.fit import Fit, fit_study
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from fibrefit.workflow.together.series import SeriesResult, series_study
 
 __all__ = [
-    "Confused",
     "Discovery",
+    "Distinguished",
     "Fit",
     "Prediction",
     "RecordPlan",
@@ -30,8 +30,8 @@ __all__ = [
     "SeriesResult",
     "Simulation",
     "Sweep",
-    "confuse_study",
     "discover_study",
+    "distinguish_study",
     "fit_study",
     "model_of",
     "plan_study",
@@ -45,7 +45,7 @@ __all__ = [
 ]
 
 PARTS = {
-    "design.distinguish": ("Confused", "confuse_study"),
+    "design.distinguish": ("Distinguished", "distinguish_study"),
     "discovery.discover": ("Discovery", "discover_study"),
     "fit": ("Fit", "fit_study"),
     "design.plan": ("RecordPlan", "plan_study"),
