@@ -29,7 +29,7 @@ from fibrefit.core.formats import FIGURES, formats_asked
 def command(terminal: Terminal, request: Request, starts: int, robust: bool, profile: bool) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
     place = request.reserved("fit", f"{request.seed} {starts} {robust} {profile}")
-    from fibrefit.workflow import fit_study
+    from fibrefit.workflow.fit import fit_study
 
     settings = {"starts": starts, "seed": request.seed, "robust": robust, "profile": profile}
     with place as folder, asked_to_stop(terminal) as stop:

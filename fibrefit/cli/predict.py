@@ -19,7 +19,7 @@ def command(terminal: Terminal, request: Request, result: Path) -> int:
     Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
     """
     check_trust_of_result(result)
-    from fibrefit.workflow import predict_study
+    from fibrefit.workflow.prediction.predict import predict_study
 
     with request.reserved("predict", str(result.resolve())) as folder, shown_progress(terminal) as progress:
         prediction = predict_study(result, request.study, progress=progress)

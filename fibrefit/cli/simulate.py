@@ -13,7 +13,7 @@ def command(terminal: Terminal, request: Request) -> None:
 
     Parameters take the initial values of the study; those it does not give are suggested by the records.
     """
-    from fibrefit.workflow import simulate_study
+    from fibrefit.workflow.simulate import simulate_study
 
     with request.reserved("simulate") as folder, shown_progress(terminal) as progress:
         progress("simulating", None)
