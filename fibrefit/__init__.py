@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from fibrefit.study.examples import example, examples
     from fibrefit.study.load import load_study
     from fibrefit.workflow.batches.run import batch
-    from fibrefit.workflow.design.distinguish import confuse_study as confuse
-    from fibrefit.workflow.design.distinguish import confuse_study as distinguish
+    from fibrefit.workflow.design.distinguish import distinguish_study as confuse
+    from fibrefit.workflow.design.distinguish import distinguish_study as distinguish
     from fibrefit.workflow.design.plan import plan_study as plan
     from fibrefit.workflow.discovery.discover import discover_study as discover
     from fibrefit.workflow.fit import fit_study as fit
@@ -71,8 +71,8 @@ _HOMES = {
     "inspect": "fibrefit.workflow.inspection.inspection:inspect",
     "load_result": "fibrefit.workflow.outcome.stored:load_result",
     "read_batch": "fibrefit.workflow.outcome.stored:read_batch",
-    "confuse": "fibrefit.workflow.design.distinguish:confuse_study",
-    "distinguish": "fibrefit.workflow.design.distinguish:confuse_study",
+    "confuse": "fibrefit.workflow.design.distinguish:distinguish_study",
+    "distinguish": "fibrefit.workflow.design.distinguish:distinguish_study",
     "discover": "fibrefit.workflow.discovery.discover:discover_study",
     "fit": "fibrefit.workflow.fit:fit_study",
     "load_study": "fibrefit.study.load:load_study",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from unittest.mock import patch
 
 import psutil
 import pytest
 from hypothesis import settings
 
-from fibrefit.core.programs.bound import bound_programs
+from fibrefit.core.programs import bound
 
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
@@ -21,4 +22,5 @@ LARGEST = 1.5e9
 def _bounded() -> Iterator[None]:
     yield
     if psutil.Process().memory_info().rss > LARGEST:
-        bound_programs(0)
+        with patch.object(bound, "MOST_PROGRAMS", 0):
+            bound.bound_programs()

@@ -74,12 +74,17 @@ def _page(effect: Any, has_picture: bool) -> str:
 
     facts, parts = effect_facts(effect), _parts(effect)
     lines = [f"# {effect.name}", "", _plain(parts[""]), "", "## Law", "", _plain(parts.get("Law", "")), ""]
-    lines += ["## Parameters", "", "| parameter | unit | typical | range | says |", "|---|---|---|---|---|"]
+    lines += [
+        "## Parameters",
+        "",
+        "| parameter | symbol | unit | typical | range | says |",
+        "|---|---|---|---|---|---|",
+    ]
     for told in facts["parameters"]:
         says = told["says"]
         if told["name"].rpartition(".")[2] in facts["strength"]:
             says += f"; without effect at {_number(told['null'])}"
-        row = (f"`{told['name']}`", told["unit"], _number(told["typical"]), _range(told), _cell(says))
+        row = (f"`{told['name']}`", told["symbol"], told["unit"], _number(told["typical"]), _range(told), _cell(says))
         lines.append(f"| {' | '.join(row)} |")
     lines += ["", f"Rigs: {', '.join(f'`{rig}`' for rig in facts['rigs'])}.", ""]
     if facts["needs"]:

@@ -11,8 +11,6 @@ from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 from fibrefit.core.allowance import MOST_STARTS
 
-#: Exit code of a run that ended but whose result did not pass its own checks.
-
 
 @click.command("batch")
 @click.argument("series", metavar="SERIES...", nargs=-1, required=True)

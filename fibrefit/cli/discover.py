@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import Asked, Duration, result_options, study_options, with_asked
+from fibrefit.cli.options import Duration, Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary
 
-#: Exit code of a run that ended but whose result did not pass its own checks.
 
-
-@click.command("discover")
-@study_options
+@study_command("discover")
 @click.option("--max-effects", type=click.IntRange(1), default=3, show_default=True, help="Most effects to add.")
 @click.option(
     "--only", multiple=True, metavar="EFFECT", help='Try only this effect or pattern ("guide.*"), repeatable.'
@@ -49,17 +46,7 @@ if TYPE_CHECKING:
 )
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
-@result_options
-@with_terminal
-@with_asked
-def command(
-    terminal: Terminal,
-    asked: Asked,
-    seconds: float,
-    interactive: bool,
-    resume: bool,
-    **tried: Any,
-) -> int:
+def command(terminal: Terminal, request: Request, seconds: float, interactive: bool, resume: bool, **tried: Any) -> int:
     """Find what the model of STUDY lacks: where it goes wrong, which effect accounts for it, and the gap it closes.
 
     Names are those of `fibrefit effects`. The folder of the result holds a study.toml of the final model. The same
@@ -70,9 +57,9 @@ def command(
     from fibrefit.workflow.discovery.discover import SearchOptions, discover_study, finished
     from fibrefit.workflow.discovery.journal import journal_folder
 
-    study, seed, force = asked.study, asked.seed, asked.force
+    study, seed, force = request.study, request.seed, request.force
     options = SearchOptions(seed=seed, seconds=seconds, **tried)
-    folder = asked.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
+    folder = request.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
     if not (force or interactive) and (known := finished(folder, study, options)) is not None:
         terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
         return _answered(terminal, known)

@@ -4,33 +4,24 @@ from __future__ import annotations
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal
 
 
-@click.command("distinguish")
-@study_options
+@study_command("distinguish")
 @click.option("--only", multiple=True, metavar="EFFECT", help='Only this effect or pattern ("guide.*"), repeatable.')
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
-@result_options
-@with_terminal
-@with_asked
-def command(
-    terminal: Terminal,
-    asked: Asked,
-    only: tuple[str, ...],
-    exclude: tuple[str, ...],
-) -> None:
+def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude: tuple[str, ...]) -> None:
     """Say which effects the records of STUDY can distinguish, and the detection limit of each.
 
     The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base
     parameters have initial values.
     """
-    from fibrefit.workflow.design.distinguish import confuse_study
+    from fibrefit.workflow.design.distinguish import distinguish_study
 
-    with asked.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
-        found = confuse_study(asked.study, only=only, exclude=exclude, progress=progress)
-        found.save(folder, force=asked.force)
-    terminal.answer(found.report(), found.as_json())
+    with request.reserved("confuse", repr((only, exclude))) as folder, shown_progress(terminal) as progress:
+        found = distinguish_study(request.study, only=only, exclude=exclude, progress=progress)
+        found.save(folder, force=request.force)
+    terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)

@@ -113,7 +113,8 @@ def _page(effect: type[Effect], name: str, picture: Sequence[str] = ()) -> str:
     ]
     lines += ["", "Parameters"]
     for parameter in effect.parameters:
-        lines += [f"{_INDENT}{effect.name}.{parameter.name}", _filled(_facts(effect, parameter), _INDENT * 2)]
+        symbol = f" ({parameter.symbol})" if parameter.symbol else ""
+        lines += [f"{_INDENT}{effect.name}.{parameter.name}{symbol}", _filled(_facts(effect, parameter), _INDENT * 2)]
     lines += ["", _filled(f"Rigs: {', '.join(rigs_of(effect))}")]
     if effect.needs:
         lines.append(_filled(f"Only together with {', '.join(effect.needs)}"))

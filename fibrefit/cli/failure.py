@@ -30,11 +30,6 @@ def report_error(error: FibrefitError | str, hint: str, code: int, args: Sequenc
         Exit code.
     args : sequence of str
         The command line.
-
-    Returns
-    -------
-    int
-        `code`.
     """
     say(" ".join(filter(None, [f"error: {error}", *getattr(error, "__notes__", ()), hint])))
     _answer_in_json(error, code, args)

@@ -9,15 +9,14 @@ import click
 
 from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.interruption import asked_to_stop
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.formats import FIGURES, formats_asked
 
 
-@click.command("fit")
-@study_options
+@study_command("fit")
 @click.option(
     "--starts",
     type=click.IntRange(1, MOST_STARTS),
@@ -27,31 +26,22 @@ from fibrefit.core.formats import FIGURES, formats_asked
 )
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
-@result_options
-@with_terminal
-@with_asked
-def command(
-    terminal: Terminal,
-    asked: Asked,
-    starts: int,
-    robust: bool,
-    profile: bool,
-) -> int:
+def command(terminal: Terminal, request: Request, starts: int, robust: bool, profile: bool) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
-    place = asked.reserved("fit", f"{asked.seed} {starts} {robust} {profile}")
-    from fibrefit.workflow import fit_study
+    place = request.reserved("fit", f"{request.seed} {starts} {robust} {profile}")
+    from fibrefit.workflow.fit import fit_study
 
-    settings = {"starts": starts, "seed": asked.seed, "robust": robust, "profile": profile}
+    settings = {"starts": starts, "seed": request.seed, "robust": robust, "profile": profile}
     with place as folder, asked_to_stop(terminal) as stop:
         with shown_progress(terminal) as progress:
-            fit = fit_study(asked.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
+            fit = fit_study(request.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
         # What was found is told before the figures are drawn, which takes as long again.
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
         if formats_asked():
             from fibrefit.plots.artists import without_help
 
             without_help()
-        fit.save(folder, force=asked.force, stop=stop)
+        fit.save(folder, force=request.force, stop=stop)
         interrupted = stop()
     terminal.wrote(folder, " Not all figures were drawn." if interrupted else _further(folder))
     if interrupted:

@@ -19,11 +19,6 @@ def asked_to_stop(terminal: Terminal) -> Iterator[Callable[[], bool]]:
     ----------
     terminal : Terminal
         Where it says how it goes on.
-
-    Yields
-    ------
-    callable
-        Whether Ctrl-C has come.
     """
     asked = threading.Event()
     if threading.current_thread() is not threading.main_thread():

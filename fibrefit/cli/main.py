@@ -102,11 +102,6 @@ def run(args: Sequence[str]) -> int:
     ----------
     args : sequence of str
         The words after ``fibrefit``.
-
-    Returns
-    -------
-    int
-        Exit code.
     """
     try:
         if not all(args):

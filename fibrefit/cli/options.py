@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
+from fibrefit.cli.terminal import Terminal, with_terminal
 from fibrefit.core.paths import is_folder
 
 if TYPE_CHECKING:
-    from fibrefit.cli.terminal import Terminal
     from fibrefit.study import Study
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -118,11 +118,6 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     overrides : sequence of str
         Values of ``--set``.
 
-    Returns
-    -------
-    Study
-        Complete and in SI.
-
     Raises
     ------
     UsageError
@@ -135,7 +130,7 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     return study
 
 
-class Asked(NamedTuple):
+class Request(NamedTuple):
     """What every command on a study is asked for.
 
     Parameters
@@ -146,7 +141,6 @@ class Asked(NamedTuple):
         Value of ``--out``.
     force : bool
         Whether an earlier result may be replaced.
-    seed : int
     """
 
     study: Study
@@ -171,10 +165,6 @@ class Asked(NamedTuple):
         settings : str
             As for `folder`.
 
-        Yields
-        ------
-        pathlib.Path
-
         Raises
         ------
         UsageError
@@ -187,16 +177,29 @@ class Asked(NamedTuple):
             yield folder
 
 
-def with_asked(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command what it is `Asked` in place of the options: inside of `with_terminal`, which tells errors."""
+def study_command(name: str) -> Callable[[Callable[..., Any]], click.Command]:
+    """A command on a study: called with its `Terminal`, the `Request` that common options make, and options of its own.
 
-    @wraps(command)
-    def with_it(terminal: Terminal, **options: Any) -> Any:
-        study = study_from(options.pop("files"), options.pop("rig"), options.pop("overrides"))
-        asked = Asked(study, options.pop("out"), options.pop("force"), options.pop("seed"))
-        return command(terminal, asked, **options)
+    Its own arguments stand before the study, its own options before those of the result.
+    """
 
-    return with_it
+    def made(command: Callable[..., Any]) -> click.Command:
+        own = command.__dict__.pop("__click_params__", [])
+
+        @wraps(command)
+        def with_request(terminal: Terminal, **options: Any) -> Any:
+            study = study_from(options.pop("files"), options.pop("rig"), options.pop("overrides"))
+            request = Request(study, options.pop("out"), options.pop("force"), options.pop("seed"))
+            return command(terminal, request, **options)
+
+        # Click reads parameters from the last to the first.
+        common: Any = result_options(with_terminal(with_request))
+        common.__click_params__ += [one for one in own if isinstance(one, click.Option)]
+        common = study_options(common)
+        common.__click_params__ += [one for one in own if isinstance(one, click.Argument)]
+        return click.command(name)(common)
+
+    return made
 
 
 def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:

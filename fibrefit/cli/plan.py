@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal
 
 
-@click.command("plan")
-@study_options
+@study_command("plan")
 @click.option(
     "--for",
     "purpose",
@@ -21,14 +20,7 @@ from fibrefit.cli.terminal import Terminal, with_terminal
 @click.option(
     "--cost", "costs", multiple=True, metavar="WHAT=MINUTES", help='Of a changed condition, or a "record"; repeatable.'
 )
-@result_options
-@with_terminal
-@with_asked
-def command(
-    terminal: Terminal,
-    asked: Asked,
-    **options: object,
-) -> None:
+def command(terminal: Terminal, request: Request, **options: object) -> None:
     """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
 
     Without --for they are ranked by how surely they tell rivals apart, where there are some, else by error bars. The
@@ -39,9 +31,9 @@ def command(
     costs = _costs(options["costs"])  # type: ignore[arg-type]
     rivals = tuple(filter(None, str(options["rivals"] or "").replace(" ", "").split(",")))
     aim = Aim(options["purpose"], rivals, costs)  # type: ignore[arg-type]
-    with asked.reserved("plan", repr(aim)) as folder, shown_progress(terminal) as progress:
-        found = plan_study(asked.study, aim, progress=progress)
-        found.save(folder, force=asked.force)
+    with request.reserved("plan", repr(aim)) as folder, shown_progress(terminal) as progress:
+        found = plan_study(request.study, aim, progress=progress)
+        found.save(folder, force=request.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)
 

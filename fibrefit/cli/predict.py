@@ -6,33 +6,25 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import Asked, check_trust_of_result, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, check_trust_of_result, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 
-@click.command("predict")
+@study_command("predict")
 @click.argument("result", type=click.Path(path_type=Path))
-@study_options
-@result_options
-@with_terminal
-@with_asked
-def command(
-    terminal: Terminal,
-    asked: Asked,
-    result: Path,
-) -> int:
+def command(terminal: Terminal, request: Request, result: Path) -> int:
     """Predict the records of STUDY with the model and the values of RESULT, the folder of an earlier result.
 
     Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
     """
     check_trust_of_result(result)
-    from fibrefit.workflow import predict_study
+    from fibrefit.workflow.prediction.predict import predict_study
 
-    with asked.reserved("predict", str(result.resolve())) as folder, shown_progress(terminal) as progress:
-        prediction = predict_study(result, asked.study, progress=progress)
+    with request.reserved("predict", str(result.resolve())) as folder, shown_progress(terminal) as progress:
+        prediction = predict_study(result, request.study, progress=progress)
         progress("drawing and writing", None)
-        prediction.save(folder, force=asked.force)
+        prediction.save(folder, force=request.force)
     summary = prediction.summary()
     terminal.answer(prediction.report(), summary.model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)

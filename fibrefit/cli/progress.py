@@ -24,11 +24,6 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
     ----------
     terminal : Terminal
         Quiet ones show nothing.
-
-    Yields
-    ------
-    callable
-        To be called with what is being done and the share that is done.
     """
     if terminal.quiet:
         yield quiet

@@ -6,17 +6,14 @@ from typing import Any
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
-
-#: Exit code of a run that ended but whose result did not pass its own checks.
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 KINDS = ("auto", "white", "autoregressive", "coloured")
 
 
-@click.command("sample")
-@study_options
+@study_command("sample")
 @click.option(
     "--ess",
     type=float,
@@ -36,12 +33,9 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
 @click.option("--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints.")
 @click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
-@result_options
-@with_terminal
-@with_asked
 def command(
     terminal: Terminal,
-    asked: Asked,
+    request: Request,
     resume: bool,
     noise: str,
     heavy: bool,
@@ -60,12 +54,14 @@ def command(
     from fibrefit.workflow.sampling.sample import SamplingOptions, identity, sample_study
     from fibrefit.workflow.sampling.start import KEPT
 
-    settings, options = Settings(seed=asked.seed, **budget), SamplingOptions(noise, heavy, nuts, compare)
+    settings, options = Settings(seed=request.seed, **budget), SamplingOptions(noise, heavy, nuts, compare)
     fixed = identity(options, settings)
-    folder = asked.folder("sample", fixed)
-    place = growing_folder(folder, KEPT, force=asked.force, resume=resume, run=Run.of("sample", asked.study, fixed))
+    folder = request.folder("sample", fixed)
+    place = growing_folder(folder, KEPT, force=request.force, resume=resume, run=Run.of("sample", request.study, fixed))
     with place as directory, shown_progress(terminal) as progress:
-        found = sample_study(asked.study, settings=settings, options=options, folder=directory.path, progress=progress)
+        found = sample_study(
+            request.study, settings=settings, options=options, folder=directory.path, progress=progress
+        )
         progress("drawing and writing", None)
         found.write(directory)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-import click
-
-from fibrefit.cli.options import Asked, result_options, study_options, with_asked
+from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal
 
 
-@click.command("simulate")
-@study_options
-@result_options
-@with_terminal
-@with_asked
-def command(
-    terminal: Terminal,
-    asked: Asked,
-) -> None:
+@study_command("simulate")
+def command(terminal: Terminal, request: Request) -> None:
     """Compute the response of the model to the conditions of each record of STUDY, as CSV and pictures.
 
     Parameters take the initial values of the study; those it does not give are suggested by the records.
     """
-    from fibrefit.workflow import simulate_study
+    from fibrefit.workflow.simulate import simulate_study
 
-    with asked.reserved("simulate") as folder, shown_progress(terminal) as progress:
+    with request.reserved("simulate") as folder, shown_progress(terminal) as progress:
         progress("simulating", None)
-        simulate_study(asked.study).save(folder, force=asked.force)
+        simulate_study(request.study).save(folder, force=request.force)
     written = sorted(path.relative_to(folder).as_posix() for path in folder.glob("simulated/*.csv"))
-    text = "\n".join([f"Simulated {asked.study.name}; written to {folder}:", *(f"  {name}" for name in written)])
-    terminal.answer(text, {"study": asked.study.name, "out": str(folder), "files": written})
+    text = "\n".join([f"Simulated {request.study.name}; written to {folder}:", *(f"  {name}" for name in written)])
+    terminal.answer(text, {"study": request.study.name, "out": str(folder), "files": written})

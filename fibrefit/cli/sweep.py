@@ -6,11 +6,9 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import Asked, result_options, study_from, trust_option
+from fibrefit.cli.options import Request, result_options, study_from, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
-
-#: Exit code of a run that ended but whose result did not pass its own checks.
 
 
 @click.command("sweep")
@@ -30,7 +28,7 @@ def command(
     loaded = study_from((study,), None, overrides)
     from fibrefit.workflow.sweep import sweep_study
 
-    with Asked(loaded, out, force).reserved("sweep") as folder, shown_progress(terminal) as progress:
+    with Request(loaded, out, force).reserved("sweep") as folder, shown_progress(terminal) as progress:
         swept = sweep_study(loaded, progress=progress)
         progress("drawing and writing", None)
         swept.save(folder, force=force)

@@ -65,7 +65,6 @@ class Terminal:
 
         Parameters
         ----------
-        folder : pathlib.Path
         more : str
             What there is to say of it besides.
         """
@@ -90,12 +89,7 @@ class Terminal:
 
 
 def first_missing(folder: Path) -> Path | None:
-    """The uppermost folder on the way to `folder` that does not exist; None where all do.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-    """
+    """The uppermost folder on the way to `folder` that does not exist; None where all do."""
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     return missing[-1] if missing else None
 
@@ -109,7 +103,6 @@ def say(text: str, *, err: bool = True, newline: bool = True) -> None:
 
     Parameters
     ----------
-    text : str
     err : bool
         On stderr.
     newline : bool

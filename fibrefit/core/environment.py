@@ -8,7 +8,7 @@ import platform
 import re
 import stat
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -78,29 +78,19 @@ def _version(package: str) -> str:
     return told.group(1) if told else metadata.version(package)
 
 
-def cache_directory(environment: Mapping[str, str] | None = None) -> Path:
+def cache_directory() -> Path:
     """Directory for files that can be made again, such as compiled programs and error logs.
 
     ``FIBREFIT_CACHE`` names it; otherwise it is where the platform keeps such files.
-
-    Parameters
-    ----------
-    environment : mapping, optional
-        Environment variables; those of the process by default.
-
-    Returns
-    -------
-    pathlib.Path
-        The directory, which need not exist.
+    The directory need not exist.
     """
-    env = os.environ if environment is None else environment
-    if chosen := env.get("FIBREFIT_CACHE"):
+    if chosen := os.environ.get("FIBREFIT_CACHE"):
         with suppress(RuntimeError):  # of a user without a home
             return Path(chosen).expanduser()
     home = _home()
-    if sys.platform == "win32" and (base := env.get("LOCALAPPDATA") or (home and home / "AppData" / "Local")):
+    if sys.platform == "win32" and (base := os.environ.get("LOCALAPPDATA") or (home and home / "AppData" / "Local")):
         return Path(base) / "fibrefit" / "cache"
-    if base := env.get("XDG_CACHE_HOME"):
+    if base := os.environ.get("XDG_CACHE_HOME"):
         return Path(base) / "fibrefit"
     if home is None:
         return _among_temporary_files()
@@ -151,7 +141,7 @@ def _is_own(folder: Path, unless: int = 0) -> bool:
     return there.st_uid in (os.getuid(), 0) and (not there.st_mode & stat.S_IWOTH or bool(there.st_mode & unless))
 
 
-def merge_xla_flags(wanted: Iterable[str], present: str = "") -> str:
+def merge_xla_flags(wanted: Iterable[str], present: str) -> str:
     """Value of ``XLA_FLAGS`` with `wanted` added where the user has not already decided.
 
     Parameters

@@ -35,6 +35,8 @@ class Parameter:
         Where a search for it begins, in `unit`; about the typical size where empty.
     source : str
         Where the law or the range comes from.
+    symbol : str
+        In the equation of its law.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Parameter:
     reciprocal: bool = False
     starts: tuple[float, ...] = ()
     source: str = ""
+    symbol: str = ""
 
 
 class ByInverse(NamedTuple):

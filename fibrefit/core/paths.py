@@ -57,11 +57,6 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
     most : int, optional
         Bytes it may have; `allowance.LARGEST` by default.
 
-    Returns
-    -------
-    bytes
-        All of it.
-
     Raises
     ------
     FibrefitError

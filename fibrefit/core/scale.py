@@ -56,11 +56,6 @@ class Scale:
         error : type
             Class of the error.
 
-        Returns
-        -------
-        Scale
-            As stated.
-
         Raises
         ------
         FibrefitError

@@ -18,7 +18,6 @@ class Card(NamedTuple):
         One more: what matters most of it.
     head : tuple of str
         Of the table that a notebook shows; empty for none.
-    rows : sequence of sequence of str
     """
 
     title: str
@@ -69,11 +68,6 @@ def printable(text: str) -> str:
     ----------
     text : str
         Such as the name of a file.
-
-    Returns
-    -------
-    str
-        The same with escapes in their place.
     """
     return text.encode("utf-8", "backslashreplace").decode("utf-8").replace("\0", "\\0")
 

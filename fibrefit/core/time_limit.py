@@ -24,7 +24,6 @@ class Budget:
 
     Parameters
     ----------
-    seconds : float
     began : float
         By the monotonic clock.
     """
@@ -99,7 +98,6 @@ def in_time(job: Callable[[], T], otherwise: T, seconds: float = float("inf")) -
 
     Parameters
     ----------
-    job : callable
     otherwise : object
     seconds : float
         That the job may take.

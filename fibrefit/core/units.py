@@ -239,11 +239,6 @@ def parse_quantity(
     error : type
         Class of the error.
 
-    Returns
-    -------
-    float
-        Value in `si`, finite.
-
     Raises
     ------
     FibrefitError

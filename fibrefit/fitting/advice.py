@@ -50,11 +50,8 @@ def advice(
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,) in SI units
     normal, covariance : (n_free, n_free)
-    weak : tuple of Weakness
-    checks : tuple of Check
     """
     failed = {check.identifier for check in checks if not check.passed}
     found = []

@@ -14,9 +14,9 @@ from fibrefit.fitting.misfit.outweighed import Outweighed
 from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.thresholds import (
     AGREEMENT,
-    ASTRAY,
     AT_BOUND,
     CHANCE,
+    DIVERGED,
     FACTOR,
     FEW_STARTS,
     GRAVITY_OFF,
@@ -48,23 +48,21 @@ DOUBTFUL = "doubtful_value"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
-def converged(promised: float, success: bool, rough: bool = False) -> Check:
+def converged(predicted_decrease: float, success: bool, rough: bool = False) -> Check:
     """Whether the solver has arrived: its own word, and what another step would still gain.
 
     Parameters
     ----------
-    promised : float
-    success : bool
     rough : bool
         Whether errors of measured inputs were fitted too.
     """
     enough = ROUGHLY if rough else SETTLED_FIT
     return Check(
         name="the solver converged",
-        passed=bool(success and promised <= enough),
-        statistic=promised,
+        passed=bool(success and predicted_decrease <= enough),
+        statistic=predicted_decrease,
         threshold=enough,
-        fatal=not promised <= ASTRAY,
+        fatal=not predicted_decrease <= DIVERGED,
         identifier=CONVERGED,
         quantity="convergence of the solver",
     )
@@ -100,7 +98,7 @@ def second_solver(distance: float, gain: float) -> Check:
 
 
 def no_second_solver() -> Check:
-    """What is said where a second solver was not asked."""
+    """The check where no second solver was run."""
     return Check(name="a second solver agrees", passed=False, **SECOND)
 
 
@@ -149,8 +147,6 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
 
     Parameters
     ----------
-    starts : Starts
-    noise : bool
     nats : float
         By how many the next minimum is less probable, errors of measured inputs taken off both; 0 where not known.
     """
@@ -202,7 +198,6 @@ def gap_is_noise(gap: Gap, expected: float = 1.0) -> Check:
 
     Parameters
     ----------
-    gap : Gap
     expected : float
         Gap of a perfect model: less than 1 where errors of inputs are fitted, more where noise grows with the load.
     """
@@ -223,16 +218,16 @@ def signal_explained(gaps: Gap) -> Check:
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
     # A driving force is not simulated: the balance it is told by knows the acceleration badly.
-    hopeless = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
+    unusable = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
     return Check(
         name="the signal is explained",
         passed=share <= UNEXPLAINED,
         statistic=share,
         threshold=UNEXPLAINED,
-        fatal=hopeless,
+        fatal=unusable,
         identifier=EXPLAINED,
         quantity="share of the signal that is explained",
-        facts={"channel": worst, "hopeless": hopeless, "useless": USELESS},
+        facts={"channel": worst, "unusable": unusable, "useless": USELESS},
     )
 
 

@@ -21,7 +21,6 @@ def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> Err
 
     Parameters
     ----------
-    problem : Problem
     scores : Scores
         At the estimate.
     rate : float
@@ -78,9 +77,7 @@ def estimates(
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,) in SI units
-    bars : ErrorBars
     plain : PlainEstimate, optional
         What is told beside the estimates.
     gls : GlsEstimate, optional

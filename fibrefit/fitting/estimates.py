@@ -76,15 +76,12 @@ class GlsEstimate:
         Values of each record, its deviations in them.
     residuals : (n_record, n_channel, n_time) in units of the noise
         There, errors of the inputs at their best.
-    bars : ErrorBars
     intervals : (n_free, 2) in SI units
         Of 95 %.
     between : mapping of name to BetweenRecordsSummary
         How much records differ.
     noise : tuple of Noise
         Of each channel, in SI units.
-    evidence : MarginalLikelihood
-    seen : View
     coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.

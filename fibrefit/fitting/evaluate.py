@@ -21,8 +21,6 @@ class Evaluation:
 
     Parameters
     ----------
-    motion : Motion
-    gap : Gap
     record_gaps : mapping of record to Gap
     """
 
@@ -36,7 +34,6 @@ def evaluate(task: Task, problem: Problem, local: np.ndarray) -> Evaluation:
 
     Parameters
     ----------
-    task : Task
     problem : Problem
         Of the task, errors of its inputs taken off.
     local : (n_record, n_local) in SI units

@@ -47,7 +47,6 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
 
     Parameters
     ----------
-    layout : Layout
     values : (n_free,) in SI units
     covariance : (n_free, n_free)
         With infinite variances where the data see nothing.
@@ -130,7 +129,6 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,) in SI units
     covariance : (n_free, n_free)
     """

@@ -38,7 +38,7 @@ from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import SETTLED_FIT
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
-from fibrefit.problem.diagnose.exchanged import look_exchanged
+from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -94,12 +94,10 @@ def identify(
 
     Parameters
     ----------
-    task : Task
     starts : int
         Number of starts, the one from the data included.
     seed : int
         Of the scatter of starts.
-    how : How, optional
     progress : callable, optional
         Told what is being done and the share that is finished.
     stop : callable
@@ -117,7 +115,7 @@ def identify(
     if not 1 <= starts <= MOST_STARTS:
         raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
     began, tell, how = time.perf_counter(), progress or quiet, how or How()
-    task = _softened(task) if how.robust else task
+    task = _with_soft_l1(task) if how.robust else task
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
     ended = how.known
@@ -172,7 +170,7 @@ def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:
         raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
 
 
-def _softened(task: Task) -> Task:
+def _with_soft_l1(task: Task) -> Task:
     problem = task.problem
     return replace(task, problem=Problem(problem.model, problem.layout, problem.observations, SOFT_BEYOND))
 
@@ -238,7 +236,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
         *(() if how.known else (_agreed(second, settling_unit(problem, bars)),)),
-        judge.starts_agree(starts, *_left_open(task, starts, plain, bars, sound.gap.passed, how.rivals)),
+        judge.starts_agree(starts, *_undecided_starts(task, starts, plain, bars, sound.gap.passed, how.rivals)),
         sound.inside,
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
@@ -289,7 +287,7 @@ def _explained(plain: Optimum, gaps: Gap) -> Check:
 
 def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tuple[Check, ...]:
     """Whether channels, clock, scale and slope are what the study says, and what one thing more makes of the values."""
-    swapped = (judge.exchanged(),) if not explained.passed and look_exchanged(task.traces) else ()
+    swapped = (judge.exchanged(),) if not explained.passed and are_exchanged(task.traces) else ()
     gravity = gravity_in_flight(task, best.values, best.seen.motion)
     lag = lag_in_contacts(task, best.values, best.seen.motion)
     told = () if gravity is None else (judge.falls_freely(gravity),)
@@ -301,7 +299,7 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     return (*swapped, *told, *(() if other is None else (judge.explained_otherwise(other),)))
 
 
-def _left_open(
+def _undecided_starts(
     task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise: bool, rivals: bool
 ) -> tuple[bool, float]:
     """Whether the best minimum leaves only noise, and by how many nats the next is less probable, if that is open.
@@ -355,7 +353,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
 
 
 def _agreed(second: _Second | None, inflation: float) -> Check:
-    """Whether both solvers agree, in units of the honest standard errors."""
+    """Whether both solvers agree, in units of the reported standard errors."""
     return judge.no_second_solver() if second is None else judge.second_solver(second.distance / inflation, second.gain)
 
 

@@ -29,8 +29,6 @@ def plain_cost(problem: Problem, index: int, width: np.ndarray, whole: np.ndarra
 
     Parameters
     ----------
-    problem : Problem
-    index : int
     width : (n_free,)
         Unit of the solver's steps, see `solve.widths`.
     whole : (1, n_record) int
@@ -41,20 +39,19 @@ def plain_cost(problem: Problem, index: int, width: np.ndarray, whole: np.ndarra
 
 
 def profile_interval(
-    problem: Problem, values: np.ndarray, index: int, cost: Cost, own: float, honest: float
+    problem: Problem, values: np.ndarray, index: int, cost: Cost, own: float, reported: float
 ) -> tuple[float, float]:
     """95 % interval of one free value.
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,) in SI units
         Of the best fit.
     index : int
         The value's place.
     cost : callable
         Sum of squares of the best fit with the value held.
-    own, honest : float
+    own, reported : float
         Its standard error if the noise were what this cost takes it for, and for the noise as it is, in SI units.
 
     Returns
@@ -63,14 +60,14 @@ def profile_interval(
         In SI units; infinite where the cost never rises enough within reach.
     """
     lowest = cost(values)
-    rise = CHI2_95 * (honest / own) ** 2 * lowest / problem.n_measured
+    rise = CHI2_95 * (reported / own) ** 2 * lowest / problem.n_measured
 
     def excess(value: float) -> float:
         return cost(np.where(np.arange(len(values)) == index, value, values)) - lowest - rise
 
     limits = problem.layout.entries[index][0].range
-    low = _crossing(excess, values[index], -1.96 * honest, max(limits.lower, values[index] - FARTHEST * honest))
-    high = _crossing(excess, values[index], 1.96 * honest, min(limits.upper, values[index] + FARTHEST * honest))
+    low = _crossing(excess, values[index], -1.96 * reported, max(limits.lower, values[index] - FARTHEST * reported))
+    high = _crossing(excess, values[index], 1.96 * reported, min(limits.upper, values[index] + FARTHEST * reported))
     return low if low is not None else limits.lower, high if high is not None else limits.upper
 
 

@@ -66,16 +66,12 @@ class Reported:
         Errors found taken off its inputs.
     values : (n_free,) in SI units
     residuals : (n_record, n_channel, n_time) in units of the noise
-    bars : ErrorBars
     gls : GlsEstimate or None
         None where the plain estimate stands.
-    seen : Evaluation
-    sound : Sound
     input_errors : mapping of input to InputErrorSummary
     coefficients : mapping of input to (n_record, n_wave)
     expected_gap : float
         Of a perfect model.
-    why : Why
     checks : tuple of Check
         Whether both estimates agree, where they could be compared.
     """
@@ -106,8 +102,6 @@ def reported(
 
     Parameters
     ----------
-    task : Task
-    plain : Optimum
     bars : ErrorBars
         Of the plain estimate.
     success : bool
@@ -195,8 +189,8 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     seen, residuals = evaluate(task, problem, plain.local), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     found = estimates(problem, plain.values, bars)
-    promised = plain.promised([not estimate.found.at_bound for estimate in found])
-    arrived = judge.converged(promised / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
+    decrease = plain.promised([not estimate.found.at_bound for estimate in found])
+    arrived = judge.converged(decrease / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
     limits = [estimate.name for estimate in found if estimate.found.at_bound]
     errors, expected = plain.input_errors, plain.expected_gap
     sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))

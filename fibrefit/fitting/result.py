@@ -25,7 +25,6 @@ class Estimate(NamedTuple):
 
     Parameters
     ----------
-    name : str
     record : str or None
         The record whose value it is; None for all.
     found : ParameterSummary
@@ -101,7 +100,7 @@ class PlainEstimate:
     Parameters
     ----------
     values, errors : (n_free,)
-        The honest errors.
+        The errors that are reported.
     local : (n_record, n_local)
         Values of each record.
     differ : bool
@@ -120,17 +119,15 @@ class Identification:
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,)
     covariance : (n_free, n_free)
-        The honest one.
+        The one that is reported.
     method : str
         Where it comes from.
     inflation : float
-        Median ratio of honest to white standard errors of the shared parameters.
+        Median ratio of reported to white standard errors of the shared parameters.
     estimates : tuple of Estimate
         Shared parameters first, then those of each record.
-    gap : Gap
     balance : ChannelGap or None
         Of the force that drives the rig, by inverse dynamics; None where none does.
     expected_gap : float
@@ -139,17 +136,12 @@ class Identification:
     noise : dict of channel to Noise
     readings : dict of channel to (n_record, n_time)
     residuals : (n_record, n_channel, n_time) in units of the noise
-    motion : Motion
-    starts : Starts
-    checks : tuple of Check
     advice : tuple of Advice
         What to measure or try next.
-    seconds : float
     estimator : str
         ``"ordinary least squares"`` or ``"generalised least squares"``.
     why : Why
         Which of them the values are of, and why.
-    plain : PlainEstimate
     gls : GlsEstimate or None
         The whitened estimate, where it is the one reported.
     input_errors : dict of input to InputErrorSummary

@@ -11,7 +11,7 @@ a tenth of theirs from the minimum at most."""
 ROUGHLY = 0.05
 """The same where errors of measured inputs are fitted too: the cost of a motion that sticks and bounces is rough at
 this scale, and values are a fifth of their standard errors from the minimum at most."""
-ASTRAY = 25.0
+DIVERGED = 25.0
 """Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
 INPUT_ERROR = 1.15
 """Error of a measured input over its noise beyond which it is not the input's: `problem.thresholds.GAP_OF_NOISE`, and a

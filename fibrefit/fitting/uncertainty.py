@@ -112,7 +112,6 @@ def stationary(scores: Scores, rate: float) -> np.ndarray:
 
     Parameters
     ----------
-    scores : Scores
     rate : float
         Samples a second, in Hz.
     """
@@ -197,7 +196,6 @@ def by_windows(scores: Scores, window: int) -> np.ndarray:
 
     Parameters
     ----------
-    scores : Scores
     window : int
         Samples of each; the last of a record may hold fewer.
     """

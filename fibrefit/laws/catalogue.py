@@ -266,10 +266,6 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     directory : path
         Where the path of such a file begins: the directory of the study.
 
-    Returns
-    -------
-    type of Effect
-
     Raises
     ------
     StudyError
@@ -291,12 +287,12 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     )
 
 
-def all_wrong(name: str, conditions: Mapping[str, float], directory: Path | str = ".") -> tuple[StudyError, ...]:
+def all_wrong(name: str, conditions: Mapping[str, float]) -> tuple[StudyError, ...]:
     """All that is wrong with an effect, of the catalogue or a user's own, as errors that are not raised.
 
     Parameters
     ----------
-    name, directory
+    name : str
         As for `find_effect`.
     conditions : mapping of str to float, in SI units
         Those of all rigs.
@@ -307,7 +303,7 @@ def all_wrong(name: str, conditions: Mapping[str, float], directory: Path | str 
         Where there is no such effect.
     """
     where = f'effect "{name}"'
-    found = from_file(name, Path(directory)) if ".py:" in name else find_effect(name)
+    found = from_file(name, Path()) if ".py:" in name else find_effect(name)
     if not is_effect(found):
         return (StudyError(where, f"{found!r} is no effect", KINDS),)
     wrong = violations(found, conditions, where)

@@ -48,7 +48,7 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
     try:
         laws = {choose: effect(**values) for choose, values in _values(effect).items()}
     except Exception as error:
-        return (*found, StudyError(where, f"cannot be made: {_told(error)}", "a class without __init__ of its own"))
+        return (*found, StudyError(where, f"cannot be made: {_shown(error)}", "a class without __init__ of its own"))
     said = said_by(effect)
     for hook, flag in ANNOUNCED[port_of(effect) or ""].items():
         if hook in said and not getattr(effect, flag):
@@ -79,7 +79,7 @@ def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float]
     try:
         shape = jax.eval_shape(ask, laws["typical"], jnp.zeros(()), jnp.zeros(()))
     except Exception as error:
-        yield StudyError(where, f"fails with {_told(error)}", "an answer", FOR_ARRAYS)
+        yield StudyError(where, f"fails with {_shown(error)}", "an answer", FOR_ARRAYS)
         return
     if expected := _unlike(hook, laws["null"], shape, conditions):
         yield StudyError(where, f"answers {_shape(shape)}", expected)
@@ -191,6 +191,6 @@ def _place(places: tuple[Any, Any], row: int) -> str:
     return f"position or stretch {float(places[0][row]):g} m, speed {float(places[1][row]):g} m/s"
 
 
-def _told(error: Exception) -> str:
+def _shown(error: Exception) -> str:
     first = str(error).strip().partition("\n")[0]
     return f"{type(error).__name__}: {first}" if first else type(error).__name__

@@ -55,7 +55,7 @@ def omissions(effect: type[Effect], where: str) -> Iterator[StudyError]:
     """
     text = inspect.cleandoc(effect.__doc__ or "")
     if not text or text.startswith(f"{effect.__name__}("):
-        yield StudyError(where, "no docstring", "one sentence, and sections Law, Parameters, Valid range, Source")
+        yield StudyError(where, "no docstring", "one sentence, and sections Law, Valid range, Source")
     elif "\nLaw\n---" not in text:
         yield StudyError(where, "no section Law in its docstring", "its equation under that title")
     for p in effect.parameters:

@@ -44,18 +44,13 @@ class ChangeSince(Change):
 
     page: ClassVar[str] = """
 
-Parameters
-----------
-change : () a pure number
-    a.
-
 Valid range
 -----------
 a > -1.
 
 """
     family: ClassVar[str] = "since"
-    change: jax.Array = quantity("-", "relative change", 0.5)
+    change: jax.Array = quantity("-", "relative change", 0.5, symbol="a")
 
     def relative(self) -> jax.Array:
         """The change."""
@@ -65,25 +60,11 @@ a > -1.
 class ChangeAtInstant(ChangeSince):
     """At an instant of one record."""
 
-    page: ClassVar[str] = """
-
-Parameters
-----------
-change : () a pure number
-    a.
-instant : () a pure number
-    t_s over the length of the record.
-
-Valid range
------------
-a > -1.
-
-"""
     timed: ClassVar[bool] = True
     sudden: ClassVar[bool] = True
     family: ClassVar[str] = "in"
     instant: jax.Array = quantity(
-        "-", "share of the record after which it happens", 0.5, lower=0.0, upper=1.0, starts=INSTANTS
+        "-", "share of the record after which it happens", 0.5, lower=0.0, upper=1.0, starts=INSTANTS, symbol="t_s"
     )
 
     def as_of(self, moment: Moment) -> Self:
@@ -96,21 +77,16 @@ class SettlingChange(Change):
 
     page: ClassVar[str] = """
 
-Parameters
-----------
-drift : () a pure number
-    a, what it comes to.
-settling_time : () in s
-    τ; long against the record, the change is a steady one.
-
 Valid range
 -----------
 τ from some samples on; of a much longer one, only a/τ is known.
 
 """
     timed: ClassVar[bool] = True
-    drift: jax.Array = quantity("-", "relative change in the end", 0.5)
-    settling_time: jax.Array = quantity("s", "time in which it settles", 1.0, lower=0.01, upper=100.0, log=True)
+    drift: jax.Array = quantity("-", "relative change in the end", 0.5, symbol="a")
+    settling_time: jax.Array = quantity(
+        "s", "time in which it settles", 1.0, lower=0.01, upper=100.0, log=True, symbol="τ"
+    )
 
     def as_of(self, moment: Moment) -> Self:
         """What has come together by then."""

@@ -44,15 +44,6 @@ class CurveOfSpeed(FunctionOfSpeed):
     ] = """ w a monotone cubic of the speed that is 0 at rest, 1 at 0.8 m/s and beyond, and has two knots between,
 at 0.05 and 0.2 m/s.
 
-Parameters
-----------
-change : () a pure number
-    A, relative change at 0.8 m/s; either sign.
-slow_share : () a pure number
-    Value of w at the first knot over that at the second.
-medium_share : () a pure number
-    Value of w at the second knot.
-
 Valid range
 -----------
 Speeds to well above 0.2 m/s in the records; below, only one knot is told. Falls too, where A is negative.
@@ -61,7 +52,7 @@ Source
 ------
 Monotone piecewise cubic interpolation: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
 """
-    change: jax.Array = quantity("-", "relative change at 0.8 m/s", 0.5)
+    change: jax.Array = quantity("-", "relative change at 0.8 m/s", 0.5, symbol="A")
     slow_share: jax.Array = quantity("-", "change at 0.05 m/s over that at 0.2 m/s", 0.4, lower=0.0, upper=1.0)
     medium_share: jax.Array = quantity("-", "change at 0.2 m/s over that at 0.8 m/s", 0.4, lower=0.0, upper=1.0)
 
@@ -75,20 +66,13 @@ class PowerOfSpeed(FunctionOfSpeed):
 
     page: ClassVar[str] = """
 
-Parameters
-----------
-change : () a pure number
-    A, relative change at 0.1 m/s; either sign.
-exponent : () a pure number
-    p.
-
 Valid range
 -----------
 Speeds of more than a decade in the records: otherwise A and p cannot be told apart.
 
 """
-    change: jax.Array = quantity("-", "relative change at 0.1 m/s", 0.5)
-    exponent: jax.Array = quantity("-", "exponent", 0.7, lower=0.2, upper=3.0)
+    change: jax.Array = quantity("-", "relative change at 0.1 m/s", 0.5, symbol="A")
+    exponent: jax.Array = quantity("-", "exponent", 0.7, lower=0.2, upper=3.0, symbol="p")
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """A times the power."""
@@ -104,17 +88,12 @@ class ScalingWithSpeed(FunctionOfSpeed):
 
     page: ClassVar[str] = """
 
-Parameters
-----------
-exponent : () a pure number
-    p; what is changed is unchanged at 0.1 m/s. Either sign.
-
 Valid range
 -----------
 Speeds of more than an octave in the records: otherwise p is not told from the value at 0.1 m/s.
 
 """
-    exponent: jax.Array = quantity("-", "exponent", 0.3)
+    exponent: jax.Array = quantity("-", "exponent", 0.3, symbol="p")
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """The power, less one."""
@@ -154,7 +133,9 @@ class FrictionSpeedCurve(CurveOfSpeed, _Friction):
     """
 
     name: ClassVar[str] = "guide.friction_speed_curve"
-    change: jax.Array = quantity("-", "relative change of friction at 0.8 m/s", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity(
+        "-", "relative change of friction at 0.8 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A"
+    )
 
 
 class FrictionPowerLaw(PowerOfSpeed, _Friction):
@@ -170,7 +151,9 @@ class FrictionPowerLaw(PowerOfSpeed, _Friction):
     """
 
     name: ClassVar[str] = "guide.friction_power_law"
-    change: jax.Array = quantity("-", "relative change of friction at 0.1 m/s", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity(
+        "-", "relative change of friction at 0.1 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A"
+    )
 
 
 class StiffnessSpeedCurve(CurveOfSpeed, _Stiffness):
@@ -182,7 +165,9 @@ class StiffnessSpeedCurve(CurveOfSpeed, _Stiffness):
     """
 
     name: ClassVar[str] = "fibre.stiffness_speed_curve"
-    change: jax.Array = quantity("-", "relative change of stiffness at 0.8 m/s", 0.05, lower=-0.5, upper=3.0)
+    change: jax.Array = quantity(
+        "-", "relative change of stiffness at 0.8 m/s", 0.05, lower=-0.5, upper=3.0, symbol="A"
+    )
 
 
 class StiffnessPowerLaw(PowerOfSpeed, _Stiffness):
@@ -199,7 +184,9 @@ class StiffnessPowerLaw(PowerOfSpeed, _Stiffness):
     """
 
     name: ClassVar[str] = "fibre.stiffness_power_law"
-    change: jax.Array = quantity("-", "relative change of stiffness at 0.1 m/s", 0.03, lower=-0.1, upper=3.0)
+    change: jax.Array = quantity(
+        "-", "relative change of stiffness at 0.1 m/s", 0.03, lower=-0.1, upper=3.0, symbol="A"
+    )
 
 
 class DampingSpeedCurve(CurveOfSpeed, _Damping):
@@ -211,7 +198,7 @@ class DampingSpeedCurve(CurveOfSpeed, _Damping):
     """
 
     name: ClassVar[str] = "fibre.damping_speed_curve"
-    change: jax.Array = quantity("-", "relative change of damping at 0.8 m/s", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity("-", "relative change of damping at 0.8 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A")
 
 
 class DampingPowerLaw(PowerOfSpeed, _Damping):
@@ -227,7 +214,7 @@ class DampingPowerLaw(PowerOfSpeed, _Damping):
     """
 
     name: ClassVar[str] = "fibre.damping_power_law"
-    change: jax.Array = quantity("-", "relative change of damping at 0.1 m/s", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity("-", "relative change of damping at 0.1 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A")
 
 
 class FrictionSpeedExponent(ScalingWithSpeed, _Friction):
@@ -243,7 +230,7 @@ class FrictionSpeedExponent(ScalingWithSpeed, _Friction):
     """
 
     name: ClassVar[str] = "guide.friction_speed_exponent"
-    exponent: jax.Array = quantity("-", "exponent of friction", 0.2, lower=-0.5, upper=2.0)
+    exponent: jax.Array = quantity("-", "exponent of friction", 0.2, lower=-0.5, upper=2.0, symbol="p")
 
 
 class StiffnessSpeedExponent(ScalingWithSpeed, _Stiffness):
@@ -260,7 +247,7 @@ class StiffnessSpeedExponent(ScalingWithSpeed, _Stiffness):
     """
 
     name: ClassVar[str] = "fibre.stiffness_speed_exponent"
-    exponent: jax.Array = quantity("-", "exponent of stiffness", 0.02, lower=-0.2, upper=0.5)
+    exponent: jax.Array = quantity("-", "exponent of stiffness", 0.02, lower=-0.2, upper=0.5, symbol="p")
 
 
 class DampingSpeedExponent(ScalingWithSpeed, _Damping):
@@ -276,7 +263,7 @@ class DampingSpeedExponent(ScalingWithSpeed, _Damping):
     """
 
     name: ClassVar[str] = "fibre.damping_speed_exponent"
-    exponent: jax.Array = quantity("-", "exponent of damping", 0.3, lower=-1.0, upper=2.0)
+    exponent: jax.Array = quantity("-", "exponent of damping", 0.3, lower=-1.0, upper=2.0, symbol="p")
 
 
 def monotone(speed: jax.Array, slow: jax.Array, medium: jax.Array) -> jax.Array:

@@ -36,7 +36,8 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
     unit, doc, typical : str, str, float
         SI unit; one sentence that says what it is; a plausible size, which sets scales and search ranges.
     **more
-        ``lower`` and ``upper`` bounds; ``null``, where the effect vanishes (0); ``log`` if searched so; ``source``.
+        ``lower`` and ``upper`` bounds; ``null``, where the effect vanishes (0); ``log`` if searched so; ``source``;
+        ``symbol`` in the law's equation.
 
     Examples
     --------

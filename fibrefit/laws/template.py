@@ -108,11 +108,6 @@ class {cls}({base}):
     ---
     {law}
 
-    Parameters
-    ----------
-    coefficient : () in {unit}
-        c.
-
     Valid range
     -----------
     Where the law holds.
@@ -123,8 +118,11 @@ class {cls}({base}):
     """
 
     name: ClassVar[str] = "{name}"
-{more}    # SI unit, words, typical size; lower, upper: its range; null: where the law vanishes exactly, 0 unless said.
-    coefficient: jax.Array = quantity({field})
+{more}    # SI unit, words, typical size; lower, upper: its range; null: where the law vanishes exactly, 0 unless said;
+    # symbol: in the law.
+    coefficient: jax.Array = quantity(
+        {field}
+    )
 
 {hook}
     # {others_said}
@@ -175,14 +173,13 @@ def template(name: str) -> str:
         base=kind.__name__,
         name=name,
         law=begun.law,
-        unit=begun.field.split('"')[1],
-        field=begun.field,
+        field=f'{begun.field}, symbol="c"',
         more=begun.more,
         hook=textwrap.indent(head, "    "),
         announced=announced,
         others_said=OTHERS if others else "It is all that a law at this port can say.",
         others="".join(f"\n{other}" for other in others),
-        acts_on=_said("acts_on", f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"),
+        acts_on=_flag("acts_on", f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"),
     )
 
 
@@ -194,7 +191,7 @@ def _imports(names: list[str], kind: type) -> str:
     return f"from {LAWS} import {others}\nfrom {kind.__module__} import {kind.__name__}"
 
 
-def _said(attribute: str, what: str) -> str:
+def _flag(attribute: str, what: str) -> str:
     """A comment on an attribute of the class, in lines that fit."""
     return textwrap.fill(what, WIDTH, initial_indent=f"    # {attribute:11}", subsequent_indent=f"    #{' ' * 12}")
 

@@ -62,8 +62,6 @@ def bands_figure(heading: str, channels: list[Banded], beside: str = "bands hold
 
     Parameters
     ----------
-    heading : str
-    channels : list of Banded
     beside : str
         What the bands are.
     """

@@ -32,7 +32,6 @@ def before_after_figure(
     ----------
     before, after : Fitted
         Of the model the search began with and of the final one; None where they are the same.
-    record : int
     places : sequence of GapPlace
         Where the first model goes wrong in this record.
     spectrum : mapping of str to Array

@@ -33,7 +33,6 @@ def correlation_figure(names: tuple[str, ...], covariance: np.ndarray, heading: 
 
     Parameters
     ----------
-    names : tuple of str
     covariance : (n_free, n_free)
     heading : str
         Which two are correlated most, unless said.
@@ -100,7 +99,6 @@ def errors_figure(estimates: Mapping[str, ParameterSummary], method: str, inflat
 
     Parameters
     ----------
-    estimates : mapping of str to ParameterSummary
     method : str
         The one that is reported.
     inflation : float or None

@@ -23,5 +23,5 @@ def confusion_figures(summary: DistinguishSummary) -> Figures:
     if below.any():
         worst = np.unravel_index(int(np.argmax(below)), below.shape)
         pair = " and ".join(names[i] for i in sorted(worst))
-        heading = f"{pair} are told apart least: |cosine| of sensitivities {below[worst]:.2f}"
+        heading = f"{pair} are the most confounded pair: |cosine| of sensitivities {below[worst]:.2f}"
     return Figures({"confusion": correlation_figure(names, cosine, heading)})

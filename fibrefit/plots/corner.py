@@ -73,7 +73,6 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
 
     Parameters
     ----------
-    drawn : list of Drawn
     probability : float
         Of the equal-tailed interval that is marked and told above each histogram.
 
@@ -170,10 +169,10 @@ def _tidy(
             line.set(linewidth=0.7, markersize=2.5)
         if row == column:
             low, middle, high = np.quantile(shown[row][0], tails)
-            axes.set_title(_told(low, middle, high), fontsize=SMALL - 0.5, pad=3)
+            axes.set_title(_interval_text(low, middle, high), fontsize=SMALL - 0.5, pad=3)
 
 
-def _told(low: float, middle: float, high: float) -> str:
+def _interval_text(low: float, middle: float, high: float) -> str:
     """Median with its interval, to two digits of the interval."""
     spread = max(high - low, 1e-12 * abs(middle), 1e-300)
     decimals = min(max(0, 1 - math.floor(math.log10(0.5 * spread))), 12)

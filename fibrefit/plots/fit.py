@@ -84,10 +84,10 @@ def record_figure(fitted: Fitted, record: int) -> Figure:
     """One record, with the phases of its motion on top."""
     phase, channels = fitted.phase(record), fitted.compared(record)
     phases = {name: phase == index for index, name in enumerate(PHASES) if (phase == index).any()}
-    heading = f"{fitted.records[record]}: the model leaves {left_in_words(channels)} the noise"
+    heading = f"{fitted.records[record]}: the model leaves {gaps_in_words(channels)} the noise"
     return compared_figure(heading, fitted.conditions(record), channels, phases, fitted.motion_ends(record))
 
 
-def left_in_words(channels: list[Compared]) -> str:
+def gaps_in_words(channels: list[Compared]) -> str:
     """What is left of each channel: ``1.02 (force) and 0.98 (position) times``."""
     return f"{' and '.join(f'{one.gap:.2f} ({one.name})' for one in channels)} times"

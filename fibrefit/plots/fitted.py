@@ -30,7 +30,6 @@ class Fitted:
     ----------
     groups : Groups
         ``observed_data``, ``constant_data``, and the predictions and the motion of the model.
-    gap : Gap
     record_gaps : mapping of record to Gap
     stage : str
         End of the names of the model's groups.

@@ -110,7 +110,6 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
 
     Parameters
     ----------
-    ranking : sequence of Candidate
     gap_before : float
         Without any of them.
     added : str

@@ -66,7 +66,6 @@ def overview_figure(summary: FitResultSummary, final: Fitted, first: Fitted | No
     ----------
     summary : FitResultSummary
         Of a fit or of a discovery.
-    final : Fitted
     first : Fitted, optional
         The model a search began with, where it differs.
     """

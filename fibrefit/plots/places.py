@@ -48,7 +48,6 @@ def places_figure(first: Fitted, places: Sequence[GapPlace], group: Mapping[str,
     ----------
     first : Fitted
         The model the search began with.
-    places : sequence of GapPlace
     group : mapping of str to Array
         ``phase_shares`` of ``result.h5``.
     """

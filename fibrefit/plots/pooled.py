@@ -172,7 +172,7 @@ def _points(
     """Condition, its error, value and error of each record that shows both, ``(4, n)``; and which are outliers."""
     bare = f"speed of {one.parameter}" if one.condition == "speed" else one.condition
     headed = f"{bare} [{one.condition_unit}]"
-    strays, rows, flags = {o.record for o in one.outliers}, [], []
+    outliers, rows, flags = {o.record for o in one.outliers}, [], []
     for number, (name, said) in enumerate(values.items(), 1):
         record = records.get(name)
         known, errors = ({}, {}) if record is None else (record.conditions, record.condition_errors)
@@ -180,15 +180,15 @@ def _points(
         if x is not None and one.parameter in said:
             spread = errors.get(bare, errors.get(headed, 0.0))
             rows.append((x, spread, said[one.parameter].value, said[one.parameter].error))
-            flags.append(name in strays)
+            flags.append(name in outliers)
     return np.array(rows).reshape(-1, 4).T, np.array(flags, dtype=bool)
 
 
 def _trend(axes: Axes, one: TrendSummary, points: tuple[np.ndarray, np.ndarray]) -> None:
-    (x, spread, value, error), stray = points
+    (x, spread, value, error), outlying = points
     unit, worth = readable_unit(value, one.unit)
     across, scale = readable_unit(x, one.condition_unit)
-    for here, colour in ((~stray, BLUE), (stray, VERMILLION)):
+    for here, colour in ((~outlying, BLUE), (outlying, VERMILLION)):
         bars, across_it = 2.0 * np.nan_to_num(error[here]) / worth, 2.0 * spread[here] / scale
         style: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.6}
         axes.errorbar(x[here] / scale, value[here] / worth, bars, across_it if across_it.any() else None, **style)

@@ -35,16 +35,10 @@ def posterior_figures(summary: PosteriorSummary, groups: Groups) -> Figures:
     -------
     Figures
         A dict. ``corner``: every two values together. ``traces``: traces and ranks of each ensemble. ``prior``:
-        prior and posterior. ``record <name>``: posterior predictive bands against what was measured. Traces and
-        priors that an earlier version did not save are not among them.
+        prior and posterior. ``record <name>``: posterior predictive bands against what was measured.
     """
-    figures = corner_figures(summary, groups)
-    if "traces" in groups:
-        figures |= trace_figures(summary, groups)
-    if "prior_density" in groups:
-        figures |= prior_figures(summary, groups)
-    figures |= band_figures(groups, _records(groups)[:MOST_RECORDS])
-    return figures
+    figures = corner_figures(summary, groups) | trace_figures(summary, groups) | prior_figures(summary, groups)
+    return Figures(figures | band_figures(groups, _records(groups)[:MOST_RECORDS]))
 
 
 @in_own_style
@@ -71,8 +65,8 @@ def trace_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str
 @in_own_style
 def prior_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str] = ()) -> Figures:
     """``prior``: prior and posterior of each value."""
-    chosen, kept = _chosen(summary, names), groups.get("prior_density", {})
-    places = {str(name): i for i, name in enumerate(kept["value"].values)} if kept else {}
+    chosen, kept = _chosen(summary, names), groups["prior_density"]
+    places = {str(name): i for i, name in enumerate(kept["value"].values)}
     known = {name: one for name, one in chosen.items() if name in places}
     curves = [
         PriorCurve(

@@ -65,7 +65,6 @@ def compared_figure(
     ----------
     heading, beside : str
         Title and remark.
-    channels : list of Compared
     phases : mapping of str to (n_time,) bool, optional
         When the rig is in which phase; drawn as a strip on top.
     ends : (float, float), optional

@@ -80,7 +80,7 @@ def figure_file(figure: Figure, kind: str = "png") -> bytes:
         # A sign of a name that the font lacks is an empty box in the picture, and nothing a user could mend.
         warnings.filterwarnings("ignore", r"Glyph \d+", UserWarning)
         how: dict[str, Any] = {"pil_kwargs": {"compress_level": PACKED}} if kind == "png" else {}
-        figure.savefig(drawn, format=kind, metadata=_told(kind, harmless(caption_of(figure))), **how)
+        figure.savefig(drawn, format=kind, metadata=_metadata(kind, harmless(caption_of(figure))), **how)
     return drawn.getvalue()
 
 
@@ -101,7 +101,7 @@ def _harmless_marks(formatter: Formatter, places: list[float]) -> list[str]:
     return [harmless(said) for said in type(formatter).format_ticks(formatter, places)]
 
 
-def _told(kind: str, caption: str) -> dict[str, str | None]:
+def _metadata(kind: str, caption: str) -> dict[str, str | None]:
     """The caption where each format has room for it; without the date, so that the same figure is the same file."""
     if kind == "pdf":
         return {"Title": caption, "CreationDate": None}

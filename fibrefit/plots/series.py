@@ -68,7 +68,7 @@ def _answer(summary: SeriesSummary) -> Figure:
     """Each parameter over speed, with the law where there is one; below, how records left out are predicted."""
     names = list(next(iter(summary.records.values())).parameters)
     figure = new_figure(TOP + HEIGHT + UP + 0.8 * HEIGHT + BOTTOM)
-    title(figure, f"{summary.study}: {_said(summary)}", _gaps(summary))
+    title(figure, f"{summary.study}: {_headline(summary)}", _gaps(summary))
     wide = (WIDTH - LEFT - RIGHT - (len(names) - 1) * ACROSS) / len(names)
     for i, name in enumerate(names):
         bottom = BOTTOM + 0.8 * HEIGHT + UP
@@ -78,7 +78,7 @@ def _answer(summary: SeriesSummary) -> Figure:
     return figure
 
 
-def _said(summary: SeriesSummary) -> str:
+def _headline(summary: SeriesSummary) -> str:
     """The answer, in the words of a title."""
     if summary.answer != "speed_law":
         serves = "serves" if summary.answer == "constant" else "serve"

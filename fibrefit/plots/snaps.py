@@ -28,7 +28,6 @@ def snap_figures(fitted: Fitted, taut: tuple[int, ...]) -> Iterator[Figure]:
 
     Parameters
     ----------
-    fitted : Fitted
     taut : tuple of int
         Phases in which the fibre carries load.
     """

@@ -52,6 +52,8 @@ LEFT, RIGHT, TOP, BOTTOM = 16.0, 5.0, 17.0, 11.0
 and a label."""
 GAP = 4.5
 """Room in mm between axes one below the other: a line of small text."""
+TITLE_LEFT = 4.0
+"""Where a title begins, in mm."""
 LETTER = 1.9
 """Width of a bold letter of a title, in mm."""
 LETTER_SMALL = 1.3
@@ -120,19 +122,19 @@ def stacked_figure(heights: Sequence[float], below: float = 0.0) -> tuple[Figure
     return figure, made
 
 
-def title(figure: Figure, text: str, beside: str = "", left: float = 4.0) -> None:
+def title(figure: Figure, text: str, beside: str = "") -> None:
     """Title at the upper left, a sentence that says what is seen; remark below it. Both are the figure's caption.
 
     A title that is too long for its figure is set smaller, then in two lines.
     """
     across, up = figure.get_size_inches() / MM
-    room = (across - 2.0 * left) / LETTER
+    room = (across - 2.0 * TITLE_LEFT) / LETTER
     factor = min(1.0, max(room / max(len(text), 1), SMALLEST))
     lines = textwrap.wrap(text, int(room / factor), max_lines=2, placeholder="\N{HORIZONTAL ELLIPSIS}")
     for number, line in enumerate([*lines, beside] if beside else lines):
         y, said = 1.0 - (4.5 + 4.3 * number) / up, number == len(lines)
         style: dict[str, Any] = {"fontsize": SMALL, "color": "0.25"} if said else {"fontweight": "bold"}
-        figure.text(left / across, y, line, **{"fontsize": factor * LARGE, "va": "center", "ha": "left"} | style)
+        figure.text(TITLE_LEFT / across, y, line, **{"fontsize": factor * LARGE, "va": "center", "ha": "left"} | style)
     set_caption(figure, f"{text.rstrip('.')}. {_sentence(beside)}".strip())
 
 

@@ -90,7 +90,6 @@ def sweep_figures(summary: SweepSummary, groups: Groups) -> Figures:
 
     Parameters
     ----------
-    summary : SweepSummary
     groups : mapping
         Arrays of ``result.h5``: one group a branch of a curve.
 
@@ -116,7 +115,7 @@ def _swept_figure(curve: _Curve) -> Figure:
     preload = curve.summary.preload_n
     title(
         figure,
-        f"{curve.name}: {_said(curve)}",
+        f"{curve.name}: {_remark(curve)}",
         f"drive {1e3 * curve.summary.amplitude_m:g} mm, {f'preload {preload:g} N' if preload else 'no preload'}",
     )
     for channel, name in enumerate(("angle / rad", "force 1 / N", "force 2 / N")):
@@ -137,7 +136,7 @@ def _comparison_figure(curves: Sequence[_Curve]) -> Figure:
     figure, axes = stacked_figure(BOTH_PANELS)
     title(
         figure,
-        _said_of_all(curves),
+        _remark_on_all(curves),
         "lines: from rest and sweep up; dashed: sweep down",
     )
     for i, curve in enumerate(curves):
@@ -155,7 +154,7 @@ def _comparison_figure(curves: Sequence[_Curve]) -> Figure:
     return figure
 
 
-def _said(curve: _Curve) -> str:
+def _remark(curve: _Curve) -> str:
     """How much it matters where the frequency comes from; how far the pendulum swings, where it does not."""
     up, down = (
         np.where(curve.branches[way].overturned, np.nan, curve.branches[way].amplitude) for way in ("up", "down")
@@ -171,7 +170,7 @@ def _said(curve: _Curve) -> str:
     return f"maximum |angle| is {up[most]:.2g} rad at {curve.frequencies[most]:.3g} Hz, from above as from below"
 
 
-def _said_of_all(curves: Sequence[_Curve]) -> str:
+def _remark_on_all(curves: Sequence[_Curve]) -> str:
     """Which curve has the largest maximum |angle|, started from rest."""
     angles = [
         np.where(curve.branches["rest"].overturned, -1.0, np.nan_to_num(curve.branches["rest"].max_angle))

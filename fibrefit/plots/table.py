@@ -53,7 +53,7 @@ def table_figure(what: Table | Record) -> Figure:
     curves = _of_table(what) if isinstance(what, Table) else _of_record(what)
     shown = curves[:MOST]
     figure, panels = stacked_figure([HEIGHT] * max(len(shown), 1))
-    beside = _said(what) + (f"; {len(curves) - MOST} further columns not shown" if len(curves) > MOST else "")
+    beside = _remark(what) + (f"; {len(curves) - MOST} further columns not shown" if len(curves) > MOST else "")
     title(figure, f"{name}, as it was understood", beside)
     for axes, curve in zip(panels, shown, strict=False):
         _draw(axes, curve)
@@ -80,7 +80,7 @@ def _of_table(table: Table) -> list[_Curve]:
     return found
 
 
-def _said(what: Table | Record) -> str:
+def _remark(what: Table | Record) -> str:
     times = [(base.time, base.rate) for base in (what.times if isinstance(what, Table) else (what,))]
     said = []
     for time, rate in times:

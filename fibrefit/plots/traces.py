@@ -37,7 +37,6 @@ class Way:
         That were kept.
     warm_up : int
         Steps discarded.
-    r_hat : float
     """
 
     name: str

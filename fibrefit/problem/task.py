@@ -21,7 +21,6 @@ class Task:
 
     Parameters
     ----------
-    problem : Problem
     traces : tuple of Trace
         The records behind the problem.
     start : (n_free,) in SI units

@@ -54,7 +54,7 @@ def sentence_of(summary: Part) -> str:
 
 def _compared(summary: DistinguishSummary) -> str:
     seen = sum(one.smallest_detectable is not None for one in summary.effects)
-    return f"{seen} of {len(summary.effects)} effects would show; {len(summary.cannot_tell_apart)} pairs look alike"
+    return f"{seen} of {len(summary.effects)} effects would show; {len(summary.cannot_tell_apart)} pairs are confounded"
 
 
 def _counted(summary: BatchSummary) -> str:

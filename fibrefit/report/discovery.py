@@ -54,7 +54,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("What is missing, as a curve", _curves(summary)),
         section("The gap before and after" if summary.added else "The gap", _gaps(summary)),
         *_tried(summary),
-        section(UNFINISHED, items(left_undone(summary))),
+        section(UNFINISHED, items(unfinished_parts(summary))),
         section("Detection limits: smallest strength that these records would show", _detectable(summary)),
         section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
@@ -70,7 +70,7 @@ MOST_NAMED = 12
 """Effects that are named one by one."""
 
 
-def left_undone(summary: DiscoverySummary) -> list[str]:
+def unfinished_parts(summary: DiscoverySummary) -> list[str]:
     """What a search that ran out of time did not come to, in sentences; nothing where it came to its end."""
     names = _in_short(summary.untried)
     if not (summary.rounds or summary.ranking):
@@ -264,16 +264,16 @@ def _candidates(ranking: Sequence[Candidate], added: str | None = None) -> list[
     rows = [row for candidate in told.shown for row in _candidate_rows(candidate)]
     lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
     if told.others:
-        lines.insert(-1, others_told(told))
+        lines.insert(-1, others_listed(told))
     return [*lines, paragraph(EVIDENCE)] if lines else []
 
 
-def others_told(told: ListedCandidates) -> str:
+def others_listed(told: ListedCandidates) -> str:
     """What is said of candidates that are not told one by one."""
     return f"and {told.others} more {'with less evidence' if told.gain else 'that gain nothing'}"
 
 
-def evidence_told(candidate: Candidate) -> str:
+def evidence_text(candidate: Candidate) -> str:
     """Evidence without decimals, and without the sign of what rounds to nothing."""
     return f"{round(candidate.evidence) or 0:d}"
 
@@ -281,7 +281,7 @@ def evidence_told(candidate: Candidate) -> str:
 def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
     names = candidate.effect.split(" + ")
     values = [_value(parameter) for name, parameter in candidate.parameters.items() if name.rpartition(".")[0] in names]
-    numbers = (f"{candidate.gap_after:.3f}", evidence_told(candidate))
+    numbers = (f"{candidate.gap_after:.3f}", evidence_text(candidate))
     lines = max(len(names), len(values), 1)
     named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))
     said = values + [""] * (lines - len(values))

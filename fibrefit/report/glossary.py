@@ -25,7 +25,6 @@ class Explained(NamedTuple):
     ----------
     section : str
         What it belongs to, such as ``"Estimates"``.
-    word, meaning : str
     """
 
     section: str

@@ -41,7 +41,6 @@ def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: set[int
 
     Parameters
     ----------
-    head : tuple of str
     rows : sequence of tuple of str
         Columns that are empty throughout are left out, all but the first.
     right : set of int

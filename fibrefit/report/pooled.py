@@ -47,16 +47,16 @@ def trend_sentences(trends: Sequence[TrendSummary]) -> list[str]:
     """The same, each in a sentence."""
     significant = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
     said = [_trend(one) for one in significant]
-    strays = dict.fromkeys(outlier.record for one in trends for outlier in one.outliers)
+    outliers = dict.fromkeys(outlier.record for one in trends for outlier in one.outliers)
     said += [
-        f"{record} does not follow the others: {_strays(record, trends)}." for record in list(strays)[:MOST_TRENDS]
+        f"{record} does not follow the others: {_outlying(record, trends)}." for record in list(outliers)[:MOST_TRENDS]
     ]
     if not significant and trends:
         said.append(f"None of {len(trends)} looks shows more than chance, corrected for all of them.")
     return said
 
 
-def _strays(record: str, trends: Sequence[TrendSummary]) -> str:
+def _outlying(record: str, trends: Sequence[TrendSummary]) -> str:
     """Of each parameter the line from which a record is furthest, and over what else it is far from one."""
     far = [(one, outlier.score) for one in trends for outlier in one.outliers if outlier.record == record]
     said = []

@@ -72,7 +72,7 @@ def _laws(summary: SeriesSummary) -> list[str]:
             f"{name.rpartition('.')[2]} {one.value:.3g} +/- {one.std_error or 0.0:.1g}"
             for name, one in law.parameters.items()
         ]
-        said = said or ["promised by slopes, not followed"] * law.promised
+        said = said or ["predicted by linearisation, not fitted"] * law.promised
         rows.append((law.parameter, law.form, f"{law.log_bayes_factor:.4g}", said[0] if said else ""))
         rows += [("", "", "", one) for one in said[1:]]
     return table(("", "form", "ln Bayes", ""), rows, {2})

@@ -54,8 +54,7 @@ ERROR_METHODS = {
 #: What the reported standard errors are compared with.
 NAIVE = "under white noise"
 NAIVE_OF_GLS = "those of ordinary least squares (OLS) under white noise"
-GLS = ("generalised least squares", "whitened least squares")
-"""What a fit calls it, and what it did in results of earlier versions."""
+GLS = "generalised least squares"
 
 #: One line that says what the gap is.
 GAP = (
@@ -206,7 +205,7 @@ def _sure(summary: FitResultSummary) -> list[str]:
     if summary.error_method:
         method = ERROR_METHODS.get(summary.error_method, f"Method of the error bars: {summary.error_method}.")
         factor = summary.error_inflation
-        naive = NAIVE_OF_GLS if summary.estimator in GLS else NAIVE
+        naive = NAIVE_OF_GLS if summary.estimator == GLS else NAIVE
         wider = "" if factor is None else f" They are {factor:.1f} times as wide as {naive}."
         lines += [paragraph(method + wider)]
     lines += [paragraph(text) for text in (_correlated(summary), _counted(summary)) if text]

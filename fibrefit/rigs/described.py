@@ -20,7 +20,7 @@ def described_effects() -> dict[str, dict[str, Any]]:
     Returns
     -------
     dict of str to dict
-        By name: ``says``, ``law``, ``parameters`` (name, unit, limits, typical value), ``rigs``, ``source`` and so on.
+        By name: ``says``, ``law``, ``parameters`` (name, symbol, unit, limits, typical), ``rigs``, ``source``...
 
     Examples
     --------
@@ -45,6 +45,7 @@ def effect_facts(effect: type[Effect]) -> dict[str, Any]:
         "parameters": [
             {
                 "name": f"{effect.name}.{parameter.name}",
+                "symbol": parameter.symbol,
                 "unit": parameter.unit,
                 "says": parameter.doc,
                 # JSON has no infinity: a limit that is none is null.

@@ -61,8 +61,6 @@ class FibreMass(eqx.Module):
     ----------
     mass : () in kg
     pull_of_gravity : () in N, along the guide
-    fibre : Fibre
-    guide : Guide
 
     Source
     ------

@@ -50,7 +50,6 @@ class GuidedMass(eqx.Module):
         Force on the mass per measured force.
     offset : () in N
         Constant force against the + direction.
-    guide : Guide
     """
 
     mass: jax.Array

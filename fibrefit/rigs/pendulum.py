@@ -49,7 +49,6 @@ class Pendulum(eqx.Module):
     damping : () in N m s
     pivot : Guide
         With the friction in N m.
-    laws : tuple of PivotLaw
     """
 
     length: jax.Array

@@ -80,11 +80,6 @@ class PulleyDrive(eqx.Module):
     ----------
     mass : () in kg
     pull_of_gravity : () in N, down the guide
-    fibre : Fibre
-    guide : Guide
-    path : Path
-    pulley : Pulley
-    mount : Mount
 
     Source
     ------

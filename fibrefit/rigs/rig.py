@@ -72,7 +72,6 @@ class Variation(NamedTuple):
 
     Parameters
     ----------
-    condition : str
     factors : tuple of float
         On the smallest value stated where below 1, on the largest otherwise.
     of : str
@@ -168,7 +167,6 @@ class Rig:
 
         Parameters
         ----------
-        name : str
         value : float
             About which it is known, in SI units.
 

@@ -74,7 +74,6 @@ class Approximation:
         Parameters
         ----------
         log_density : callable ``(n_point, n) -> (n_point,)``
-        count : int
         random : numpy.random.RandomState
 
         Returns

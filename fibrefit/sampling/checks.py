@@ -193,7 +193,6 @@ def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
 
     Parameters
     ----------
-    channels : tuple of str
     ratio : (n_channel,)
         Residual RMS over that expected from the noise at rest, or stated by the study, and from that of inputs.
     """
@@ -216,14 +215,12 @@ def assess(
 
     Parameters
     ----------
-    target : Target
     modes : sequence of Mode
         The heaviest first, and sampled.
     found : mapping of str to Marginal
         Of the heaviest mode.
     start : (n,)
         Where the fit was, in coordinates.
-    settings : Settings
     """
     course = modes[0].course
     assert course is not None

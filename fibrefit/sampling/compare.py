@@ -19,6 +19,7 @@ from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PARETO_K
 
 LEFT_OUT_SECONDS = 0.05
+DRAWS = 1000
 NORMAL_MEDIAN = 0.6745
 """Median magnitude of a normal variable over its standard deviation."""
 
@@ -57,15 +58,8 @@ class CrossValidation:
         return int(np.sum(self.pareto_k > PARETO_K))
 
 
-def cross_validate(posterior: Posterior, count: int = 1000, seed: int = 0) -> CrossValidation:
+def cross_validate(posterior: Posterior, seed: int = 0) -> CrossValidation:
     """PSIS-LOO of a posterior over blocks of time.
-
-    Parameters
-    ----------
-    posterior : Posterior
-    count : int
-        Number of draws.
-    seed : int
 
     Source
     ------
@@ -73,7 +67,7 @@ def cross_validate(posterior: Posterior, count: int = 1000, seed: int = 0) -> Cr
     """
     from arviz_stats.base import array_stats
 
-    points = jnp.asarray(posterior.thinned(count, seed))
+    points = jnp.asarray(posterior.thinned(DRAWS, seed))
     density = posterior.density
     blocks, n_block = block_index(density)
     each = np.asarray(blockwise(density, points, jnp.asarray(blocks), n_block))
@@ -101,10 +95,8 @@ def usual_log_density(density: LogPosterior, blocks: np.ndarray, n_block: int) -
 
     Parameters
     ----------
-    density : LogPosterior
     blocks : (n_record, n_time) int array
         Of `block_index`.
-    n_block : int
     """
     data, found = density.problem.observations, np.zeros(n_block)
     for channel in density.likelihood.channels:

@@ -32,12 +32,11 @@ ROWS = 32
 
 
 @dataclass(frozen=True)
-class Differing:
+class Deviations:
     """Records that may differ, at the mode.
 
     Parameters
     ----------
-    unknowns : Unknowns
     local : (n_record, n_local) in SI units
         Values of each record, its deviations in them.
     evidence : MarginalLikelihood or None
@@ -65,12 +64,11 @@ class Differing:
         return free_values(layout, self.unknowns, self.unknowns.value(place.z), place.own)
 
 
-def differing(task: Task, values: np.ndarray, linear: Linearised) -> Differing | None:
+def ols_deviations(task: Task, values: np.ndarray, linear: Linearised) -> Deviations | None:
     """Where records that may differ are best in plain least squares; None where none may.
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
         The plain estimate.
     linear : Linearised
@@ -84,18 +82,16 @@ def differing(task: Task, values: np.ndarray, linear: Linearised) -> Differing |
     if not len(unknowns.scattering):
         return None
     place = apart(unknowns, [place_of(unknowns, layout.local(values))], View(task.problem), task.horizons)
-    return Differing(unknowns, local_of(unknowns, place))
+    return Deviations(unknowns, local_of(unknowns, place))
 
 
-def weighed_in(problem: Problem, where: Differing, whitening: Whitening, level: np.ndarray) -> Differing | None:
+def gls_deviations(problem: Problem, where: Deviations, whitening: Whitening, level: np.ndarray) -> Deviations | None:
     """The mode, and how much records differ, under a noise; None where no mode is reached.
 
     Parameters
     ----------
-    problem : Problem
-    where : Differing
+    where : Deviations
         Where the search begins.
-    whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
@@ -107,18 +103,16 @@ def weighed_in(problem: Problem, where: Differing, whitening: Whitening, level: 
         except np.linalg.LinAlgError:
             return None
     sound = np.isfinite(found.log) and np.isfinite(found.spread).all()
-    return Differing(where.unknowns, found.mode.local, found) if sound else None
+    return Deviations(where.unknowns, found.mode.local, found) if sound else None
 
 
-def random_effects_of(problem: Problem, where: Differing, whitening: Whitening, level: np.ndarray) -> RandomEffects:
+def random_effects_of(problem: Problem, where: Deviations, whitening: Whitening, level: np.ndarray) -> RandomEffects:
     """What integrates the deviations out, from the mode.
 
     Parameters
     ----------
-    problem : Problem
-    where : Differing
+    where : Deviations
         With its evidence.
-    whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
@@ -148,14 +142,12 @@ def random_effects_of(problem: Problem, where: Differing, whitening: Whitening, 
 
 
 def hausman_of_records(
-    layout: Layout, where: Differing | None, local: np.ndarray, linear: Linearised, noise: tuple[Whitening, np.ndarray]
+    layout: Layout, where: Deviations | None, local: np.ndarray, linear: Linearised, noise: tuple[Whitening, np.ndarray]
 ) -> HausmanTest:
     """Compare plain and whitened estimates; where records differ, each has values of its own in what may do so.
 
     Parameters
     ----------
-    layout : Layout
-    where : Differing or None
     local : (n_record, n_local) in SI units
         Near the plain estimate, of each record where they differ.
     linear : Linearised
@@ -196,7 +188,7 @@ def _follow(curvature: np.ndarray, sigma: np.ndarray, weight: np.ndarray) -> np.
     return np.einsum("g,grij->rij", weight / weight.sum(), each)
 
 
-def between_of(density: LogPosterior, where: Differing, points: np.ndarray) -> dict[str, BetweenRecordsSummary]:
+def between_of(density: LogPosterior, where: Deviations, points: np.ndarray) -> dict[str, BetweenRecordsSummary]:
     """Standard deviations between records, by name, the mean over draws ``(n_point, n)``."""
     evidence, random_effects = where.evidence, density.random_effects
     assert evidence is not None
@@ -213,9 +205,7 @@ def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.n
 
     Parameters
     ----------
-    density : LogPosterior
     points : (n_point, n)
-    seed : int
     """
     layout = density.problem.layout
     values = np.asarray(jax.vmap(density.values)(jnp.asarray(points)))[:, : layout.size]
@@ -237,11 +227,11 @@ def _known(density: LogPosterior, points: jax.Array) -> Conditional:
 
 
 __all__ = [
-    "Differing",
+    "Deviations",
     "between_of",
-    "differing",
+    "gls_deviations",
     "hausman_of_records",
+    "ols_deviations",
     "random_effects_of",
     "records_at",
-    "weighed_in",
 ]

@@ -19,7 +19,6 @@ class Evidence:
 
     Parameters
     ----------
-    log_value : float
     error : float
         Standard error.
     """
@@ -36,8 +35,6 @@ def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory
     Parameters
     ----------
     log_density : callable ``(n_point, n) -> (n_point,)``
-    course : ChainHistory
-    seed : int
 
     Source
     ------

@@ -19,7 +19,8 @@ from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import DIFFERS
 from fibrefit.study.summaries.check import Check
 
-CHAINS = 4
+CHAINS, CHAIN_DRAWS = 4, 200
+"""Chains, and draws of each after as many for adaptation."""
 
 
 @dataclass(frozen=True)
@@ -69,15 +70,11 @@ class CrossCheck:
         )
 
 
-def cross_check(posterior: Posterior, draws: int = 200, seed: int = 0, progress: Progress | None = None) -> CrossCheck:
+def cross_check(posterior: Posterior, seed: int = 0, progress: Progress | None = None) -> CrossCheck:
     """Sample the heaviest mode again with NUTS and compare.
 
     Parameters
     ----------
-    posterior : Posterior
-    draws : int
-        Of each of four chains, after as many for adaptation.
-    seed : int
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
@@ -94,7 +91,7 @@ def cross_check(posterior: Posterior, draws: int = 200, seed: int = 0, progress:
         if progress:
             progress("cross-check with NUTS", chain / CHAINS)
         key = jax.random.key(seed * CHAINS + chain)
-        found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, draws, key)))
+        found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, CHAIN_DRAWS, key)))
     points = np.stack([points for points, _ in found])
     return CrossCheck(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
 

@@ -30,12 +30,8 @@ class Marginal:
 
     Parameters
     ----------
-    name, unit : str
-    mean, sd, median : float
     interval : tuple of float
         Equal-tailed.
-    r_hat, ess_bulk, ess_tail : float
-    prior : Prior or None
     prior_share : float
         Posterior over prior width, 0 to 1: one where the data tell nothing; NaN without a proper prior.
     """
@@ -58,7 +54,6 @@ def widened(course: ChainHistory, widening: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    course : ChainHistory
     widening : (n_free, n_free)
         Covariance of these moves in free coordinates; zero without measured inputs.
     """
@@ -78,8 +73,6 @@ def marginals(
 
     Parameters
     ----------
-    target : Target
-    course : ChainHistory
     probability : float
         Of the intervals.
     widening : (n_free, n_free), optional
@@ -119,22 +112,15 @@ class Posterior:
 
     Parameters
     ----------
-    target : Target
-    density : LogPosterior
-    noise_model : NoiseModel
     modes : tuple of Mode
         The heaviest first: its draws are the posterior's. The others are reported with their weights.
     marginals : dict of str to Marginal
         Of the heaviest mode; noise included.
-    checks : tuple of Check
-    hausman : HausmanTest
     start : (n_free,) in SI units
         The fit it began with.
     widening : (n_free, n_free)
         Covariance in free coordinates that the noise of measured inputs adds to that of the ensembles' points.
-    settings : Settings
     channel_units : mapping of channel to str
-    seconds : float
     between : mapping of name to BetweenRecordsSummary
         How much records differ; empty where that was not sought.
     """

@@ -44,14 +44,8 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
 
     Parameters
     ----------
-    posterior : Posterior
     count : int
         Number of draws they are made from.
-    seed : int
-
-    Returns
-    -------
-    dict of channel to Bands
     """
     density, random = posterior.density, np.random.default_rng(seed)
     points = posterior.thinned(count, seed)
@@ -79,8 +73,6 @@ def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: n
 
     Parameters
     ----------
-    likelihood : Likelihood
-    n_time : int
     noise : (n_noise,)
         Noise coordinates.
     random : numpy.random.Generator

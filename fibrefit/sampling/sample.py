@@ -26,14 +26,14 @@ from fibrefit.problem.task import Task
 from fibrefit.sampling import checks as judge
 from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress
 from fibrefit.sampling.deviations import (
-    Differing,
+    Deviations,
     between_of,
-    differing,
+    gls_deviations,
     hausman_of_records,
+    ols_deviations,
     random_effects_of,
-    weighed_in,
 )
-from fibrefit.sampling.mode.inputs import cleaned, settled
+from fibrefit.sampling.mode.inputs import gls_with_inputs, inputs_corrected
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
 from fibrefit.sampling.posterior import Posterior, marginals
@@ -64,7 +64,7 @@ class ChainStart(NamedTuple):
 
 
 class PosteriorRequest(NamedTuple):
-    """What posterior is asked for.
+    """What posterior is wanted.
 
     Parameters
     ----------
@@ -72,7 +72,6 @@ class PosteriorRequest(NamedTuple):
         Noise spectrum; ``"auto"`` lets the residuals of the start choose.
     heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one.
-    settings : Settings
     """
 
     noise: str = "auto"
@@ -83,7 +82,7 @@ class PosteriorRequest(NamedTuple):
 def sample_posterior(
     task: Task,
     begin: ChainStart,
-    asked: PosteriorRequest | None = None,
+    request: PosteriorRequest | None = None,
     *,
     stated: Mapping[str, PriorSetting | Prior] | None = None,
     checkpoint_file: Path | None = None,
@@ -93,15 +92,11 @@ def sample_posterior(
 
     Parameters
     ----------
-    task : Task
-    begin : ChainStart
-    asked : PosteriorRequest, optional
     stated : mapping of name to prior
         Priors of the study; the others get defaults, which the result lists.
     checkpoint_file : pathlib.Path or None
         Holds the chains while they grow. Where there is one, they go on from there; the result is the same to the last
         bit.
-    progress : callable, optional
 
     Raises
     ------
@@ -110,15 +105,15 @@ def sample_posterior(
     UsageError
         If the checkpoint belongs to another run, or the settings cannot work.
     """
-    began, asked = time.perf_counter(), asked or PosteriorRequest()
+    began, request = time.perf_counter(), request or PosteriorRequest()
     begin = begin._replace(values=np.asarray(begin.values, dtype=float))
-    ready = _prepare(task, begin, stated or {}, asked)
+    ready = _prepare(task, begin, stated or {}, request)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
     starts = (coordinates_of(ready.density, values) for values in (ready.values, *begin.basins))
     first, *others = (find_mode(ready.density, point, every) for point in starts)
     found = [first[0], *(mode for mode, arrived in others if arrived)]
-    modes = sample_modes(ready.target, distinct(found), asked.settings, checkpoint_file, True, progress)
-    return _concluded(task, begin.values, ready, modes, asked.settings, began)
+    modes = sample_modes(ready.target, distinct(found), request.settings, checkpoint_file, progress)
+    return _concluded(task, begin.values, ready, modes, request.settings, began)
 
 
 class _Ready(NamedTuple):
@@ -128,15 +123,10 @@ class _Ready(NamedTuple):
     ----------
     linear : Linearised
         At the plain estimate, the errors of inputs taken off.
-    model : NoiseModel
-    priors : Priors
-    density : LogPosterior
-    target : Target
     values : (n_free,) in SI units
         Where the walkers begin.
     widening : (n_free, n_free)
         See `Posterior`.
-    hausman : HausmanTest
     """
 
     linear: Linearised
@@ -147,24 +137,24 @@ class _Ready(NamedTuple):
     values: np.ndarray
     widening: np.ndarray
     hausman: HausmanTest
-    differing: Differing | None = None
+    deviations: Deviations | None = None
 
 
 def _prepare(
-    task: Task, begin: ChainStart, stated: Mapping[str, PriorSetting | Prior], asked: PosteriorRequest
+    task: Task, begin: ChainStart, stated: Mapping[str, PriorSetting | Prior], request: PosteriorRequest
 ) -> _Ready:
     known, layout, start = input_errors(task), task.problem.layout, begin.values
     if not known:
-        return _of_exact_inputs(_in_steps(task, start), start, stated, asked)
-    plain, found = cleaned(task, known, start, begin.coefficients or None)
+        return _of_exact_inputs(_in_steps(task, start), start, stated, request)
+    plain, found = inputs_corrected(task, known, start, begin.coefficients or None)
     linear = jax.tree.map(np.asarray, _linearised(plain.problem, jnp.asarray(start)))
-    model = noise_model_of(plain, linear, asked.noise, asked.heavy, True)
+    model = noise_model_of(plain, linear, request.noise, request.heavy, True)
     whitening = model.likelihood.whitening
     level = level_of(whitening, linear.residuals, _counts(task))
-    there = settled(task, known, start, found, whitening, level)
+    there = gls_with_inputs(task, known, start, found, whitening, level)
     priors = priors_of(layout, task.problem.model, there.values, stated)
     density = density_of(there.task.problem, priors, model.likelihood)
-    target = _target(task, priors, density, asked.settings)
+    target = _target(task, priors, density, request.settings)
     return _Ready(linear, model, priors, density, target, there.values, there.widening, there.hausman)
 
 
@@ -181,12 +171,12 @@ def _of_exact_inputs(
     task: Task,
     start: np.ndarray,
     stated: Mapping[str, PriorSetting | Prior],
-    asked: PosteriorRequest,
+    request: PosteriorRequest,
 ) -> _Ready:
     """The noise is what is left where records may differ; the mode and its deviations are those of a fit."""
-    problem, layout, (noise, heavy, settings) = task.problem, task.problem.layout, asked
+    problem, layout, (noise, heavy, settings) = task.problem, task.problem.layout, request
     linear = jax.tree.map(np.asarray, _linearised(problem, jnp.asarray(start)))
-    first = differing(task, start, linear)
+    first = ols_deviations(task, start, linear)
     where, model = (None, None) if first is None else _noise_and_mode(task, first, noise, heavy)
     if where is None or model is None:
         # What the noise is does not hang on where the walkers begin.
@@ -206,10 +196,10 @@ def _of_exact_inputs(
 
 
 def _noise_and_mode(
-    task: Task, first: Differing, noise: str, heavy: bool
-) -> tuple[Differing | None, NoiseModel | None]:
+    task: Task, first: Deviations, noise: str, heavy: bool
+) -> tuple[Deviations | None, NoiseModel | None]:
     """Noise that is left at a place, and the mode in it; as in a fit, looked for where records may differ broadly."""
-    where: Differing | None = first
+    where: Deviations | None = first
     model: NoiseModel | None = None
     for _ in range(ROUNDS):
         if where is None:
@@ -217,7 +207,7 @@ def _noise_and_mode(
         linear = _linearised_at(task.problem, where.local)
         model = noise_model_of(task, linear, noise, heavy)
         level = level_of(model.likelihood.whitening, linear.residuals, _counts(task))
-        where = weighed_in(task.problem, where, model.likelihood.whitening, level)
+        where = gls_deviations(task.problem, where, model.likelihood.whitening, level)
     return where, model
 
 
@@ -256,11 +246,11 @@ def _concluded(
 
 def _between(ready: _Ready, course: ChainHistory) -> dict[str, BetweenRecordsSummary]:
     """How much records differ, over some of the draws."""
-    if ready.differing is None:
+    if ready.deviations is None:
         return {}
     points = course.kept.reshape(-1, ready.density.size)
     chosen = np.linspace(0, len(points) - 1, SOME).round().astype(int)
-    return between_of(ready.density, ready.differing, points[chosen])
+    return between_of(ready.density, ready.deviations, points[chosen])
 
 
 SOME = 400
@@ -274,10 +264,6 @@ def noise_model_of(
 
     Parameters
     ----------
-    task : Task
-    linear : Linearised
-    noise : str
-    heavy : bool
     from_rests : bool
         Whether the residuals have lost what errors of the inputs imitate: their spectrum is then that of the rests.
     """
@@ -320,7 +306,6 @@ def coordinates_asked(task: Task, heavy: bool) -> int:
 
     Parameters
     ----------
-    task : Task
     heavy : bool
         Whether the likelihood is heavy-tailed, with degrees of freedom to find.
     """

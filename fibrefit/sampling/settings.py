@@ -36,10 +36,8 @@ class Settings:
         R-hat between walkers, which are many and short, below which they mix.
     ess : float
         Effective sample size to gather for each parameter, bulk and tail.
-    max_steps : int
     max_seconds : float or None
         Budget. One in seconds ends a run at a step that depends on the machine.
-    checkpoint_seconds : float
     threads : int
         Ensembles advanced at the same time; makes no difference to the result.
     interval : float

@@ -49,7 +49,6 @@ def target_of(
 
     Parameters
     ----------
-    density : LogPosterior
     priors : tuple of Prior
         Of the free values in SI units, then of the exponentials of the noise coordinates.
     units : tuple of str
@@ -83,11 +82,6 @@ class Batched:
 
     Points are cut into batches of one size, so that nothing is compiled twice and a point's bits do not depend on its
     neighbours. On a CPU a batch is worked off point by point, as long as one simulation's arrays fit its cache.
-
-    Parameters
-    ----------
-    density : LogPosterior
-    batch : int
     """
 
     def __init__(self, density: LogPosterior, batch: int) -> None:

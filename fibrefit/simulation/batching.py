@@ -24,11 +24,6 @@ def sequential(push: Push) -> Push:
     ----------
     push : callable ``(given, tangents) -> (found, moved)``
         Each leaf of `tangents` and of `moved` has an axis of tangents in front; `found` does not depend on them.
-
-    Returns
-    -------
-    callable
-        The same.
     """
 
     @custom_vmap

@@ -68,8 +68,6 @@ class Extended(eqx.Module):
 
     Parameters
     ----------
-    rig : Rig
-    tension_law : str
     values, conditions : mapping of str to () in SI units
     laws : tuple of Effect
         As they are in the record.

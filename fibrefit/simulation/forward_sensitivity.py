@@ -81,8 +81,6 @@ def propagate_tangents(
         Leaves of ``(system, grid.inputs)`` that have tangents.
     system, grid
         As given to `solve`.
-    solution : Solution
-    tangents : Tangents
     """
     number, (times, count, inputs) = tangents.start_time.shape[0], grid
     tangents = jax.tree.map(_padded, tangents)

@@ -37,7 +37,6 @@ def jumps_of(observe: Observe, inputs_at: Callable[[jax.Array, jax.Array], Any],
     ----------
     observe : callable ``(state, mode, inputs) -> {channel: value}``
     inputs_at : callable ``(step, instant) -> inputs``
-    solution : Solution
     """
     arcs = solution.arcs
     state, mode = jax.tree.map(lambda rows: jnp.roll(rows, -1, axis=0), (arcs.state, arcs.mode))

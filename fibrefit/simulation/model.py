@@ -68,7 +68,6 @@ class Model:
 
     Parameters
     ----------
-    rig : Rig
     effects : tuple of Effect classes
     tension_law : {"clamped", "heaviside"}
     """
@@ -103,7 +102,6 @@ class Model:
         ----------
         values : dict of () in SI units
             Each of `parameters` and of the rig's nuisances.
-        experiment : Experiment
 
         Returns
         -------
@@ -169,7 +167,7 @@ class Model:
             for role in [role for role in channels if role in FORCES]:
                 motion = (system, times, count, inputs, solution)
                 channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
-        channels = asked_for(laws, channels, times) if "force" not in inputs else channels
+        channels = commanded(laws, channels, times) if "force" not in inputs else channels
         sensors = laws_of(SensorLaw, laws)
         if any(sensor.feels for sensor in sensors):
             rates = jax.vmap(system.derivative)(solution.states, solution.modes, here)
@@ -191,8 +189,6 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
 
     Parameters
     ----------
-    laws : tuple of Effect
-    inputs : dict of Signals
     times : (n_time,) in s
     """
     for law in laws_of(PushLaw, laws) if "force" in inputs else ():
@@ -200,7 +196,7 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
     return inputs
 
 
-def asked_for(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
+def commanded(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
     """Readings with the force on the mass as it has to be measured, the last law undone first."""
     for law in reversed(laws_of(PushLaw, laws)):
         channels = channels | {"force": law.asked(channels["force"], times)}

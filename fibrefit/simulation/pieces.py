@@ -46,7 +46,6 @@ def pieces_of(
         Quantity at one instant, whose inputs are pairs of value and rate.
     system, times, count, inputs
         As given to `solve`.
-    solution : Solution
 
     Returns
     -------

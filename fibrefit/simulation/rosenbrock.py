@@ -55,7 +55,6 @@ def rosenbrock(rate: Function, state: Scalars, start: jax.Array, length: jax.Arr
     Parameters
     ----------
     rate : callable ``(time, state) -> rates``
-    state : list of ()
     start, length : () in s
         The length may be zero.
 

@@ -111,7 +111,6 @@ def lag(cubic: Cubic, ratio: jax.Array, s: jax.Array) -> tuple[jax.Array, jax.Ar
         The force on the piece.
     ratio : (...)
         Time constant over the length of the piece.
-    s : (...)
 
     Returns
     -------
@@ -143,8 +142,6 @@ def behind(pieces: Pieces, lags: Lags, late_by: jax.Array, times: jax.Array) -> 
 
     Parameters
     ----------
-    pieces : Pieces
-    lags : Lags
     late_by : () in s
     times : (n_time,) in s
 

@@ -30,7 +30,6 @@ def solve(system: System, begin: Start, grid: Grid) -> Solution:
         Pytree of parameter values.
     begin : Start
         State and mode at its time, not before the first instant; the state is held until then.
-    grid : Grid
 
     Returns
     -------

@@ -88,7 +88,6 @@ class Solution(NamedTuple):
     switches : () int, number of located switches
     trouble : () bool, whether a step chattered or the list of arcs overflowed
     rest : () int, point from which the state stays as it is; the last one where it never rests
-    arcs : Arcs
     n_arcs : () int, rows of `arcs` that are filled
     """
 

@@ -51,7 +51,6 @@ class _Reserved(NamedTuple):
 
     Parameters
     ----------
-    thread : int
     known : str or None
         Identity of what stood there then; "" for an empty folder, None for nothing.
     """

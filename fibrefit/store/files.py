@@ -16,11 +16,6 @@ def whole(path: Path) -> Iterator[Path]:
     ----------
     path : pathlib.Path
         File to write; an old one stays as it is until the new one is complete on disk.
-
-    Yields
-    ------
-    pathlib.Path
-        The name to write to.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:

@@ -16,7 +16,7 @@ from filelock import FileLock, Timeout
 
 from fibrefit.core.errors import UsageError
 
-SAID_WITHIN = 0.5
+HOLDER_SECONDS = 0.5
 """Seconds in which the holder of a lock has written who it is; a message to people waits for it no longer."""
 
 
@@ -90,7 +90,7 @@ def _is_foreign(path: Path) -> bool:
 
 def _holder(path: Path) -> str:
     """What the file says of who holds it: for an instant after the lock was taken it says nothing yet."""
-    ends = time.monotonic() + SAID_WITHIN
+    ends = time.monotonic() + HOLDER_SECONDS
     while True:
         try:
             said = path.read_text(encoding="utf-8", errors="replace")[:200]

@@ -42,7 +42,7 @@ KINDS = frozenset(
         ],
     ]
 )
-TOLD = "inspection.txt"
+INSPECTION_TEXT = "inspection.txt"
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def files_of(folder: Path) -> list[str]:
 
 def is_of_result(name: str) -> bool:
     """Whether a file is of a kind that results are made of."""
-    return Path(name).suffix.lower() in KINDS or name == TOLD
+    return Path(name).suffix.lower() in KINDS or name == INSPECTION_TEXT
 
 
 def foreign(folder: Path) -> list[str]:

@@ -28,11 +28,6 @@ def write_summary(folder: Path, summary: Part) -> Path:
         Folder of the result.
     summary : Part
         One of the models of `fibrefit.study.summaries.summaries`.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
     """
     path = folder / NAME
     write_whole(path, summary.model_dump_json(by_alias=True, indent=1) + "\n")
@@ -46,11 +41,6 @@ def read_summary(result: str | Path) -> Part:
     ----------
     result : str or pathlib.Path
         Folder of a result, or a ``summary.json``.
-
-    Returns
-    -------
-    Part
-        Of the model its schema names, e.g. `FitSummary`.
 
     Raises
     ------
@@ -107,11 +97,6 @@ def provenance(
         Wall time of the computation, in s.
     settings : mapping of str to str, optional
         All else the result depends on, by option.
-
-    Returns
-    -------
-    Provenance
-        With versions, digests and the time.
     """
     digests = {} if isinstance(study, str) else study.digests
     return Provenance(

@@ -67,7 +67,9 @@ def _shape(said: Any) -> str:
 
 
 Heading = Annotated[StrictStr, Field(min_length=1)]
-Said = Annotated[Annotated[Heading, Tag("heading")] | Annotated[ChannelTable, Tag("table")], Discriminator(_shape)]
+ChannelEntry = Annotated[
+    Annotated[Heading, Tag("heading")] | Annotated[ChannelTable, Tag("table")], Discriminator(_shape)
+]
 """A heading, or a table with column, unit and scale."""
 
 

@@ -40,11 +40,6 @@ def explained(
         Gives file and place for a key such as ``"records[1].lift"``.
     belongs : callable
         Gives a sentence on where a key that is not known here belongs; an empty one where it does not know.
-
-    Returns
-    -------
-    StudyError
-        To be raised by the caller.
     """
     details = error.errors(include_url=False)
     # An unknown key often explains what seems to be missing beside it.

@@ -213,7 +213,6 @@ def check_possible(setting: ParameterSetting, declared: Parameter, place: Callab
 
     Parameters
     ----------
-    setting : ParameterSetting
     declared : Parameter
         With the physical range.
     place : callable

@@ -96,11 +96,6 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
     example : str
         A quantity that would have been accepted, for the message.
 
-    Returns
-    -------
-    float
-        Value in `unit`, finite.
-
     Raises
     ------
     pydantic_core.PydanticCustomError
@@ -131,13 +126,16 @@ def refusal(got: str, expected: str, do: str) -> PydanticCustomError:
     return PydanticCustomError("refused", "{got}", {"got": got, "expected": expected, "do": do})
 
 
-def shown(value: Any, longest: int = 60) -> str:
+LONGEST_SHOWN = 60
+
+
+def shown(value: Any) -> str:
     """Short text of a value, for a message."""
     try:
         text = f'"{value}"' if isinstance(value, str) else repr(value)
     except ValueError:  # Python writes no integers of thousands of digits
         return "a number of thousands of digits"
-    return text if len(text) <= longest else text[: longest - 3] + "..."
+    return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
 
 
 MOMENT = "2026-03-14 09:30"

@@ -58,18 +58,12 @@ def _study() -> dict[str, Any]:
     return schema
 
 
-def write_schemas(folder: Path = FOLDER) -> None:
-    """Write every schema into `folder`.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Made if it does not exist.
-    """
+def write_schemas(folder: Path) -> None:
+    """Write every schema into a folder, which is made if it does not exist."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in schemas().items():
         (folder / name).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    write_schemas()
+    write_schemas(FOLDER)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-LEAST_TOLD = 0.5
+LEAST_LISTED = 0.5
 """Nats of evidence, which are told without decimals, that are more than nothing."""
 STEPS_A_PERIOD = 20
 """Steps of a simulation in a period of what drives it: of 20, the largest angle of a sine

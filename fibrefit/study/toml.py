@@ -15,11 +15,6 @@ def to_toml(content: Mapping[str, Any]) -> str:
     ----------
     content : mapping
         What ``tomllib.loads`` would return.
-
-    Returns
-    -------
-    str
-        Text that reads back as `content`.
     """
     return "\n".join(_table((), content)).strip() + "\n"
 

@@ -11,7 +11,7 @@ import xarray as xr
 from fibrefit.tables.frames import Groups
 
 #: Groups that tell where a result comes from; their text stands in the summary too.
-TOLD_ELSEWHERE = ("provenance",)
+NO_ARRAYS = ("provenance",)
 INSTANT = "instant"
 """Samples of a record beside a posterior: ArviZ lays chains and draws together and calls that ``sample``."""
 
@@ -31,7 +31,7 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
         One data set a group; each variable carries ``units`` and ``long_name``. Where a posterior has the likelihood of
         some of its draws only, its draws are those: what ArviZ does with both needs the same ones.
     """
-    sets = {name: _dataset(group) for name, group in groups.items() if name not in TOLD_ELSEWHERE and group}
+    sets = {name: _dataset(group) for name, group in groups.items() if name not in NO_ARRAYS and group}
     if "log_likelihood" in sets:
         sets |= _of_same_draws(sets)
         # ArviZ takes every variable of this group for a likelihood.
@@ -46,8 +46,6 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
 
 def _beyond_the_usual(likelihood: xr.Dataset) -> xr.Dataset:
     """Log likelihoods without what any model of the same readings has: ArviZ takes their exponential for weights."""
-    if "usual" not in likelihood.coords:
-        return likelihood  # an earlier version kept none
     return likelihood.assign(
         readings=(likelihood["readings"] - likelihood["usual"]).assign_attrs(likelihood["readings"].attrs)
     )

@@ -21,8 +21,6 @@ class Rival:
 
     Parameters
     ----------
-    folder : pathlib.Path
-    summary : PosteriorSummary
     blocks : (n_block,)
         Expected log density of each block left out.
     """

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.roles import PHASES
 from fibrefit.fitting.result import Gap, Identification, Starts, total
+from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import (
     advice_sentence,
@@ -32,7 +32,14 @@ from fibrefit.study.summaries.summaries import (
     StatisticsSummary,
 )
 from fibrefit.study.summaries.summaries import Gap as GapSummary
-from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, reading_errors
+from fibrefit.workflow.pages.drawn_groups import (
+    conditions_group,
+    motion_group,
+    observed_group,
+    phase_of,
+    reading_errors,
+    sample_times,
+)
 from fibrefit.workflow.thresholds import CORRELATED
 
 DETERMINED = "identifiability"
@@ -120,17 +127,8 @@ def starts_summary(starts: Starts) -> StartsSummary:
 def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: estimates, data, the model's readings and residuals, starts."""
     problem = found.problem
-    channels, records = problem.model.rig.channels, np.array(problem.layout.records, dtype=object)
-    names = np.array(problem.layout.free_names, dtype=object)
-    times = np.asarray(problem.observations.experiment.times)
-    grid = ("record", "sample")
-    shared = {"record": Variable(records, ("record",)), "time": Variable(times, grid, "s", "Time of each sample.")}
-    unit = {name: channel.unit for name, channel in found.gap.items()}
-    observed = {}
-    for name in channels:
-        counted = np.asarray(problem.observations.weight[name]) > 0.0
-        measured = np.where(counted, np.asarray(problem.observations.measured[name]), np.nan)
-        observed[name] = Variable(measured, grid, unit[name], "Measured; NaN where masked or beyond the record.")
+    names, shared = np.array(problem.layout.free_names, dtype=object), sample_times(problem)
+    units = {name: channel.unit for name, channel in found.gap.items()}
     return {
         "estimate": {
             "parameter": Variable(names, ("parameter",), doc="Free values; name[record] where each has its own."),
@@ -140,18 +138,18 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
             "parameter_2": Variable(names, ("parameter_2",)),
             **_between_variables(found),
         },
-        "observed_data": {**shared, **observed},
+        "observed_data": observed_group(problem, units),
         "predictions": {
             **shared,
-            **{name: Variable(_within(found, name), grid, unit[name], SIMULATED) for name in channels},
+            **{name: Variable(_within(found, name), BY_SAMPLE, units[name], SIMULATED) for name in units},
             **reading_errors(found),
-            "phase": Variable(found.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES))),
+            "phase": phase_of(found.motion),
         },
         "residuals": {
             **shared,
             **{
-                name: Variable(found.residuals[:, i], grid, doc="Simulated minus measured over the noise.")
-                for i, name in enumerate(channels)
+                name: Variable(found.residuals[:, i], BY_SAMPLE, doc="Simulated minus measured over the noise.")
+                for i, name in enumerate(units)
             },
         },
         "motion": motion_group(problem, found.motion),

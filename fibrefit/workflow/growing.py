@@ -30,10 +30,6 @@ def growing_folder(
     run : Run, optional
         What the run rests on; it goes on only from the same.
 
-    Yields
-    ------
-    ResultDirectory
-
     Raises
     ------
     UsageError

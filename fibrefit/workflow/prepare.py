@@ -82,7 +82,6 @@ def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:
 
     Parameters
     ----------
-    study : Study
     records : sequence of Record, optional
         Its records where they have been read already.
     """
@@ -127,7 +126,6 @@ def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
 
     Parameters
     ----------
-    study : Study
     record : object
         One of the study's.
     parts : sequence of Record

@@ -19,7 +19,6 @@ def readings_of(study: Study, record: Any) -> tuple[list[Reading], Reading | Non
 
     Parameters
     ----------
-    study : Study
     record : object
         One of the study's, with a file.
 

@@ -76,8 +76,11 @@ class FoundResult(AnyResult, Saved):
     study: Study
 
     def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``, ``result.h5`` and ``study.toml``."""
-        write_parts(directory, self.summary(), self.groups(), self.study)
+        """Write ``summary.json`` and, where there are arrays, ``result.h5`` and ``study.toml``."""
+        if groups := self.groups():
+            write_parts(directory, self.summary(), groups, self.study)
+        else:
+            write_summary(directory.path, self.summary())
 
 
 def write_parts(
@@ -87,7 +90,6 @@ def write_parts(
 
     Parameters
     ----------
-    directory : ResultDirectory
     summary : Part
         With its provenance.
     groups : mapping of group to mapping of name to Variable

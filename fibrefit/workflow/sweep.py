@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from fibrefit.study.summaries.sweep import SweepSummary
 from fibrefit.workflow.prepare import model_of
 from fibrefit.workflow.saved import FoundResult
 from fibrefit.workflow.sweep_summary import curve_summary, sweep_checks
-
-if TYPE_CHECKING:
-    pass
 
 KIND = "inverted_pendulum"
 CHANNELS = tuple((name, ROLES[name]) for name in ("angle", "force_1", "force_2"))

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-import fibrefit.workflow as workflow
 from fibrefit.store import ResultDirectory
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import FitSummary
@@ -43,7 +42,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Study, dict[str, Any]]]
         made.append((study, options))
         return Fit("ok")
 
-    monkeypatch.setattr(workflow, "fit_study", fit_study)
+    monkeypatch.setattr("fibrefit.workflow.fit.fit_study", fit_study)
     return made
 
 
@@ -110,7 +109,7 @@ def test_an_existing_folder_is_refused_before_any_work(demo: Run, calls: list[An
 def test_the_exit_code_tells_a_failed_result(
     demo: Run, monkeypatch: pytest.MonkeyPatch, status: str, code: int
 ) -> None:
-    monkeypatch.setattr(workflow, "fit_study", lambda *args, **options: Fit(status))
+    monkeypatch.setattr("fibrefit.workflow.fit.fit_study", lambda *args, **options: Fit(status))
     assert demo("fit", "demo", "--out", "out").code == code
     assert Path("out/summary.json").exists()
 
@@ -119,7 +118,7 @@ def test_an_interruption_leaves_nothing_half_done(demo: Run, monkeypatch: pytest
     def interrupted(*args: Any, **options: Any) -> Fit:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(workflow, "fit_study", interrupted)
+    monkeypatch.setattr("fibrefit.workflow.fit.fit_study", interrupted)
     done = demo("fit", "demo", "--out", "out")
     assert done.code == 130
     assert not Path("out").exists()
@@ -132,7 +131,7 @@ def test_simulate_names_its_files(demo: Run, monkeypatch: pytest.MonkeyPatch) ->
                 (directory.path / "simulated").mkdir()
                 (directory.path / "simulated" / "a.csv").write_text("")
 
-    monkeypatch.setattr(workflow, "simulate_study", lambda study: Simulation())
+    monkeypatch.setattr("fibrefit.workflow.simulate.simulate_study", lambda study: Simulation())
     done = demo("simulate", "demo", "--out", "out", "--json")
     assert done.code == 0
     assert done.document["files"] == ["simulated/a.csv"]

@@ -19,13 +19,17 @@ def test_versions_name_python_and_every_package() -> None:
     assert found["numpy"] != "not installed"
 
 
-def test_the_users_own_cache_directory_wins() -> None:
-    assert environment.cache_directory({"FIBREFIT_CACHE": "/a", "XDG_CACHE_HOME": "/b"}) == Path("/a")
+def test_the_users_own_cache_directory_wins(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FIBREFIT_CACHE", "/a")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/b")
+    assert environment.cache_directory() == Path("/a")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="XDG directories are not used on Windows")
-def test_the_xdg_directory_comes_next() -> None:
-    assert environment.cache_directory({"XDG_CACHE_HOME": "/b"}) == Path("/b/fibrefit")
+def test_the_xdg_directory_comes_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FIBREFIT_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "/b")
+    assert environment.cache_directory() == Path("/b/fibrefit")
 
 
 def test_flags_of_the_user_win() -> None:
@@ -34,7 +38,7 @@ def test_flags_of_the_user_win() -> None:
 
 
 def test_merging_flags_twice_changes_nothing() -> None:
-    once = environment.merge_xla_flags(["--one=1"])
+    once = environment.merge_xla_flags(["--one=1"], "")
     assert environment.merge_xla_flags(["--one=1"], once) == once
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from fibrefit.problem.task import Task
 from fibrefit.study import Study, load_study
-from fibrefit.workflow import read_records, task_of
 from fibrefit.workflow.discovery.candidates import candidates_of
 from fibrefit.workflow.discovery.discover import Discovery, SearchOptions
+from fibrefit.workflow.prepare import read_records, task_of
 from tests.discovery.made import FINDINGS
 
 DATA = Path(__file__).resolve().parent.parent / "data" / "discover"

@@ -16,7 +16,7 @@ from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_ste
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
-from fibrefit.workflow import task_of
+from fibrefit.workflow.prepare import task_of
 from tests.discovery.conftest import DATA
 
 STEPS = {"force [N]": 2.0, "position [mm]": 0.2}

@@ -25,7 +25,7 @@ from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.simulation.inputs import Signals
 from fibrefit.study import Study, load_study
-from fibrefit.workflow.design.distinguish import confuse_study
+from fibrefit.workflow.design.distinguish import distinguish_study
 from tests.discovery.made import BASE
 from tests.workflow import axis
 
@@ -51,9 +51,9 @@ def test_effects_of_the_model_are_not_listed_and_what_is_left_hides_weak_ones(
 ) -> None:
     slanted = "guide.asymmetric_viscous_friction"
     study = load_study(axis.write(tmp_path, ("guide.viscous_friction",), ripple=ripple))
-    found = confuse_study(study, only=(slanted, "guide.quadratic_drag"))
+    found = distinguish_study(study, only=(slanted, "guide.quadratic_drag"))
     assert [one.effect for one in found.confusion.directions] == [slanted, "guide.quadratic_drag"]
-    assert bool(found.as_json()["remarks"]) == louder
+    assert bool(found.summary().remarks) == louder
     weakest = found.confusion.directions[0].smallest_detectable
     assert weakest > 0.02 if louder else weakest < 0.005
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.study import load_study
-from fibrefit.workflow import Discovery, discover_study
+from fibrefit.workflow.discovery.discover import Discovery, discover_study
 from tests.cli.conftest import Run, fibrefit  # noqa: F401
 from tests.discovery.conftest import DATA
 

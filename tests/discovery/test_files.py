@@ -19,10 +19,10 @@ from fibrefit.store import read_result, read_summary
 from fibrefit.study import load_study
 from fibrefit.study.schemas import schemas
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.workflow import model_of
 from fibrefit.workflow.discovery import discover as workflow
 from fibrefit.workflow.discovery.candidates import candidates_of
 from fibrefit.workflow.discovery.discover import Discovery, SearchOptions, finished
+from fibrefit.workflow.prepare import model_of
 from tests.discovery.conftest import DATA
 from tests.discovery.made import CURVES, FINDINGS, VISCOUS, identified, named
 from tests.discovery.test_candidates import OWN

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.study import load_study
-from fibrefit.workflow import Discovery, discover_study
+from fibrefit.workflow.discovery.discover import Discovery, discover_study
 from tests.workflow import axis
 
 BASE = ("guide.viscous_friction",)

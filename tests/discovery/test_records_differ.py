@@ -26,7 +26,7 @@ from fibrefit.fitting.search import each_by_itself
 from fibrefit.problem.estimate import view
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
-from fibrefit.workflow import task_of
+from fibrefit.workflow.prepare import task_of
 from tests.validation.cases import Case
 
 #: Relative error of a record's stiffness that is left; 2e-4 where this was written, 5e-4 in the negative control.

@@ -262,7 +262,7 @@ def test_well_seen_parameters_have_no_weakness() -> None:
 
 def test_a_parameter_that_does_nothing_is_not_visible() -> None:
     blind = COLUMNS * [1.0, 0.0, 1.0]
-    assert said(blind, [1.0] * 3) == ["b is not visible in these records: any value fits alike."]
+    assert said(blind, [1.0] * 3) == ["b is not visible in these records: any value fits equally well."]
 
 
 def test_parameters_that_do_the_same_are_only_known_together() -> None:

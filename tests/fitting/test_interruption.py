@@ -70,7 +70,7 @@ def test_the_result_says_that_it_is_not_whole(task: Task, found: Identification)
     check = cut.checks[0]
     assert (check.name, check.passed) == ("the fit ran to its end", False)
     assert fit_sentence(check) == f"Interrupted: 1 of {STARTS} starts came to an end; the best of them is kept."
-    assert "A second solver was not asked." in [
+    assert "A second solver was not run." in [
         fit_sentence(check) for check in cut.checks if check.identifier == "second_solver"
     ]
     assert cut.status != "ok"

@@ -173,7 +173,7 @@ CASES = (
     Bracket("FALLS", gls, lambda x: gls._tells_more([look(0.5, 4.0), look(0.5, 4.0 * x)], True), 0.85, 0.95),
     Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
-    Bracket("ASTRAY", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
+    Bracket("DIVERGED", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
     Bracket(
         "INPUT_ERROR",
         judge,

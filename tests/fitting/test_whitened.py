@@ -109,7 +109,7 @@ def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
 
 
 def test_a_robust_fit_stays_plain_and_one_that_a_bound_stops_is_told(tmp_path: Path) -> None:
-    assert "a robust (soft-L1) loss was asked for" in estimator_sentence(fitted(tmp_path / "robust", robust=True).why)
+    assert "a robust (soft-L1) loss was requested" in estimator_sentence(fitted(tmp_path / "robust", robust=True).why)
     stopped = fitted(tmp_path / "bound", '[parameters.damping]\nbounds = ["0 N s/m", "20 N s/m"]')
     assert stopped.status == "suspect"
     assert [estimate.name for estimate in stopped.estimates if estimate.found.at_bound] == ["damping"]

@@ -15,8 +15,8 @@ from fibrefit.laws.push.force_lag import PushLag
 from fibrefit.laws.push.hold import PushHold
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
-from fibrefit.workflow import Fit, fit_study, task_of
-from fibrefit.workflow.prepare import model_of
+from fibrefit.workflow.fit import Fit, fit_study
+from fibrefit.workflow.prepare import model_of, task_of
 from tests.laboratories import made
 
 HEAD = "time [s],force [N],position [mm]"

@@ -10,7 +10,8 @@ import pytest
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
-from fibrefit.workflow import Fit, fit_study, task_of
+from fibrefit.workflow.fit import Fit, fit_study
+from fibrefit.workflow.prepare import task_of
 from tests.fitting import made as drops
 from tests.laboratories import made
 

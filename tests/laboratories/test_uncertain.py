@@ -12,7 +12,7 @@ from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.transform import Range
 from fibrefit.study import Study, load_study
-from fibrefit.workflow import Fit, fit_study
+from fibrefit.workflow.fit import Fit, fit_study
 from fibrefit.workflow.prepare import model_of
 from tests.laboratories import made
 

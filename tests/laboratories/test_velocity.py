@@ -10,8 +10,8 @@ import pytest
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.study import load_study
-from fibrefit.workflow import Fit, fit_study, task_of
-from fibrefit.workflow.prepare import read_records
+from fibrefit.workflow.fit import Fit, fit_study
+from fibrefit.workflow.prepare import read_records, task_of
 from tests.laboratories import made
 
 HEAD = "time [s],force [N],speed [mm/s]"

@@ -72,6 +72,11 @@ ONLY_WHEN_ASKED = [
 ]
 
 
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
 def written(folder: Path, old: str, new: str) -> str:
     assert old in GOOD
     (folder / "mine.py").write_text(HEAD + GOOD.replace(old, new), encoding="utf-8")
@@ -88,24 +93,24 @@ def test_what_no_model_can_hold_is_refused_at_once(tmp_path: Path, old: str, new
 @pytest.mark.parametrize(("old", "new", "says"), ONLY_WHEN_ASKED, ids=[says for *_, says in ONLY_WHEN_ASKED])
 def test_the_contract_says_what_is_broken(tmp_path: Path, old: str, new: str, says: str) -> None:
     name = written(tmp_path, old, new)
-    wrong = [str(error) for error in all_wrong(name, CONDITIONS, tmp_path)]
+    wrong = [str(error) for error in all_wrong(name, CONDITIONS)]
     assert len(wrong) == 1 or "null" in says, wrong
     assert any(re.search(says, line) for line in wrong), wrong
     find_effect(name, tmp_path)
 
 
 def test_a_law_that_keeps_the_contract(tmp_path: Path) -> None:
-    assert all_wrong(written(tmp_path, "A drag", "My drag"), CONDITIONS, tmp_path) == ()
+    assert all_wrong(written(tmp_path, "A drag", "My drag"), CONDITIONS) == ()
 
 
 def test_a_law_that_acts_far_out_alone(tmp_path: Path) -> None:
     stop = (ANSWER, "self.c * jnp.maximum(position - 0.03, 0.0)")
-    assert all_wrong(written(tmp_path, *stop), CONDITIONS, tmp_path) == ()
+    assert all_wrong(written(tmp_path, *stop), CONDITIONS) == ()
 
 
 def test_several_faults_are_all_said(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(HEAD + GOOD.replace("force(", "forse(").replace("N s^3/m^3", "quux"))
-    wrong = " ".join(str(error) for error in all_wrong("mine.py:Mine", CONDITIONS, tmp_path))
+    wrong = " ".join(str(error) for error in all_wrong("mine.py:Mine", CONDITIONS))
     assert "forse" in wrong
     assert "quux" in wrong
     assert "changes nothing" not in wrong
@@ -113,8 +118,8 @@ def test_several_faults_are_all_said(tmp_path: Path) -> None:
 
 def test_a_taken_name_and_what_is_no_effect(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(HEAD + GOOD.replace("guide.mine", "guide.quadratic_drag") + "number = 3\n")
-    assert "is taken" in str(all_wrong("mine.py:Mine", CONDITIONS, tmp_path)[0])
-    assert "3 is no effect" in str(all_wrong("mine.py:number", CONDITIONS, tmp_path)[0])
+    assert "is taken" in str(all_wrong("mine.py:Mine", CONDITIONS)[0])
+    assert "3 is no effect" in str(all_wrong("mine.py:number", CONDITIONS)[0])
 
 
 @pytest.mark.parametrize("effect", CATALOGUE.values(), ids=list(CATALOGUE))
@@ -130,7 +135,7 @@ def test_the_catalogue_keeps_it(effect: type[Effect]) -> None:
 def test_a_template_can_be_used_as_it_is(tmp_path: Path, port: str) -> None:
     (tmp_path / "mine.py").write_text(template(f"{port}.my_law"), encoding="utf-8")
     name = f"mine.py:{class_name('my_law')}"
-    assert all_wrong(name, CONDITIONS, tmp_path) == ()
+    assert all_wrong(name, CONDITIONS) == ()
     assert find_effect(name, tmp_path).name == f"{port}.my_law"
     # Of the length that a law in the catalogue may have.
     assert max(map(len, template(f"{port}.my_law").splitlines())) <= 120
@@ -148,7 +153,7 @@ def test_the_page_on_extending_shows_a_law_that_keeps_the_contract(tmp_path: Pat
     code = re.search(r"```python\n(.*?)```", page, re.DOTALL)
     assert code is not None
     (tmp_path / "end_stop.py").write_text(code[1], encoding="utf-8")
-    assert all_wrong("end_stop.py:EndStop", CONDITIONS, tmp_path) == ()
+    assert all_wrong("end_stop.py:EndStop", CONDITIONS) == ()
     for kind in PORTS.values():
         for name in (kind.__name__, *public_methods(kind)):
             assert f"`{name}`" in page, name

@@ -16,7 +16,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
-from fibrefit.workflow import task_of
+from fibrefit.workflow.prepare import task_of
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 NOISES = {

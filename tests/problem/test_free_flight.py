@@ -19,7 +19,7 @@ from fibrefit.problem.task import Task
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
-from fibrefit.workflow import task_of
+from fibrefit.workflow.prepare import task_of
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 NOISES = {

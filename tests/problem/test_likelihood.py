@@ -294,7 +294,7 @@ def test_a_line_is_found_on_the_way_and_a_stated_spectrum_is_taken_as_it_is() ->
     assert likelihood_sentence(
         taken
     ) == "Likelihood: coloured noise (white and slow parts, equal at 0 Hz in force, equal at 0 Hz in " + (
-        "position), as asked for."
+        "position), as requested."
     )
 
 
@@ -320,11 +320,11 @@ def test_a_level_the_study_states_is_not_learnt() -> None:
 def test_samples_that_stray_are_named() -> None:
     task = task_of(series(np.random.default_rng(8), share=0.0), 0.0)
     linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(fitted(task))))
-    assert "stray further" not in likelihood_sentence(choose_noise_model(task.problem, linear, "white"))
+    assert "heavier tails" not in likelihood_sentence(choose_noise_model(task.problem, linear, "white"))
     struck = linear.residuals.copy()
     struck[0, 0, 100:1000:90] += 12.0
     says = likelihood_sentence(choose_noise_model(task.problem, linear._replace(residuals=struck), "white"))
-    assert "Single samples stray further than normal noise does" in says
+    assert "Residuals have heavier tails than normal noise" in says
 
 
 def test_readings_in_coarse_steps_have_the_probability_of_their_steps() -> None:

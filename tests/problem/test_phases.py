@@ -29,7 +29,7 @@ from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
-from fibrefit.workflow import task_of
+from fibrefit.workflow.prepare import task_of
 from tests.simulation.drops import OF_RIG, given, pendulum
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"

@@ -20,7 +20,7 @@ import pytest
 from fibrefit.cli.interruption import asked_to_stop
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core import environment
-from fibrefit.core.programs.bound import bound_programs
+from fibrefit.core.programs import bound
 
 ROOT = Path(__file__).resolve().parents[2]
 SERIES = ROOT / "configs" / "drop_series"
@@ -66,11 +66,14 @@ def test_a_user_without_a_home_has_a_cache(monkeypatch: pytest.MonkeyPatch) -> N
         raise RuntimeError("Could not determine home directory.")
 
     monkeypatch.setattr(Path, "home", homeless)
-    folder = environment.cache_directory({})
+    for name in ("FIBREFIT_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    folder = environment.cache_directory()
     assert folder.name == f"fibrefit-{os.getuid()}"
     assert folder.parent == Path(tempfile.gettempdir()), "nobody else can put a folder of theirs in its place there"
     monkeypatch.setattr(Path, "expanduser", lambda path: homeless())
-    assert environment.cache_directory({"FIBREFIT_CACHE": "~/x"}) == folder
+    monkeypatch.setenv("FIBREFIT_CACHE", "~/x")
+    assert environment.cache_directory() == folder
 
 
 @pytest.mark.parametrize(
@@ -307,7 +310,7 @@ def test_a_job_that_ignores_signals_goes_on(tmp_path: Path, series: Path, words:
     assert not (tmp_path / "ended" / "summary.json").exists()
 
 
-def test_compiled_programs_are_not_kept_for_ever() -> None:
+def test_compiled_programs_are_not_kept_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     import jax
     from jax.extend.backend import get_backend
 
@@ -317,7 +320,9 @@ def test_compiled_programs_are_not_kept_for_ever() -> None:
         kept[-1](float(size))
     before = len(get_backend().live_executables())
     assert before >= 6
-    assert not bound_programs(before)
-    assert bound_programs(before - 1)
+    monkeypatch.setattr(bound, "MOST_PROGRAMS", before)
+    assert not bound.bound_programs()
+    monkeypatch.setattr(bound, "MOST_PROGRAMS", before - 1)
+    assert bound.bound_programs()
     assert len(get_backend().live_executables()) < before - 5
     assert kept[2](2.0) == 6.0, "and each is compiled again where it is wanted"

@@ -15,7 +15,7 @@ from fibrefit import fit
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
-from fibrefit.problem.diagnose.exchanged import look_exchanged, roughness
+from fibrefit.problem.diagnose.exchanged import are_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace
@@ -80,8 +80,8 @@ def traces(study: Path, exchanged: bool) -> list[Trace]:
 def test_force_and_position_are_told_apart_on_every_rig(name: str) -> None:
     study = SERIES.with_name(name)
     right, wrong = traces(study, False), traces(study, True)
-    assert not any(look_exchanged([trace]) for trace in right)
-    assert all(look_exchanged([trace]) for trace in wrong)
+    assert not any(are_exchanged([trace]) for trace in right)
+    assert all(are_exchanged([trace]) for trace in wrong)
 
 
 def test_roughness_does_not_hang_on_units_nor_on_damage() -> None:
@@ -96,10 +96,10 @@ def test_roughness_does_not_hang_on_units_nor_on_damage() -> None:
 def test_a_refusal_of_exchanged_records_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     refusal = DataError("a.csv", "the record does not fall by its lift", "a weight that falls", "Check lift.")
     wrong, right = traces(SERIES, True), traces(SERIES, False)
-    told = whole._exchange_told(refusal, wrong)
+    told = whole._with_exchange(refusal, wrong)
     assert "force and position look exchanged" in str(told)
     assert "under [channels]" in told.do
-    assert whole._exchange_told(refusal, right) is refusal
+    assert whole._with_exchange(refusal, right) is refusal
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from fibrefit.core.programs.bound import bound_programs
+from fibrefit.core.programs import bound
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 CYCLES, SETTLED = 6, 2
@@ -17,7 +17,7 @@ MOST_GROWTH = 10.0
 
 @pytest.mark.slow
 @pytest.mark.parametrize("forgets", [True, False])
-def test_a_worker_stays_flat(forgets: bool) -> None:
+def test_a_worker_stays_flat(forgets: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whether programs are forgotten between items, as they are once there are many, or kept, as they are while few."""
     from fibrefit.workflow.batches.item import identified
     from fibrefit.workflow.batches.jobs import jobs_of, origins_of
@@ -28,7 +28,8 @@ def test_a_worker_stays_flat(forgets: bool) -> None:
         for job in jobs:
             identified(job)
             if forgets:
-                assert bound_programs(0)
+                monkeypatch.setattr(bound, "MOST_PROGRAMS", 0)
+                assert bound.bound_programs()
         memory.append(psutil.Process().memory_info().rss / 1e6)
     growth = (memory[-1] - memory[SETTLED - 1]) / (CYCLES - SETTLED)
     how = "forgotten after each" if forgets else "kept"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fibrefit.report.discovery import discovery_report, evidence_told, left_undone, others_told, verdict_line
+from fibrefit.report.discovery import discovery_report, evidence_text, others_listed, unfinished_parts, verdict_line
 from fibrefit.report.layout import WIDTH, shortened
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
@@ -123,12 +123,12 @@ def test_the_unexplained_says_what_it_looks_like() -> None:
 def test_what_was_not_tried_is_counted_where_nothing_was() -> None:
     names = tuple(f"guide.law_{n}" for n in range(70))
     nothing = with_verdict("unexplained", untried=names)
-    assert left_undone(nothing)[0] == "Not tried: any of the 70 effects that make sense on this rig."
+    assert unfinished_parts(nothing)[0] == "Not tried: any of the 70 effects that make sense on this rig."
     some = nothing.model_copy(update={"untried": names[:2], "ranking": NAMED.rounds[0].ranking})
-    assert left_undone(some)[0] == "Not tried: guide.law_0, guide.law_1."
+    assert unfinished_parts(some)[0] == "Not tried: guide.law_0, guide.law_1."
     many = some.model_copy(update={"untried": (*names[:20], "fibre.creep")})
     said = "Not tried: 21 effects, 20 guide.*, 1 fibre.*; summary.json lists them under untried."
-    assert left_undone(many)[0] == said
+    assert unfinished_parts(many)[0] == said
 
 
 def test_the_best_curve_is_drawn_and_the_others_are_listed() -> None:
@@ -174,11 +174,11 @@ def test_candidates_that_gain_nothing_are_counted_unless_none_gains() -> None:
     ]
     told = listed(gains, 6)
     assert [one.effect for one in told.shown] == ["guide.law_0", "guide.law_1"]
-    assert others_told(told) == "and 3 more that gain nothing"
-    assert others_told(listed(gains, 1)) == "and 4 more with less evidence"
+    assert others_listed(told) == "and 3 more that gain nothing"
+    assert others_listed(listed(gains, 1)) == "and 4 more with less evidence"
     assert [one.effect for one in listed(gains, 6, "guide.law_4").shown][-1] == "guide.law_4"
     assert listed(gains[2:], 2).shown == tuple(gains[2:4])
-    assert [evidence_told(one) for one in gains[2:]] == ["0", "0", "-7"]
+    assert [evidence_text(one) for one in gains[2:]] == ["0", "0", "-7"]
 
 
 def test_nothing_stands_before_where_nothing_was_added() -> None:

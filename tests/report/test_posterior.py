@@ -52,10 +52,10 @@ def suspect() -> s.PosteriorSummary:
             "warm_up": 30,
             "ended": "budget",
             "acceptance": 0.45,
-            "likelihood_says": "Likelihood: white noise, as asked for.",
+            "likelihood_says": "Likelihood: white noise, as requested.",
             "covered": {"force": 0.893, "position": 0.9},
             "log_evidence": s.Measure(value=-12.3, error=0.04),
-            "foresight": s.ForesightSummary(
+            "foresight": s.CrossValidationSummary(
                 total=s.Measure(value=-10.0, error=2.0), blocks=30, unsure=2, effective_parameters=4.2
             ),
             "compared": tuple(

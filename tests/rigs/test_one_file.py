@@ -20,7 +20,7 @@ from fibrefit.study import load, load_study, study_from_files
 from fibrefit.study.rigs.catalogue import WRITTEN_OUT
 from fibrefit.study.rigs.derived import derived_study
 from fibrefit.study.written import Understood, study_text
-from fibrefit.workflow import fit_study
+from fibrefit.workflow.fit import fit_study
 from tests.rigs import cubic_spring
 from tests.simulation.drops import OF_RIG, given, usual
 

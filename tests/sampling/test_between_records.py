@@ -78,7 +78,7 @@ def posterior() -> Posterior:
 
 
 def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: sampling._Ready, posterior: Posterior) -> None:
-    evidence = ready.differing.evidence
+    evidence = ready.deviations.evidence
     for index, name in enumerate(("stiffness", "damping", "friction")):
         low, high = np.exp(quantiles(evidence, index)) * evidence.mode.unknowns.reference[index]
         found = posterior.marginals[name]
@@ -88,7 +88,7 @@ def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: sampling._Re
 
 
 def test_how_much_they_differ_is_what_a_fit_says(ready: sampling._Ready, posterior: Posterior) -> None:
-    for name, expected in between(ready.differing.evidence).items():
+    for name, expected in between(ready.deviations.evidence).items():
         found = posterior.between[name]
         assert found.agree == pytest.approx(expected.agree, abs=0.05), name
         assert found.sd == pytest.approx(expected.sd, rel=0.1, abs=1e-3), name
@@ -127,7 +127,7 @@ def test_where_drives_were_measured_it_is_told_that_records_count_as_alike(poste
 def test_where_records_agree_nothing_widens(ready: sampling._Ready) -> None:
     index = ready.target.names.index("stiffness")
     same = prepared(differing_series(np.zeros(5)))
-    assert not same.differing.found
+    assert not same.deviations.found
 
     def sd(of: sampling._Ready, deviating: bool) -> float:
         return float(np.sqrt(mode_of(of, deviating).covariance[index, index]))
@@ -141,7 +141,7 @@ def test_plain_and_whitened_estimates_are_compared_record_by_record() -> None:
     assert prepared(differing_series(AWAY, 1000)).hausman.chance > 0.01
     viscous = {"guide.viscous_friction.viscous_coefficient": 6.0}
     wrong = prepared(differing_series(AWAY, 1000, truth=viscous, effects=(ViscousFriction,)), "coloured")
-    assert wrong.differing.found
+    assert wrong.deviations.found
     assert wrong.hausman.chance < 1e-3
 
 
@@ -180,7 +180,7 @@ def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: sampling.
     coarse = replace(task, steps={channel: steps_of(made, channel, rms[channel]) for channel in steps})
     found = prepared(coarse)
     assert found.model.likelihood.known == (True, True)
-    assert not found.differing.found
+    assert not found.deviations.found
     before = {channel: float(step.noise[0]) for channel, step in found.density.problem.observations.steps.items()}
     assert before == pytest.approx(NOISE, rel=0.15)
     mode = mode_of(found)
@@ -196,7 +196,7 @@ def test_nuts_finds_the_same_posterior(posterior: Posterior) -> None:
     pytest.importorskip("blackjax")
     from fibrefit.sampling.nuts import cross_check
 
-    other = cross_check(posterior, 200)
+    other = cross_check(posterior)
     assert other.agrees, other.scores
     # Of 800 draws, correlated.
     np.testing.assert_allclose(other.spread, 1.0, atol=0.25)
@@ -227,7 +227,7 @@ def test_evidence_of_three_models_is_that_of_the_likelihood() -> None:
 
 def _of_fit(ready: sampling._Ready) -> float:
     """Evidence of the likelihood that fits share, with the posterior's priors in place of its flat ones."""
-    evidence = ready.differing.evidence
+    evidence = ready.deviations.evidence
     unknowns, place = evidence.mode.unknowns, evidence.mode.place
     flat = -len(unknowns.shared) * (0.5 * np.log(2.0 * np.pi) + np.log(FLAT))
     priors = float(ready.priors.density.log_density(jnp.asarray(ready.values)))

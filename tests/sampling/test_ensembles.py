@@ -83,13 +83,13 @@ class StopError(Exception):
     """Stands for anything that may end a run."""
 
 
-def stopped(after: int, file: Path, resume: bool) -> None:
+def stopped(after: int, file: Path) -> None:
     def progress(said: SamplerProgress) -> None:
         if said.steps >= after:
             raise StopError
 
     with pytest.raises(StopError):
-        course(5, settings=LONG, checkpoint_file=file, resume=resume, progress=progress)
+        course(5, settings=LONG, checkpoint_file=file, progress=progress)
 
 
 LONG = {"max_steps": 150, "ess": 1e9}
@@ -98,8 +98,8 @@ LONG = {"max_steps": 150, "ess": 1e9}
 def test_a_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
     whole, file = course(5, settings=LONG), tmp_path / "chains.npz"
     for after in (1, 20, 64, 130):
-        stopped(after, file, resume=True)
-    done = course(5, settings=LONG, checkpoint_file=file, resume=True)
+        stopped(after, file)
+    done = course(5, settings=LONG, checkpoint_file=file)
     assert 0 < done.resumed_at < 150
     np.testing.assert_array_equal(done.points, whole.points)
     np.testing.assert_array_equal(done.log_density, whole.log_density)
@@ -109,30 +109,30 @@ def test_a_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
 def test_a_finished_run_is_not_gone_again(tmp_path: Path) -> None:
     file = tmp_path / "chains.npz"
     first = course(5, checkpoint_file=file)
-    again = course(5, checkpoint_file=file, resume=True)
+    again = course(5, checkpoint_file=file)
     assert again.resumed_at == first.points.shape[1]
     np.testing.assert_array_equal(again.points, first.points)
 
 
 def test_another_runs_checkpoint_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "chains.npz"
-    stopped(20, file, resume=False)
+    stopped(20, file)
     with pytest.raises(UsageError) as refused:
-        course(6, checkpoint_file=file, resume=True)
+        course(6, checkpoint_file=file)
     assert "the checkpoint of another run: its walkers began elsewhere" in str(refused.value)
     other = normal(CENTRE, 1.1 * COVARIANCE)
     with pytest.raises(UsageError):
-        run_ensembles(target(other, SIZE), around(other, CENTRE, COVARIANCE), Settings(seed=5), file, resume=True)
+        run_ensembles(target(other, SIZE), around(other, CENTRE, COVARIANCE), Settings(seed=5), file)
 
 
 @pytest.mark.parametrize("damage", ["cut", "noise", "empty"])
 def test_a_damaged_checkpoint_is_refused(tmp_path: Path, damage: str) -> None:
     file = tmp_path / "chains.npz"
-    stopped(20, file, resume=False)
+    stopped(20, file)
     content = file.read_bytes()
     file.write_bytes({"cut": content[: len(content) // 2], "noise": b"no file of ours", "empty": b""}[damage])
     with pytest.raises(UsageError, match="no checkpoint"):
-        course(5, checkpoint_file=file, resume=True)
+        course(5, checkpoint_file=file)
 
 
 def test_a_checkpoint_holds_no_objects(tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ density = normal(np.zeros(3), np.eye(3))
 settings = Settings(seed=1, max_steps=120, ess=1e9, checkpoint_seconds=0.05)
 print("started", flush=True)
 near = around(density, np.zeros(3), np.eye(3))
-done = run_ensembles(target(slowly, 3), near, settings, Path(sys.argv[1]), resume=True)
+done = run_ensembles(target(slowly, 3), near, settings, Path(sys.argv[1]))
 np.save(sys.argv[2], done.points)
 """
 
@@ -252,7 +252,7 @@ def test_walkers_by_default() -> None:
 
 def test_a_checkpoint_survives_a_failing_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "chains.npz"
-    stopped(20, file, resume=False)
+    stopped(20, file)
     before = file.read_bytes()
 
     def fails(*_: object, **__: object) -> None:
@@ -260,5 +260,5 @@ def test_a_checkpoint_survives_a_failing_write(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr(checkpoint.np, "savez", fails)
     with pytest.raises(OSError, match="disk full"):
-        course(5, settings=LONG, checkpoint_file=file, resume=True)
+        course(5, settings=LONG, checkpoint_file=file)
     assert file.read_bytes() == before

@@ -160,9 +160,9 @@ def test_errors_that_suit_the_values_are_where_a_search_begins(
     look = inputs.expanded
     monkeypatch.setattr(inputs, "expanded", lambda *a: looks.append(1) or look(*a))
     monkeypatch.setattr(inputs, "corrected", lambda problem, known, coefficients: problem)
-    _, best = inputs.cleaned(task, KNOWN, values)
+    _, best = inputs.inputs_corrected(task, KNOWN, values)
     first = len(looks)
-    _, again = inputs.cleaned(task, KNOWN, values, best)
+    _, again = inputs.inputs_corrected(task, KNOWN, values, best)
     assert len(looks) - first == 1 < first
     for name, rows in best.items():
         np.testing.assert_allclose(again[name], rows, atol=0.05)

@@ -16,15 +16,15 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
 from fibrefit.sampling.compare import cross_validate
-from fibrefit.sampling.groups import posterior_groups
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import distinct
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
 from fibrefit.sampling.sample import ChainStart, PosteriorRequest, _prepare, coordinates_of, sample_posterior
 from fibrefit.sampling.settings import Settings
-from fibrefit.store.hdf5 import Variable, read_result, write_result
+from fibrefit.store.hdf5 import read_result, write_result
 from fibrefit.study.summaries.summaries import Provenance
+from fibrefit.workflow.sampling.groups import posterior_groups
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
 ORIGIN = Provenance(created="now", versions={}, inputs={}, resolved_study="")
@@ -78,7 +78,7 @@ def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior)
 def test_white_intervals_are_too_narrow(posterior: Posterior, small: tuple[Task, np.ndarray]) -> None:
     task, values = small
     white = sample_posterior(task, ChainStart(values), PosteriorRequest(noise="white", settings=Settings(seed=3)))
-    assert likelihood_sentence(white.noise_model) == "Likelihood: white noise, as asked for."
+    assert likelihood_sentence(white.noise_model) == "Likelihood: white noise, as requested."
     zero = "position_zero[drop 0]"
     assert posterior.marginals[zero].sd / white.marginals[zero].sd > 1.3
     # What wander does to a shared value is then taken for a difference between records.
@@ -108,7 +108,7 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
 
 
 def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
-    found = cross_validate(posterior, 1000)
+    found = cross_validate(posterior)
     assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)
     assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
@@ -117,11 +117,11 @@ def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior:
         task, ChainStart(task.start * np.array([1.0, 1.05, *np.ones(5)])), PosteriorRequest(settings=stated)
     )
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
-    assert cross_validate(wrong, 1000).total == pytest.approx(found.total, abs=3.0)
+    assert cross_validate(wrong).total == pytest.approx(found.total, abs=3.0)
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
-    groups = posterior_groups(posterior, bands)
+    groups = posterior_groups(posterior, bands, 0)
     assert set(groups) == {
         "posterior",
         "sample_stats",
@@ -130,9 +130,8 @@ def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Ban
         "posterior_predictive",
         "constant_data",
     }
-    variables = {name: {key: Variable(*entry) for key, entry in group.items()} for name, group in groups.items()}
     file = tmp_path / "result.h5"
-    write_result(file, "fibrefit/posterior/1", variables, ORIGIN)
+    write_result(file, "fibrefit/posterior/1", groups, ORIGIN)
     read, _ = read_result(file)
     draws = read["posterior"]["release"].values
     assert draws.shape[0] == 4
@@ -145,10 +144,9 @@ def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Ban
 
 def test_groups_open_as_arviz_expects(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:
     xarray = pytest.importorskip("xarray")
-    groups = posterior_groups(posterior, bands)
-    variables = {name: {key: Variable(*entry) for key, entry in group.items()} for name, group in groups.items()}
+    groups = posterior_groups(posterior, bands, 0)
     file = tmp_path / "result.h5"
-    write_result(file, "fibrefit/posterior/1", variables, ORIGIN)
+    write_result(file, "fibrefit/posterior/1", groups, ORIGIN)
     with xarray.open_datatree(file, engine="h5netcdf") as tree:
         opened = tree["posterior"]
         assert set(opened["stiffness"].dims) == {"chain", "draw"}
@@ -205,7 +203,7 @@ def test_nuts_agrees(posterior: Posterior) -> None:
     pytest.importorskip("blackjax")
     from fibrefit.sampling.nuts import cross_check
 
-    other = cross_check(posterior, 200)
+    other = cross_check(posterior)
     assert other.divergent == 0
     assert other.agrees, other.scores
     # Of 800 draws, correlated.

@@ -31,7 +31,7 @@ def stepped(steps: float) -> bool:
 
 
 CASES = (
-    Bracket("LEAST_TOLD", discovery, gains, 0.6, 0.4),
+    Bracket("LEAST_LISTED", discovery, gains, 0.6, 0.4),
     Bracket("STEPS_A_PERIOD", inverted_pendulum, stepped, 25.0, 15.0),
 )
 

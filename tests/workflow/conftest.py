@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.study import Study, load_study
-from fibrefit.workflow import Fit, fit_study
+from fibrefit.workflow.fit import Fit, fit_study
 from tests.fitting import made
 
 

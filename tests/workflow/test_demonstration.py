@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.fitting.result import total
 from fibrefit.study import load_study
-from fibrefit.workflow import Fit, fit_study
+from fibrefit.workflow.fit import Fit, fit_study
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 TRUE = {"stiffness": 11150.6306, "damping": 9.437327, "friction": 2.685715}

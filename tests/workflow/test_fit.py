@@ -17,7 +17,8 @@ from fibrefit.core.formats import FIGURES
 from fibrefit.fitting.result import total
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import Study, load_study
-from fibrefit.workflow import Fit, fit_study, task_of
+from fibrefit.workflow.fit import Fit, fit_study
+from fibrefit.workflow.prepare import task_of
 from tests.fitting import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "fit.schema.json"

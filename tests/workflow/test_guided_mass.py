@@ -15,8 +15,8 @@ import pytest
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study import load_study
-from fibrefit.workflow import fit_study, task_of
-from fibrefit.workflow.fit import Fit
+from fibrefit.workflow.fit import Fit, fit_study
+from fibrefit.workflow.prepare import task_of
 from tests.workflow import axis
 
 VISCOUS = "guide.viscous_friction"

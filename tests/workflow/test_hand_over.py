@@ -14,7 +14,7 @@ import pytest
 import fibrefit
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.study import Study
-from fibrefit.workflow import Fit
+from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult, StoredSimulation
 from tests.study.test_summaries import EXAMPLES
 

@@ -14,8 +14,9 @@ from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary
-from fibrefit.workflow import Fit, Prediction, predict_study
+from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
+from fibrefit.workflow.prediction.predict import Prediction, predict_study
 from tests.fitting import made
 from tests.workflow import axis
 

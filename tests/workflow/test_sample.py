@@ -20,10 +20,10 @@ from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
-from fibrefit.workflow import Fit, Sampled, sample_study
 from fibrefit.workflow.compare import compared, rival_of
+from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
-from fibrefit.workflow.sampling.sample import SamplingOptions
+from fibrefit.workflow.sampling.sample import Sampled, SamplingOptions, sample_study
 from fibrefit.workflow.sampling.start import START, SamplingStart, _read
 from tests.fitting import made
 

@@ -140,7 +140,7 @@ def table_agrees(found: SeriesResult) -> None:
     assert not mine.promised
     assert all(row.promised == (not row.parameters) for row in rows.values())
     assert any(row.promised for row in rows.values())
-    assert "promised by slopes" in found.report()
+    assert "predicted by linearisation" in found.report()
 
 
 def test_the_table_of_laws_says_what_the_sentence_says(lawful: SeriesResult) -> None:

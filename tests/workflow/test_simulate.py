@@ -11,9 +11,10 @@ from fibrefit.core.errors import UsageError
 from fibrefit.plots import save_figures
 from fibrefit.records import read_record
 from fibrefit.study import Study, load_study
-from fibrefit.workflow import fit_study, simulate_study
+from fibrefit.workflow.fit import fit_study
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.outcome.stored import load_result
+from fibrefit.workflow.simulate import simulate_study
 from tests.fitting import made
 
 VALUES = "".join(

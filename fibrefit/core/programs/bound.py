@@ -12,8 +12,8 @@ MOST_PROGRAMS = 100
 from the disk cache."""
 
 
-def bound_programs(most: int = MOST_PROGRAMS) -> bool:
-    """Forget all compiled programs if there are more than `most`; to be called between two pieces of work.
+def bound_programs() -> bool:
+    """Forget all compiled programs if there are more than `MOST_PROGRAMS`; to be called between two pieces of work.
 
     JAX keeps every program for every shape it has met until the process ends.
 
@@ -27,7 +27,7 @@ def bound_programs(most: int = MOST_PROGRAMS) -> bool:
     import jax
     from jax.extend.backend import get_backend
 
-    if len(get_backend().live_executables()) <= most:
+    if len(get_backend().live_executables()) <= MOST_PROGRAMS:
         return False
     jax.clear_caches()
     if kept := sys.modules.get("fibrefit.core.programs.kept"):

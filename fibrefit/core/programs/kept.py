@@ -287,7 +287,6 @@ class Watched:
 
     Parameters
     ----------
-    loaded : Program
     again : callable
         Makes the program in another way.
     """

@@ -23,7 +23,6 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
 
     Parameters
     ----------
-    problem : Problem
     values : (n_free,) in SI units
     scores : Scores
         At these values.

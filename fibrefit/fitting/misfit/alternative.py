@@ -48,7 +48,6 @@ class Alternative(NamedTuple):
 
     Parameters
     ----------
-    effect : str
     size, unit : float, str
         Its first parameter, in SI units.
     name, value_unit : str

@@ -44,8 +44,6 @@ def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBa
     ----------
     bars : ErrorBars
         For noise alone.
-    scores : Scores
-    motion : Motion
 
     Returns
     -------
@@ -71,7 +69,6 @@ class Doubtful(NamedTuple):
 
     Parameters
     ----------
-    name, unit : str
     value, error : float in SI units
         Its standard error allows for what the model lacks.
     share : float
@@ -92,9 +89,7 @@ def most_doubtful(layout: Layout, values: np.ndarray, bars: ErrorBars) -> Doubtf
 
     Parameters
     ----------
-    layout : Layout
     values : (n_free,) in SI units
-    bars : ErrorBars
     """
     if bars.method != METHOD:
         return None

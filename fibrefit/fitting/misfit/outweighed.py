@@ -23,7 +23,6 @@ class Outweighed(NamedTuple):
 
     Parameters
     ----------
-    name, unit : str
     value : float in SI units
     ratio, most : float
         What is left over what the value does in the readings, and the most that passes.
@@ -41,7 +40,6 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
 
     Parameters
     ----------
-    layout : Layout
     values : (n_free,) in SI units
     scores : Scores
         At these values.

@@ -43,8 +43,6 @@ def loudness(residual_set: ResidualSet, channel: int, inside: np.ndarray | None 
 
     Parameters
     ----------
-    residual_set : ResidualSet
-    channel : int
     inside : (n_record, n_time) bool, optional
         Samples that are looked at; all that count by default.
     """

@@ -21,4 +21,4 @@ class FrictionChange(ChangeSince, OfFriction):
     """
 
     name: ClassVar[str] = "guide.friction_change"
-    change: jax.Array = quantity("-", "relative change of Coulomb friction", 0.5, lower=-0.95, upper=20.0)
+    change: jax.Array = quantity("-", "relative change of Coulomb friction", 0.5, lower=-0.95, upper=20.0, symbol="a")

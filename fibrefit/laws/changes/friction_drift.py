@@ -22,4 +22,6 @@ class FrictionDrift(SettlingChange, OfFriction):
     """
 
     name: ClassVar[str] = "guide.friction_drift"
-    drift: jax.Array = quantity("-", "relative change of Coulomb friction in the end", -0.3, lower=-0.98, upper=20.0)
+    drift: jax.Array = quantity(
+        "-", "relative change of Coulomb friction in the end", -0.3, lower=-0.98, upper=20.0, symbol="a"
+    )

@@ -16,11 +16,6 @@ class FrictionTrend(ByRecord, OfFriction):
     ---
     Level ``F_c max(0.02, 1 + a (n - 1))`` in the n-th record of the study.
 
-    Parameters
-    ----------
-    trend : () a pure number
-        a.
-
     Valid range
     -----------
     Records that stand in the study in the order in which they were taken.
@@ -31,7 +26,9 @@ class FrictionTrend(ByRecord, OfFriction):
     """
 
     name: ClassVar[str] = "guide.friction_trend"
-    trend: jax.Array = quantity("-", "relative growth of Coulomb friction a record", 0.1, lower=-0.3, upper=5.0)
+    trend: jax.Array = quantity(
+        "-", "relative growth of Coulomb friction a record", 0.1, lower=-0.3, upper=5.0, symbol="a"
+    )
 
     def relative(self) -> jax.Array:
         """max(0.02, 1 + a (n - 1)) - 1."""

@@ -17,13 +17,6 @@ class FrictionWear(OfFriction):
     ---
     Level ``F_c (1 + a (1 - exp(-s/σ)))``, s the path of the weight to and fro within the record.
 
-    Parameters
-    ----------
-    wear : () a pure number
-        a, what it comes to.
-    path : () in m
-        σ; long against the path travelled, the change is a steady one.
-
     Valid range
     -----------
     σ from some millimetres on; of a much longer one, only a/σ is known.
@@ -38,8 +31,10 @@ class FrictionWear(OfFriction):
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     timed: ClassVar[bool] = True
     worn: ClassVar[bool] = True
-    wear: jax.Array = quantity("-", "relative change of Coulomb friction in the end", 0.3, lower=-0.98, upper=20.0)
-    path: jax.Array = quantity("m", "path on which it settles", 0.1, lower=2e-3, upper=100.0, log=True)
+    wear: jax.Array = quantity(
+        "-", "relative change of Coulomb friction in the end", 0.3, lower=-0.98, upper=20.0, symbol="a"
+    )
+    path: jax.Array = quantity("m", "path on which it settles", 0.1, lower=2e-3, upper=100.0, log=True, symbol="σ")
 
     def as_of(self, moment: Moment) -> Self:
         """What has come together by then."""

@@ -14,13 +14,6 @@ class KnotSlip(FibreLaw):
     ---
     Stretch ``e - x`` instead of e from the instant t_s on, in one record.
 
-    Parameters
-    ----------
-    slip : () in m
-        x; negative: it has caught.
-    instant : () a pure number
-        t_s over the length of the record.
-
     Valid range
     -----------
     A slip that takes less time than a few samples.
@@ -34,9 +27,11 @@ class KnotSlip(FibreLaw):
     timed: ClassVar[bool] = True
     sudden: ClassVar[bool] = True
     family: ClassVar[str] = "in"
-    slip: jax.Array = quantity("m", "length the knot gives", 3e-4, lower=-0.05, upper=0.05)
+    slip: jax.Array = quantity(
+        "m", "length the knot gives; negative: it has caught", 3e-4, lower=-0.05, upper=0.05, symbol="x"
+    )
     instant: jax.Array = quantity(
-        "-", "share of the record after which it happens", 0.5, lower=0.0, upper=1.0, starts=INSTANTS
+        "-", "share of the record after which it happens", 0.5, lower=0.0, upper=1.0, starts=INSTANTS, symbol="t_s"
     )
 
     def as_of(self, moment: Moment) -> Self:

@@ -15,11 +15,6 @@ class LengthChange(FibreLaw):
     ---
     Stretch ``e - x`` instead of e in that record and all that follow in the study.
 
-    Parameters
-    ----------
-    change : () in m
-        x.
-
     Valid range
     -----------
     The height of fall is told from the same mark in all records.
@@ -33,7 +28,7 @@ class LengthChange(FibreLaw):
     # On the drive rig each record has a zero of its own: nothing would change.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.TAUT_POINT})
     family: ClassVar[str] = "since"
-    change: jax.Array = quantity("m", "growth of the free length", 2e-4, lower=-0.02, upper=0.02)
+    change: jax.Array = quantity("m", "growth of the free length", 2e-4, lower=-0.02, upper=0.02, symbol="x")
 
     def initial_slack(self) -> jax.Array:
         """X."""

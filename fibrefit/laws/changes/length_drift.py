@@ -14,11 +14,6 @@ class LengthDrift(FibreLaw):
     ---
     Stretch ``e - w t`` instead of e, t from the first sample.
 
-    Parameters
-    ----------
-    drift : () in m/s
-        w.
-
     Valid range
     -----------
     Lengthening that does not depend on the load; where it does, see `fibre.creep`.
@@ -30,7 +25,7 @@ class LengthDrift(FibreLaw):
 
     name: ClassVar[str] = "fibre.length_drift"
     timed: ClassVar[bool] = True
-    drift: jax.Array = quantity("m/s", "growth of the free length over time", 1e-4, lower=-0.05, upper=0.05)
+    drift: jax.Array = quantity("m/s", "growth of the free length over time", 1e-4, lower=-0.05, upper=0.05, symbol="w")
 
     def as_of(self, moment: Moment) -> Self:
         """What has come together by then."""

@@ -16,11 +16,6 @@ class LengthTrend(ByRecord, FibreLaw):
     ---
     Stretch ``e - x (n - 1)`` instead of e in the n-th record of the study.
 
-    Parameters
-    ----------
-    trend : () in m
-        x.
-
     Valid range
     -----------
     Records in the order in which they were taken; the height of fall told from the same mark in all.
@@ -33,7 +28,7 @@ class LengthTrend(ByRecord, FibreLaw):
     name: ClassVar[str] = "fibre.length_trend"
     # On the drive rig each record has a zero of its own: nothing would change.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.TAUT_POINT})
-    trend: jax.Array = quantity("m", "growth of the free length a record", 1e-4, lower=-0.01, upper=0.01)
+    trend: jax.Array = quantity("m", "growth of the free length a record", 1e-4, lower=-0.01, upper=0.01, symbol="x")
 
     def initial_slack(self) -> jax.Array:
         """The length x (n - 1)."""

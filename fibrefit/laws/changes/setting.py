@@ -15,11 +15,6 @@ class Setting(FibreLaw):
     ---
     ``- k x s``, s the path of stretching to and fro within the record: ``s' = |e'|`` while it carries.
 
-    Parameters
-    ----------
-    setting : () a pure number
-        x, growth of the free length over the path of stretching.
-
     Valid range
     -----------
     Small against the stretch.
@@ -32,7 +27,7 @@ class Setting(FibreLaw):
     name: ClassVar[str] = "fibre.setting"
     memory: ClassVar[tuple[str, ...]] = ("stretching",)
     setting: jax.Array = quantity(
-        "-", "growth of the free length over the path of stretching", 2e-3, lower=-0.1, upper=0.5
+        "-", "growth of the free length over the path of stretching", 2e-3, lower=-0.1, upper=0.5, symbol="x"
     )
 
     def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:

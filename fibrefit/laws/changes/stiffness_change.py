@@ -21,4 +21,4 @@ class StiffnessChange(ChangeSince, OfStiffness):
     """
 
     name: ClassVar[str] = "fibre.stiffness_change"
-    change: jax.Array = quantity("-", "relative change of the stiffness", -0.05, lower=-0.95, upper=5.0)
+    change: jax.Array = quantity("-", "relative change of the stiffness", -0.05, lower=-0.95, upper=5.0, symbol="a")

@@ -21,4 +21,6 @@ class StiffnessDrift(SettlingChange, OfStiffness):
     """
 
     name: ClassVar[str] = "fibre.stiffness_drift"
-    drift: jax.Array = quantity("-", "relative change of the stiffness in the end", -0.05, lower=-0.98, upper=20.0)
+    drift: jax.Array = quantity(
+        "-", "relative change of the stiffness in the end", -0.05, lower=-0.98, upper=20.0, symbol="a"
+    )

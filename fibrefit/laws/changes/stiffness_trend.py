@@ -16,11 +16,6 @@ class StiffnessTrend(ByRecord, FibreLaw):
     ---
     Elastic tension ``k e max(0.02, 1 + a (n - 1))`` in the n-th record of the study.
 
-    Parameters
-    ----------
-    trend : () a pure number
-        a.
-
     Valid range
     -----------
     Records that stand in the study in the order in which they were taken.
@@ -31,7 +26,9 @@ class StiffnessTrend(ByRecord, FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.stiffness_trend"
-    trend: jax.Array = quantity("-", "relative growth of the stiffness a record", -0.01, lower=-0.3, upper=1.0)
+    trend: jax.Array = quantity(
+        "-", "relative growth of the stiffness a record", -0.01, lower=-0.3, upper=1.0, symbol="a"
+    )
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
         """max(0.02, 1 + a (n - 1))."""

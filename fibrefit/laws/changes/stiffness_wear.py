@@ -16,11 +16,6 @@ class StiffnessWear(FibreLaw):
     ``+ k e a s``, s the path of stretching to and fro within the record: ``s' = |e'|``
     while it carries; a cycle of amplitude A adds 4 A.
 
-    Parameters
-    ----------
-    wear : () in 1/m
-        a.
-
     Valid range
     -----------
     |a s| well below 1.
@@ -33,7 +28,7 @@ class StiffnessWear(FibreLaw):
     name: ClassVar[str] = "fibre.stiffness_wear"
     memory: ClassVar[tuple[str, ...]] = ("stretching",)
     wear: jax.Array = quantity(
-        "1/m", "relative growth of the stiffness over the path of stretching", -0.5, lower=-5.0, upper=50.0
+        "1/m", "relative growth of the stiffness over the path of stretching", -0.5, lower=-5.0, upper=50.0, symbol="a"
     )
 
     def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:

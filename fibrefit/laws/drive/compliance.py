@@ -17,11 +17,6 @@ class Compliance(DriveLaw):
     A spring k_d between the measured drive and the end of the fibre: ``T = k_d δ``, ``e = x - δ - u``; while the fibre
     is slack, no force in it.
 
-    Parameters
-    ----------
-    mount_stiffness : () in N/m
-        k_d; infinite for a stiff mount.
-
     Valid range
     -----------
     The mass of the mount is small against that of the weight.
@@ -36,7 +31,7 @@ class Compliance(DriveLaw):
     stiff: ClassVar[bool] = True
     singular: ClassVar[float] = 0.1
     mount_stiffness: jax.Array = quantity(
-        "N/m", "stiffness of the mount of the drive", 2e5, lower=1e3, null=math.inf, reciprocal=True
+        "N/m", "stiffness of the mount of the drive", 2e5, lower=1e3, null=math.inf, reciprocal=True, symbol="k_d"
     )
 
     def compliance(self) -> jax.Array:

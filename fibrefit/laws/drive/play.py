@@ -16,11 +16,6 @@ class Play(DriveLaw):
     The end of the fibre y keeps ``x <= y <= x + g`` of the measured drive x, and moves only where it must;
     at first y = x.
 
-    Parameters
-    ----------
-    play : () in m
-        g, lost motion at a reversal.
-
     Valid range
     -----------
     A joint that its own friction holds where it is; taken from sample to sample.
@@ -34,7 +29,7 @@ class Play(DriveLaw):
     remembers: ClassVar[bool] = True
     # Without play the end of the fibre lies at both ends of it, and a derivative would be half of what it is.
     singular: ClassVar[float] = 0.1
-    play: jax.Array = quantity("m", "lost motion of the drive", 2e-4, lower=0.0, upper=0.02)
+    play: jax.Array = quantity("m", "lost motion of the drive", 2e-4, lower=0.0, upper=0.02, symbol="g")
 
     def passed_on(self, course: jax.Array, rates: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Y and its rate."""

@@ -15,11 +15,6 @@ class Creep(FibreLaw):
     ---
     ``- k r z``, ``z' = max(e - r z, 0)``: the whole fibre in series with a dashpot k/r.
 
-    Parameters
-    ----------
-    creep_rate : () in 1/s
-        r.
-
     Valid range
     -----------
     Creep within one record; what came before it is part of the free length.
@@ -31,7 +26,9 @@ class Creep(FibreLaw):
 
     name: ClassVar[str] = "fibre.creep"
     memory: ClassVar[tuple[str, ...]] = ("stretch_over_time",)
-    creep_rate: jax.Array = quantity("1/s", "rate of creep over the elastic stretch", 0.05, lower=0.0, upper=50.0)
+    creep_rate: jax.Array = quantity(
+        "1/s", "rate of creep over the elastic stretch", 0.05, lower=0.0, upper=50.0, symbol="r"
+    )
 
     def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:
         """- k r z."""

@@ -15,11 +15,6 @@ class FreeLengthOffset(FibreLaw):
     ---
     Stretch ``e - e_0`` instead of e.
 
-    Parameters
-    ----------
-    length_offset : () in m
-        e_0; positive: slack at the start, negative: preload.
-
     Valid range
     -----------
     Any; small against the length of the fibre.
@@ -33,7 +28,12 @@ class FreeLengthOffset(FibreLaw):
     # On the drive rig the tension at the start is known, and the zero of position is not: nothing would change.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.TAUT_POINT})
     length_offset: jax.Array = quantity(
-        "m", "excess of the free length over the nominal one", 2e-4, lower=-0.02, upper=0.02
+        "m",
+        "excess of the free length over the nominal one; negative: a preload",
+        2e-4,
+        lower=-0.02,
+        upper=0.02,
+        symbol="e_0",
     )
 
     def initial_slack(self) -> jax.Array:

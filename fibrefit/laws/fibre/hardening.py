@@ -14,11 +14,6 @@ class Hardening(FibreLaw):
     ---
     Elastic tension ``k e (1 + η e)``.
 
-    Parameters
-    ----------
-    hardening : () in 1/m
-        η; negative: the fibre softens.
-
     Valid range
     -----------
     |η e| well below 1: the first term of a series in the stretch.
@@ -29,7 +24,14 @@ class Hardening(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.hardening"
-    hardening: jax.Array = quantity("1/m", "relative growth of stiffness per stretch", 50.0, lower=-150.0, upper=2e3)
+    hardening: jax.Array = quantity(
+        "1/m",
+        "relative growth of stiffness per stretch; negative: the fibre softens",
+        50.0,
+        lower=-150.0,
+        upper=2e3,
+        symbol="η",
+    )
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
         """1 + η e."""

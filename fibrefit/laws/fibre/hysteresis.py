@@ -15,13 +15,6 @@ class Hysteresis(FibreLaw):
     ---
     ``+ k_h z``, ``z' = ė - β |ė| z - γ ė |z|``; z = 0 while slack.
 
-    Parameters
-    ----------
-    hysteretic_stiffness : () in N/m
-        k_h.
-    beta, gamma : () in 1/m
-        β and γ, shape of the loop.
-
     Valid range
     -----------
     |γ| ≤ β, else a loop may release energy.
@@ -34,9 +27,13 @@ class Hysteresis(FibreLaw):
     name: ClassVar[str] = "fibre.hysteresis"
     memory: ClassVar[tuple[str, ...]] = ("hysteretic_stretch",)
     forgets: ClassVar[bool] = True
-    hysteretic_stiffness: jax.Array = quantity("N/m", "stiffness of the rubbing part", 3e3, lower=0.0, upper=1e6)
-    beta: jax.Array = quantity("1/m", "loop shape: dissipation", 600.0, lower=5.0, upper=3e3, log=True)
-    gamma: jax.Array = quantity("1/m", "loop shape: difference of loading and unloading", 300.0, lower=-2e3, upper=2e3)
+    hysteretic_stiffness: jax.Array = quantity(
+        "N/m", "stiffness of the rubbing part", 3e3, lower=0.0, upper=1e6, symbol="k_h"
+    )
+    beta: jax.Array = quantity("1/m", "loop shape: dissipation", 600.0, lower=5.0, upper=3e3, log=True, symbol="β")
+    gamma: jax.Array = quantity(
+        "1/m", "loop shape: difference of loading and unloading", 300.0, lower=-2e3, upper=2e3, symbol="γ"
+    )
 
     def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:
         """k_h z."""

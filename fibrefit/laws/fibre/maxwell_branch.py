@@ -15,13 +15,6 @@ class MaxwellBranch(FibreLaw):
     ---
     ``+ k_1 (e - q)``, ``q' = (e - q)/τ``; while slack ``q' = -q/τ``.
 
-    Parameters
-    ----------
-    branch_stiffness : () in N/m
-        k_1.
-    relaxation_time : () in s
-        τ.
-
     Valid range
     -----------
     τ from the sampling interval to the length of a record; a shorter one is damping, a longer one stiffness.
@@ -33,8 +26,12 @@ class MaxwellBranch(FibreLaw):
 
     name: ClassVar[str] = "fibre.maxwell_branch"
     memory: ClassVar[tuple[str, ...]] = ("dashpot_stretch",)
-    branch_stiffness: jax.Array = quantity("N/m", "stiffness of the relaxing branch", 3e3, lower=0.0, upper=1e6)
-    relaxation_time: jax.Array = quantity("s", "time in which it relaxes", 0.02, lower=5e-4, upper=10.0, log=True)
+    branch_stiffness: jax.Array = quantity(
+        "N/m", "stiffness of the relaxing branch", 3e3, lower=0.0, upper=1e6, symbol="k_1"
+    )
+    relaxation_time: jax.Array = quantity(
+        "s", "time in which it relaxes", 0.02, lower=5e-4, upper=10.0, log=True, symbol="τ"
+    )
 
     def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:
         """k_1 (e - q)."""

@@ -18,11 +18,6 @@ class PointMasses(FibreLaw):
     n points of mass ``m_f/n`` between n + 1 equal segments of the fibre, each of which obeys the law of the whole at
     n + 1 times its own stretch, and pulls only. Without damping the lowest frequency is about ``sqrt(k/m_f)/2``.
 
-    Parameters
-    ----------
-    fibre_mass : () in kg
-        m_f.
-
     Valid range
     -----------
     Any number of points: what is too fast for the sampling dies out. Motion across the fibre is left out. Weigh the
@@ -39,7 +34,7 @@ class PointMasses(FibreLaw):
     singular: ClassVar[float] = 0.1
     points: ClassVar[int] = 2
     """Number of points, n."""
-    fibre_mass: jax.Array = quantity("kg", "mass of the fibre", 2e-3, lower=0.0, upper=10.0)
+    fibre_mass: jax.Array = quantity("kg", "mass of the fibre", 2e-3, lower=0.0, upper=10.0, symbol="m_f")
 
 
 @functools.cache

@@ -18,11 +18,6 @@ class RateDependentDamping(FibreLaw):
     ---
     Viscous tension ``b ė max(0.05, 1 + β |ė|/v_ref)``, ``v_ref`` = 0.1 m/s.
 
-    Parameters
-    ----------
-    damping_rate_factor : () a pure number
-        β, relative change of the damping at 0.1 m/s.
-
     Valid range
     -----------
     The floor of 5 % keeps a fibre whose damping falls with speed from feeding energy in.
@@ -34,7 +29,7 @@ class RateDependentDamping(FibreLaw):
 
     name: ClassVar[str] = "fibre.rate_dependent_damping"
     damping_rate_factor: jax.Array = quantity(
-        "-", "relative change of damping at 0.1 m/s of stretching", 0.5, lower=-1.0, upper=20.0
+        "-", "relative change of damping at 0.1 m/s of stretching", 0.5, lower=-1.0, upper=20.0, symbol="β"
     )
 
     def damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:

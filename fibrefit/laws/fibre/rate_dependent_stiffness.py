@@ -18,11 +18,6 @@ class RateDependentStiffness(FibreLaw):
     ---
     Elastic tension ``k e (1 + γ |ė|/v_ref)``, ``v_ref`` = 0.1 m/s.
 
-    Parameters
-    ----------
-    stiffness_rate_factor : () a pure number
-        γ, relative change of the stiffness at 0.1 m/s.
-
     Valid range
     -----------
     1 + γ |ė|/v_ref positive at the rates that occur.
@@ -34,7 +29,7 @@ class RateDependentStiffness(FibreLaw):
 
     name: ClassVar[str] = "fibre.rate_dependent_stiffness"
     stiffness_rate_factor: jax.Array = quantity(
-        "-", "relative change of stiffness at 0.1 m/s of stretching", 0.03, lower=-0.1, upper=2.0
+        "-", "relative change of stiffness at 0.1 m/s of stretching", 0.03, lower=-0.1, upper=2.0, symbol="γ"
     )
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:

@@ -15,13 +15,6 @@ class ToeRegion(FibreLaw):
     ---
     Elastic tension ``k e (1 - ϑ exp(-e/λ))``.
 
-    Parameters
-    ----------
-    toe_depth : () a pure number
-        ϑ, share of the stiffness that is missing at first.
-    toe_length : () in m
-        λ, stretch over which the strands straighten.
-
     Valid range
     -----------
     0 ≤ ϑ < 1; λ below the largest stretch, else it is hardening.
@@ -32,8 +25,12 @@ class ToeRegion(FibreLaw):
     """
 
     name: ClassVar[str] = "fibre.toe_region"
-    toe_depth: jax.Array = quantity("-", "share of stiffness missing at small stretch", 0.4, lower=0.0, upper=0.98)
-    toe_length: jax.Array = quantity("m", "stretch over which it recovers", 5e-4, lower=2e-5, upper=2e-2, log=True)
+    toe_depth: jax.Array = quantity(
+        "-", "share of stiffness missing at small stretch", 0.4, lower=0.0, upper=0.98, symbol="ϑ"
+    )
+    toe_length: jax.Array = quantity(
+        "m", "stretch over which it recovers", 5e-4, lower=2e-5, upper=2e-2, log=True, symbol="λ"
+    )
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
         """1 - ϑ exp(-e/λ); a slack fibre, whose stretch is negative, has no say."""

@@ -14,11 +14,6 @@ class AsymmetricFriction(GuideLaw):
     ---
     Level ``F_c (1 + a sign v)`` instead of F_c; at rest the direction that the net force points to counts.
 
-    Parameters
-    ----------
-    asymmetry : () a pure number
-        a, half the relative difference; positive: more in the + direction.
-
     Valid range
     -----------
     |a| < 1, so that friction opposes the motion both ways.
@@ -30,7 +25,12 @@ class AsymmetricFriction(GuideLaw):
 
     name: ClassVar[str] = "guide.asymmetric_friction"
     asymmetry: jax.Array = quantity(
-        "-", "relative difference of Coulomb friction between the directions", 0.2, lower=-0.95, upper=0.95
+        "-",
+        "half the relative difference of Coulomb friction between the directions; positive: more in the + direction",
+        0.2,
+        lower=-0.95,
+        upper=0.95,
+        symbol="a",
     )
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:

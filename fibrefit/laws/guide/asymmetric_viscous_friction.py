@@ -15,11 +15,6 @@ class AsymmetricViscousFriction(GuideLaw):
     ---
     ``c (1 + a_v sign v) v``, c from `guide.viscous_friction`.
 
-    Parameters
-    ----------
-    viscous_asymmetry : () a pure number
-        a_v, half the relative difference; positive: more in the + direction.
-
     Valid range
     -----------
     |a_v| < 1, so that the force opposes the motion both ways.
@@ -32,7 +27,12 @@ class AsymmetricViscousFriction(GuideLaw):
     name: ClassVar[str] = "guide.asymmetric_viscous_friction"
     needs: ClassVar[tuple[str, ...]] = ("guide.viscous_friction",)
     viscous_asymmetry: jax.Array = quantity(
-        "-", "relative difference of viscous friction between the directions", 0.2, lower=-0.95, upper=0.95
+        "-",
+        "half the relative difference of viscous friction between the directions; positive: more in the + direction",
+        0.2,
+        lower=-0.95,
+        upper=0.95,
+        symbol="a_v",
     )
 
     def viscosity_factor(self, velocity: jax.Array) -> jax.Array:

@@ -14,13 +14,6 @@ class FrictionOverPosition(GuideLaw):
     ---
     Level ``F_c + g u + h u²`` instead of F_c.
 
-    Parameters
-    ----------
-    gradient : () in N/m
-        g.
-    curvature : () in N/m^2
-        h.
-
     Valid range
     -----------
     Where the level stays positive; u counts from the zero of the position channel.
@@ -32,8 +25,8 @@ class FrictionOverPosition(GuideLaw):
 
     name: ClassVar[str] = "guide.friction_over_position"
     strength: ClassVar[tuple[str, ...]] = ("gradient", "curvature")
-    gradient: jax.Array = quantity("N/m", "change of Coulomb friction along the guide", 5.0)
-    curvature: jax.Array = quantity("N/m^2", "change of that change along the guide", 5.0)
+    gradient: jax.Array = quantity("N/m", "change of Coulomb friction along the guide", 5.0, symbol="g")
+    curvature: jax.Array = quantity("N/m^2", "change of that change along the guide", 5.0, symbol="h")
 
     def roughness(self, position: jax.Array) -> jax.Array:
         """G u + h u²."""

@@ -16,11 +16,6 @@ class LoadDependentFriction(GuideLaw):
     ---
     Level ``F_c + μ T`` instead of F_c; T is the tension the weight feels.
 
-    Parameters
-    ----------
-    load_coefficient : () a pure number
-        μ, friction per tension.
-
     Valid range
     -----------
     μ < 1; Amontons' law with the normal force proportional to the tension.
@@ -33,7 +28,7 @@ class LoadDependentFriction(GuideLaw):
     name: ClassVar[str] = "guide.load_dependent_friction"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     load_coefficient: jax.Array = quantity(
-        "-", "friction of the guide per tension of the fibre", 0.05, lower=0.0, upper=0.9
+        "-", "friction of the guide per tension of the fibre", 0.05, lower=0.0, upper=0.9, symbol="μ"
     )
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:

@@ -17,15 +17,6 @@ class LooseMass(GuideLaw):
     A share μ of the mass on a spring and a damper: ``w'' = -ω^2 (w - u) - 2 ζ ω (w' - u')``, ω = 2π f, w from
     where it hangs at rest; ``μ m (ω^2 (w - u) + 2 ζ ω (w' - u'))`` on the rest of the weight.
 
-    Parameters
-    ----------
-    loose_share : () a pure number
-        μ, share of the mass.
-    frequency : () in Hz
-        f, of the loose part on a weight that is held.
-    damping_ratio : () a pure number
-        ζ.
-
     Valid range
     -----------
     Motion along the guide, without stops. A part that is held fast (large f) changes nothing.
@@ -39,11 +30,20 @@ class LooseMass(GuideLaw):
     # In windows that begin anew it would have to be known how far it has swung.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     carries: ClassVar[bool] = True
-    loose_share: jax.Array = quantity("-", "share of the mass that hangs loosely", 0.05, lower=0.0, upper=0.9)
-    frequency: jax.Array = quantity(
-        "Hz", "its own frequency", 20.0, lower=0.5, upper=300.0, log=True, starts=(4.0, 8.0, 16.0, 32.0, 64.0)
+    loose_share: jax.Array = quantity(
+        "-", "share of the mass that hangs loosely", 0.05, lower=0.0, upper=0.9, symbol="μ"
     )
-    damping_ratio: jax.Array = quantity("-", "its damping ratio", 0.05, lower=1e-3, upper=2.0)
+    frequency: jax.Array = quantity(
+        "Hz",
+        "its own frequency on a weight that is held",
+        20.0,
+        lower=0.5,
+        upper=300.0,
+        log=True,
+        starts=(4.0, 8.0, 16.0, 32.0, 64.0),
+        symbol="f",
+    )
+    damping_ratio: jax.Array = quantity("-", "its damping ratio", 0.05, lower=1e-3, upper=2.0, symbol="ζ")
 
     def loose(self) -> tuple[jax.Array, jax.Array, jax.Array]:
         """Share, angular frequency and damping ratio."""

@@ -17,13 +17,6 @@ class Presliding(GuideLaw):
     Friction ``σ_0 z + σ_1 z'`` with ``z' = v - σ_0 |v| z/level(v)`` instead of one that is there at once; the level is
     that of all other laws of the guide. Without damping this is Dahl's law.
 
-    Parameters
-    ----------
-    bristle_stiffness : () in N/m
-        σ_0; infinite for a guide that holds without giving way.
-    bristle_damping : () in N s/m
-        σ_1.
-
     Valid range
     -----------
     Moves before break-away, level/σ_0, that the position channel can see: micrometres and more.
@@ -40,9 +33,15 @@ class Presliding(GuideLaw):
     # The bristles follow the faster, the faster the weight: from step to step by no more than a factor.
     speeds: ClassVar[tuple[float, ...]] = (5e-4, 2e-3, 8e-3, 32e-3, 128e-3)
     bristle_stiffness: jax.Array = quantity(
-        "N/m", "stiffness of the guide before it breaks away", 2e5, lower=1e3, null=math.inf, reciprocal=True
+        "N/m",
+        "stiffness of the guide before it breaks away",
+        2e5,
+        lower=1e3,
+        null=math.inf,
+        reciprocal=True,
+        symbol="σ_0",
     )
-    bristle_damping: jax.Array = quantity("N s/m", "damping of the bristles", 50.0, lower=0.0, upper=1e4)
+    bristle_damping: jax.Array = quantity("N s/m", "damping of the bristles", 50.0, lower=0.0, upper=1e4, symbol="σ_1")
 
     def compliance(self) -> jax.Array:
         """1/σ_0."""

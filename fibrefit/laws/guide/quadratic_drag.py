@@ -15,11 +15,6 @@ class QuadraticDrag(GuideLaw):
     ---
     ``+ c_2 v |v|`` against the motion.
 
-    Parameters
-    ----------
-    drag_coefficient : () in N s^2/m^2
-        c_2.
-
     Valid range
     -----------
     Turbulent flow about the weight; small Reynolds numbers give `guide.viscous_friction` instead.
@@ -30,7 +25,9 @@ class QuadraticDrag(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.quadratic_drag"
-    drag_coefficient: jax.Array = quantity("N s^2/m^2", "quadratic drag of the weight", 10.0, lower=0.0, upper=2e3)
+    drag_coefficient: jax.Array = quantity(
+        "N s^2/m^2", "quadratic drag of the weight", 10.0, lower=0.0, upper=2e3, symbol="c_2"
+    )
 
     def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """c_2 v |v|."""

@@ -14,13 +14,6 @@ class Spring(GuideLaw):
     ---
     Force ``k (u - u0)`` against the + direction.
 
-    Parameters
-    ----------
-    spring_stiffness : () in N/m
-        k.
-    spring_zero : () in m
-        u0, reading of the position at which the spring is at rest; a constant force moves it alike.
-
     Valid range
     -----------
     Any; the spring pulls and pushes.
@@ -32,8 +25,17 @@ class Spring(GuideLaw):
 
     name: ClassVar[str] = "guide.spring"
     stands_for: ClassVar[tuple[str, ...]] = ("force_offset",)
-    spring_stiffness: jax.Array = quantity("N/m", "stiffness of a spring to ground", 500.0, lower=0.0, upper=1e7)
-    spring_zero: jax.Array = quantity("m", "position at which the spring is at rest", 1e-2, lower=-100.0, upper=100.0)
+    spring_stiffness: jax.Array = quantity(
+        "N/m", "stiffness of a spring to ground", 500.0, lower=0.0, upper=1e7, symbol="k"
+    )
+    spring_zero: jax.Array = quantity(
+        "m",
+        "position at which the spring is at rest; a constant force moves it alike",
+        1e-2,
+        lower=-100.0,
+        upper=100.0,
+        symbol="u0",
+    )
 
     def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """K (u - u0)."""

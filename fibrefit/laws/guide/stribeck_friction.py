@@ -15,13 +15,6 @@ class StribeckFriction(GuideLaw):
     ---
     Level ``F_c + F_x exp(-(v/v_s)^2)`` instead of F_c, at rest too.
 
-    Parameters
-    ----------
-    breakaway_excess : () in N
-        F_x, by which the friction at rest exceeds that of sliding.
-    stribeck_velocity : () in m/s
-        v_s, speed at which most of it is gone.
-
     Valid range
     -----------
     Boundary and mixed lubrication; v_s is seldom outside 1 to 100 mm/s.
@@ -32,9 +25,11 @@ class StribeckFriction(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.stribeck_friction"
-    breakaway_excess: jax.Array = quantity("N", "excess of the friction at rest", 3.0, lower=0.0, upper=200.0)
+    breakaway_excess: jax.Array = quantity(
+        "N", "excess of the friction at rest", 3.0, lower=0.0, upper=200.0, symbol="F_x"
+    )
     stribeck_velocity: jax.Array = quantity(
-        "m/s", "speed at which the excess has fallen to 1/e", 0.02, lower=1e-3, upper=0.5, log=True
+        "m/s", "speed at which the excess has fallen to 1/e", 0.02, lower=1e-3, upper=0.5, log=True, symbol="v_s"
     )
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:

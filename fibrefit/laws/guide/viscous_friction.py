@@ -14,11 +14,6 @@ class ViscousFriction(GuideLaw):
     ---
     ``+ c v`` against the motion.
 
-    Parameters
-    ----------
-    viscous_coefficient : () in N s/m
-        c, friction per speed.
-
     Valid range
     -----------
     Full film lubrication, or air damping that is small: no limit of speed within the rigs' range.
@@ -29,7 +24,9 @@ class ViscousFriction(GuideLaw):
     """
 
     name: ClassVar[str] = "guide.viscous_friction"
-    viscous_coefficient: jax.Array = quantity("N s/m", "viscous friction of the guide", 3.0, lower=0.0, upper=500.0)
+    viscous_coefficient: jax.Array = quantity(
+        "N s/m", "viscous friction of the guide", 3.0, lower=0.0, upper=500.0, symbol="c"
+    )
 
     def viscosity(self) -> jax.Array:
         """The coefficient c."""

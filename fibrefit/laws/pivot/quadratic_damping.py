@@ -15,11 +15,6 @@ class QuadraticDamping(PivotLaw):
     ---
     Torque ``d φ' |φ'|`` against the motion.
 
-    Parameters
-    ----------
-    drag : () in N m s^2
-        d.
-
     Valid range
     -----------
     Air or a liquid around bodies that are not slender, at Reynolds numbers above some hundred.
@@ -30,7 +25,7 @@ class QuadraticDamping(PivotLaw):
     """
 
     name: ClassVar[str] = "pivot.quadratic_damping"
-    drag: jax.Array = quantity("N m s^2", "drag per square of the rate", 1e-3, lower=0.0)
+    drag: jax.Array = quantity("N m s^2", "drag per square of the rate", 1e-3, lower=0.0, symbol="d")
 
     def torque(self, angle: jax.Array, rate: jax.Array) -> jax.Array:
         """D φ' |φ'|."""

@@ -14,11 +14,6 @@ class BearingFriction(PulleyLaw):
     ---
     ``- F_b Sign(s')`` on the rim, which has the mass that `pulley.inertia` gives it, else 0.05 kg.
 
-    Parameters
-    ----------
-    bearing_friction : () in N
-        F_b, as a force at the rim.
-
     Valid range
     -----------
     The fibre does not slip on the rim.
@@ -35,7 +30,7 @@ class BearingFriction(PulleyLaw):
     # With the least friction comes the whole mass of a rim.
     singular: ClassVar[float] = 1.0
     bearing_friction: jax.Array = quantity(
-        "N", "friction of the pulley's bearing at the rim", 1.0, lower=0.0, upper=100.0
+        "N", "friction of the pulley's bearing at the rim", 1.0, lower=0.0, upper=100.0, symbol="F_b"
     )
 
     def rubbing(self) -> jax.Array:

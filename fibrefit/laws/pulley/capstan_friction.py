@@ -18,11 +18,6 @@ class CapstanFriction(PulleyLaw):
     ---
     ``T_2 = T_1 exp(-μ φ σ)``, ``σ = v/(|v| + 10^-4 m/s)``; φ is the wrap angle, v the speed of the weight.
 
-    Parameters
-    ----------
-    capstan_coefficient : () a pure number
-        μ.
-
     Valid range
     -----------
     A pulley that does not turn; friction that does not hold at rest.
@@ -35,7 +30,9 @@ class CapstanFriction(PulleyLaw):
     name: ClassVar[str] = "pulley.capstan_friction"
     stiff: ClassVar[bool] = True
     speeds: ClassVar[tuple[float, ...]] = tuple(SLIP_SPEED * ratio for ratio in (0.5, 2.0, 8.0, 32.0, 128.0))
-    capstan_coefficient: jax.Array = quantity("-", "friction between fibre and pulley", 0.03, lower=0.0, upper=1.0)
+    capstan_coefficient: jax.Array = quantity(
+        "-", "friction between fibre and pulley", 0.03, lower=0.0, upper=1.0, symbol="μ"
+    )
 
     def grip(self, wrap_angle: jax.Array, velocity: jax.Array) -> jax.Array:
         """exp(-μ φ σ)."""

@@ -15,11 +15,6 @@ class Eccentricity(DriveLaw):
     ---
     Fibre taken in ``x + ε sin(x/R)`` instead of x.
 
-    Parameters
-    ----------
-    eccentricity : () in m
-        ε.
-
     Valid range
     -----------
     |ε| well below the radius R. The phase is that of a pulley that stands level at x = 0.
@@ -30,7 +25,7 @@ class Eccentricity(DriveLaw):
     """
 
     name: ClassVar[str] = "pulley.eccentricity"
-    eccentricity: jax.Array = quantity("m", "eccentricity of the pulley", 3e-4, lower=-5e-3, upper=5e-3)
+    eccentricity: jax.Array = quantity("m", "eccentricity of the pulley", 3e-4, lower=-5e-3, upper=5e-3, symbol="ε")
 
     def travel(self, position: jax.Array, rate: jax.Array, radius: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Travel and rate of the fibre at the drive."""

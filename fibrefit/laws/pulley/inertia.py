@@ -14,11 +14,6 @@ class PulleyInertia(PulleyLaw):
     ---
     ``(J/R^2) s'' = T_1 - T_2``; the rim travels s, and the fibre on either side of it stretches by itself.
 
-    Parameters
-    ----------
-    rim_mass : () in kg
-        J/R^2.
-
     Valid range
     -----------
     The fibre does not slip on the rim. A light rim is fast, and followed all the same. The fibre's own mass changes the
@@ -33,7 +28,9 @@ class PulleyInertia(PulleyLaw):
     turns: ClassVar[bool] = True
     stiff: ClassVar[bool] = True
     singular: ClassVar[float] = 0.1
-    rim_mass: jax.Array = quantity("kg", "inertia of the pulley, as a mass at its rim", 0.05, lower=0.0, upper=5.0)
+    rim_mass: jax.Array = quantity(
+        "kg", "inertia of the pulley, as a mass at its rim", 0.05, lower=0.0, upper=5.0, symbol="J/R^2"
+    )
 
     def inertia(self) -> jax.Array:
         """The mass at the rim."""

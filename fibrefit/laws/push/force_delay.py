@@ -15,11 +15,6 @@ class PushDelay(PushLaw):
     ---
     ``F(t - δ)`` pushes.
 
-    Parameters
-    ----------
-    delay : () in s
-        δ; need not be a whole number of samples, and is negative where the force is recorded late.
-
     Valid range
     -----------
     Shorter than the record; beyond its ends the force is taken as constant.
@@ -30,7 +25,14 @@ class PushDelay(PushLaw):
     """
 
     name: ClassVar[str] = "push.force_delay"
-    delay: jax.Array = quantity("s", "time by which the force acts late", 1e-3, lower=-0.2, upper=0.2)
+    delay: jax.Array = quantity(
+        "s",
+        "time by which the force acts late; negative where it is recorded late",
+        1e-3,
+        lower=-0.2,
+        upper=0.2,
+        symbol="δ",
+    )
 
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
         """F(t - δ)."""

@@ -16,11 +16,6 @@ class PushGain(PushLaw):
     ---
     ``g F`` pushes, F is measured.
 
-    Parameters
-    ----------
-    gain : () a pure number
-        g.
-
     Valid range
     -----------
     Records of which some have a known mass added; else mass, friction and offset take the factor up.
@@ -31,7 +26,9 @@ class PushGain(PushLaw):
     """
 
     name: ClassVar[str] = "push.force_gain"
-    gain: jax.Array = quantity("-", "force on the mass per measured force", 1.1, lower=0.0, upper=1e4, null=1.0)
+    gain: jax.Array = quantity(
+        "-", "force on the mass per measured force", 1.1, lower=0.0, upper=1e4, null=1.0, symbol="g"
+    )
 
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
         """G F."""

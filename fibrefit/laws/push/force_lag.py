@@ -18,11 +18,6 @@ class PushLag(PushLaw):
     ---
     ``τ p' + p = F``, p pushes. Solved for the difference ``F - p = τ e`` with the rate of F linear between samples.
 
-    Parameters
-    ----------
-    time_constant : () in s
-        τ.
-
     Valid range
     -----------
     Any; settled when the record begins.
@@ -33,7 +28,9 @@ class PushLag(PushLaw):
     """
 
     name: ClassVar[str] = "push.force_lag"
-    time_constant: jax.Array = quantity("s", "time constant with which the force builds up", 2e-3, lower=0.0, upper=1.0)
+    time_constant: jax.Array = quantity(
+        "s", "time constant with which the force builds up", 2e-3, lower=0.0, upper=1.0, symbol="τ"
+    )
 
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
         """P and its rate."""

@@ -21,11 +21,6 @@ class PushHold(PushLaw):
     ---
     ``p(t) = (1/T) ∫ F`` over the last T: the transfer function ``(1 - exp(-s T)) / (s T)`` of a hold.
 
-    Parameters
-    ----------
-    period : () in s
-        T, from one instant of the controller to the next.
-
     Valid range
     -----------
     Motions slow against the period: the steps themselves, above 1/(2 T), are left out.
@@ -36,7 +31,7 @@ class PushHold(PushLaw):
     """
 
     name: ClassVar[str] = "push.hold"
-    period: jax.Array = quantity("s", "time for which a force is held", 2e-3, lower=0.0, upper=0.5)
+    period: jax.Array = quantity("s", "time for which a force is held", 2e-3, lower=0.0, upper=0.5, symbol="T")
 
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Mean over the last period, and its rate."""

@@ -15,11 +15,6 @@ class InclinationError(RigLaw):
     ---
     ``α + δ`` instead of α.
 
-    Parameters
-    ----------
-    angle : () in rad
-        δ.
-
     Valid range
     -----------
     A few degrees.
@@ -31,7 +26,7 @@ class InclinationError(RigLaw):
 
     name: ClassVar[str] = "rig.inclination_error"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})
-    angle: jax.Array = quantity("rad", "error of the noted inclination", 0.01, lower=-0.1, upper=0.1)
+    angle: jax.Array = quantity("rad", "error of the noted inclination", 0.01, lower=-0.1, upper=0.1, symbol="δ")
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """α + δ."""

@@ -15,11 +15,6 @@ class AccelerationCrosstalk(SensorLaw):
     ---
     ``F + m_x u''``, u'' of the weight in its + direction.
 
-    Parameters
-    ----------
-    seismic_mass : () in kg
-        m_x, the mass that the gauge would have to carry along for that.
-
     Valid range
     -----------
     Frequencies well below the gauge's own.
@@ -32,7 +27,14 @@ class AccelerationCrosstalk(SensorLaw):
     name: ClassVar[str] = "sensor.acceleration_crosstalk"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.GUIDE})
     feels: ClassVar[tuple[str, ...]] = ("acceleration",)
-    seismic_mass: jax.Array = quantity("kg", "force read per acceleration of the weight", 0.03, lower=-5.0, upper=5.0)
+    seismic_mass: jax.Array = quantity(
+        "kg",
+        "force read per acceleration of the weight: a mass that the gauge would carry along",
+        0.03,
+        lower=-5.0,
+        upper=5.0,
+        symbol="m_x",
+    )
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """F + m_x u''."""

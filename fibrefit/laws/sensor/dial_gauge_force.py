@@ -15,13 +15,6 @@ class DialGaugeForce(GuideLaw):
     ---
     ``- (F_d + k_d u)`` on the weight.
 
-    Parameters
-    ----------
-    gauge_force : () in N
-        F_d, push of the plunger at u = 0.
-    gauge_spring : () in N/m
-        k_d, rate of its spring.
-
     Valid range
     -----------
     The plunger keeps contact: F_d + k_d u > 0.
@@ -34,8 +27,10 @@ class DialGaugeForce(GuideLaw):
     name: ClassVar[str] = "sensor.dial_gauge_force"
     strength: ClassVar[tuple[str, ...]] = ("gauge_force", "gauge_spring")
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
-    gauge_force: jax.Array = quantity("N", "push of the dial gauge at the zero of position", 1.0, lower=0.0, upper=50.0)
-    gauge_spring: jax.Array = quantity("N/m", "rate of its spring", 30.0, lower=0.0, upper=5e3)
+    gauge_force: jax.Array = quantity(
+        "N", "push of the dial gauge at the zero of position", 1.0, lower=0.0, upper=50.0, symbol="F_d"
+    )
+    gauge_spring: jax.Array = quantity("N/m", "rate of its spring", 30.0, lower=0.0, upper=5e3, symbol="k_d")
 
     def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """F_d + k_d u."""

@@ -15,11 +15,6 @@ class ForceDelay(SensorLaw):
     ---
     ``F(t - δ)``.
 
-    Parameters
-    ----------
-    delay : () in s
-        δ; need not be a whole number of samples.
-
     Valid range
     -----------
     Shorter than the record; before its first sample the force is taken as constant.
@@ -32,7 +27,7 @@ class ForceDelay(SensorLaw):
     name: ClassVar[str] = "sensor.force_delay"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     dynamic: ClassVar[bool] = True
-    delay: jax.Array = quantity("s", "time by which the force reading is late", 1e-3, lower=0.0, upper=0.05)
+    delay: jax.Array = quantity("s", "time by which the force reading is late", 1e-3, lower=0.0, upper=0.05, symbol="δ")
 
     def late_by(self) -> jax.Array:
         """δ."""

@@ -15,11 +15,6 @@ class ForceDrift(SensorLaw):
     ---
     ``F + d t``, t from the first sample.
 
-    Parameters
-    ----------
-    drift : () in N/s
-        d.
-
     Valid range
     -----------
     Records short against the time of warming up.
@@ -31,7 +26,7 @@ class ForceDrift(SensorLaw):
 
     name: ClassVar[str] = "sensor.force_drift"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
-    drift: jax.Array = quantity("N/s", "drift of the force gauge", 0.2, lower=-50.0, upper=50.0)
+    drift: jax.Array = quantity("N/s", "drift of the force gauge", 0.2, lower=-50.0, upper=50.0, symbol="d")
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """F + d t."""

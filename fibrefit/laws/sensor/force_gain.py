@@ -15,11 +15,6 @@ class ForceGain(SensorLaw):
     ---
     ``g F``.
 
-    Parameters
-    ----------
-    gain : () a pure number
-        g; 1 is a true gauge.
-
     Valid range
     -----------
     Linear gauge.
@@ -31,7 +26,7 @@ class ForceGain(SensorLaw):
 
     name: ClassVar[str] = "sensor.force_gain"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
-    gain: jax.Array = quantity("-", "gain of the force gauge", 1.02, lower=0.5, upper=2.0, null=1.0)
+    gain: jax.Array = quantity("-", "gain of the force gauge", 1.02, lower=0.5, upper=2.0, null=1.0, symbol="g")
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """Force times g."""

@@ -16,11 +16,6 @@ class ForceLag(SensorLaw):
     ---
     Reading y with ``τ y' + y = F``.
 
-    Parameters
-    ----------
-    time_constant : () in s
-        τ.
-
     Valid range
     -----------
     Any; the filter is at rest when the record begins.
@@ -33,7 +28,9 @@ class ForceLag(SensorLaw):
     name: ClassVar[str] = "sensor.force_lag"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     dynamic: ClassVar[bool] = True
-    time_constant: jax.Array = quantity("s", "time constant of the force amplifier", 1e-3, lower=0.0, upper=0.5)
+    time_constant: jax.Array = quantity(
+        "s", "time constant of the force amplifier", 1e-3, lower=0.0, upper=0.5, symbol="τ"
+    )
 
     def lags(self) -> tuple[tuple[jax.Array, jax.Array], ...]:
         """One lag of weight 1."""

@@ -15,11 +15,6 @@ class ForceOffset(SensorLaw):
     ---
     ``F + o``.
 
-    Parameters
-    ----------
-    offset : () in N
-        o.
-
     Valid range
     -----------
     Any.
@@ -31,7 +26,9 @@ class ForceOffset(SensorLaw):
 
     name: ClassVar[str] = "sensor.force_offset"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
-    offset: jax.Array = quantity("N", "reading of the force gauge at zero force", 0.5, lower=-100.0, upper=100.0)
+    offset: jax.Array = quantity(
+        "N", "reading of the force gauge at zero force", 0.5, lower=-100.0, upper=100.0, symbol="o"
+    )
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """F + o."""

@@ -15,11 +15,6 @@ class GaugeNonlinearity(SensorLaw):
     ---
     ``F (1 + ν F)``.
 
-    Parameters
-    ----------
-    nonlinearity : () in 1/N
-        ν.
-
     Valid range
     -----------
     |ν F| well below 1: the first term beyond the calibration.
@@ -32,7 +27,7 @@ class GaugeNonlinearity(SensorLaw):
     name: ClassVar[str] = "sensor.gauge_nonlinearity"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     nonlinearity: jax.Array = quantity(
-        "1/N", "relative growth of the gain over the force", 2e-4, lower=-0.01, upper=0.01
+        "1/N", "relative growth of the gain over the force", 2e-4, lower=-0.01, upper=0.01, symbol="ν"
     )
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:

@@ -19,13 +19,6 @@ class GaugeResonance(SensorLaw):
     Reading y with ``y'' + 2 ζ ω y' + ω^2 y = ω^2 F``, ``ω = 2π f_0``: the real part of a
     lag of time constant ``(ζ + i s)/ω`` and weight ``(s - i ζ)/s``, ``s = sqrt(1 - ζ^2)``.
 
-    Parameters
-    ----------
-    natural_frequency : () in Hz
-        f_0; infinite for a stiff gauge.
-    damping_ratio : () a pure number
-        ζ.
-
     Valid range
     -----------
     ζ < 1. The gauge is at rest when the record begins.
@@ -39,9 +32,9 @@ class GaugeResonance(SensorLaw):
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     dynamic: ClassVar[bool] = True
     natural_frequency: jax.Array = quantity(
-        "Hz", "natural frequency of the force gauge", 200.0, lower=5.0, null=math.inf, reciprocal=True
+        "Hz", "natural frequency of the force gauge", 200.0, lower=5.0, null=math.inf, reciprocal=True, symbol="f_0"
     )
-    damping_ratio: jax.Array = quantity("-", "its damping ratio", 0.05, lower=1e-3, upper=0.95, log=True)
+    damping_ratio: jax.Array = quantity("-", "its damping ratio", 0.05, lower=1e-3, upper=0.95, log=True, symbol="ζ")
 
     def lags(self) -> tuple[tuple[jax.Array, jax.Array], ...]:
         """One complex lag."""

@@ -15,11 +15,6 @@ class PositionGain(SensorLaw):
     ---
     ``g u``.
 
-    Parameters
-    ----------
-    gain : () a pure number
-        g; 1 is a true gauge, cos of the angle one that stands askew.
-
     Valid range
     -----------
     Linear gauge.
@@ -31,7 +26,15 @@ class PositionGain(SensorLaw):
 
     name: ClassVar[str] = "sensor.position_gain"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PLACE})
-    gain: jax.Array = quantity("-", "gain of the position channel", 1.01, lower=0.5, upper=2.0, null=1.0)
+    gain: jax.Array = quantity(
+        "-",
+        "gain of the position channel; the cosine of the angle of a gauge that stands askew",
+        1.01,
+        lower=0.5,
+        upper=2.0,
+        null=1.0,
+        symbol="g",
+    )
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """Position times g."""

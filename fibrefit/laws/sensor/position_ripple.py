@@ -16,13 +16,6 @@ class PositionRipple(SensorLaw):
     ---
     ``u + a sin(2π u/p) + b cos(2π u/p)``.
 
-    Parameters
-    ----------
-    sine, cosine : () in m
-        a and b.
-    period : () in m
-        p.
-
     Valid range
     -----------
     Amplitudes well below p/2π, so that the reading still grows with the position.
@@ -35,9 +28,11 @@ class PositionRipple(SensorLaw):
     name: ClassVar[str] = "sensor.position_ripple"
     strength: ClassVar[tuple[str, ...]] = ("sine", "cosine")
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PLACE})
-    sine: jax.Array = quantity("m", "amplitude of the sine", 5e-5, lower=-5e-3, upper=5e-3)
-    cosine: jax.Array = quantity("m", "amplitude of the cosine", 5e-5, lower=-5e-3, upper=5e-3)
-    period: jax.Array = quantity("m", "length over which the error repeats", 5e-3, lower=1e-4, upper=0.2, log=True)
+    sine: jax.Array = quantity("m", "amplitude of the sine", 5e-5, lower=-5e-3, upper=5e-3, symbol="a")
+    cosine: jax.Array = quantity("m", "amplitude of the cosine", 5e-5, lower=-5e-3, upper=5e-3, symbol="b")
+    period: jax.Array = quantity(
+        "m", "length over which the error repeats", 5e-3, lower=1e-4, upper=0.2, log=True, symbol="p"
+    )
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
         """U + a sin(2π u/p) + b cos(2π u/p)."""

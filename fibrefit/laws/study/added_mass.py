@@ -15,11 +15,6 @@ class AddedMass(StudyLaw):
     ---
     ``m_a (1 + δ)`` instead of m_a.
 
-    Parameters
-    ----------
-    error : () a pure number
-        δ.
-
     Valid range
     -----------
     Records of which some have a mass added, and some another or none.
@@ -32,7 +27,9 @@ class AddedMass(StudyLaw):
     name: ClassVar[str] = "study.added_mass"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})
     condition: ClassVar[str] = "added_mass"
-    error: jax.Array = quantity("-", "relative error of the added mass that is stated", 0.05, lower=-1.0, upper=2.0)
+    error: jax.Array = quantity(
+        "-", "relative error of the added mass that is stated", 0.05, lower=-1.0, upper=2.0, symbol="δ"
+    )
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """``m_a (1 + δ)`` instead of m_a."""

@@ -13,12 +13,7 @@ class ClockError(StudyLaw):
 
     Law
     ---
-    ``t (1 + δ)`` instead of t.
-
-    Parameters
-    ----------
-    error : () a pure number
-        δ, relative; positive: the record lasts longer than it says.
+    ``t (1 + δ)`` instead of t: with δ > 0 a record lasts longer than it says.
 
     Valid range
     -----------
@@ -32,7 +27,9 @@ class ClockError(StudyLaw):
     name: ClassVar[str] = "study.clock"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE})
     retimes: ClassVar[bool] = True
-    error: jax.Array = quantity("-", "relative error of the times that are stated", 0.01, lower=-0.5, upper=1.0)
+    error: jax.Array = quantity(
+        "-", "relative error of the times that are stated", 0.01, lower=-0.5, upper=1.0, symbol="δ"
+    )
 
     def pace(self) -> jax.Array:
         """1 + δ."""

@@ -15,11 +15,6 @@ class Gain(StudyLaw):
     ---
     ``g (1 + δ)`` instead of g.
 
-    Parameters
-    ----------
-    error : () a pure number
-        δ.
-
     Valid range
     -----------
     Mass, friction and offset take the error up in full unless they are held.
@@ -32,7 +27,9 @@ class Gain(StudyLaw):
     name: ClassVar[str] = "study.gain"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PUSH})
     condition: ClassVar[str] = "gain"
-    error: jax.Array = quantity("-", "relative error of the gain that is stated", 0.02, lower=-0.5, upper=1.0)
+    error: jax.Array = quantity(
+        "-", "relative error of the gain that is stated", 0.02, lower=-0.5, upper=1.0, symbol="δ"
+    )
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """``g (1 + δ)`` instead of g."""

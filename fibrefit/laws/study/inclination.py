@@ -15,11 +15,6 @@ class Inclination(StudyLaw):
     ---
     ``α + δ`` instead of α.
 
-    Parameters
-    ----------
-    error : () in rad
-        δ.
-
     Valid range
     -----------
     A few degrees; straight down it shows in its square only.
@@ -32,7 +27,7 @@ class Inclination(StudyLaw):
     name: ClassVar[str] = "study.inclination"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})
     condition: ClassVar[str] = "inclination"
-    error: jax.Array = quantity("rad", "error of the slope that is stated", 0.01, lower=-0.2, upper=0.2)
+    error: jax.Array = quantity("rad", "error of the slope that is stated", 0.01, lower=-0.2, upper=0.2, symbol="δ")
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """``α + δ`` instead of α."""

@@ -15,11 +15,6 @@ class Lift(StudyLaw):
     ---
     ``h + δ`` instead of h, in all records.
 
-    Parameters
-    ----------
-    error : () in m
-        δ.
-
     Valid range
     -----------
     The same error in all records.
@@ -32,7 +27,7 @@ class Lift(StudyLaw):
     name: ClassVar[str] = "study.lift"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FALL})
     condition: ClassVar[str] = "lift"
-    error: jax.Array = quantity("m", "error of the height that is stated", 0.0002, lower=-0.05, upper=0.05)
+    error: jax.Array = quantity("m", "error of the height that is stated", 0.0002, lower=-0.05, upper=0.05, symbol="δ")
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """``h + δ`` instead of h, in all records."""

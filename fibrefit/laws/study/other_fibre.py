@@ -14,11 +14,6 @@ class OtherFibre(FibreLaw):
     ---
     Elastic tension ``k e (1 + a)`` and viscous tension ``b e' (1 + c)`` in that record.
 
-    Parameters
-    ----------
-    stiffness_change, damping_change : () a pure number
-        a and c.
-
     Valid range
     -----------
     a, c > -1.
@@ -31,8 +26,12 @@ class OtherFibre(FibreLaw):
     name: ClassVar[str] = "study.other_fibre"
     family: ClassVar[str] = "in"
     strength: ClassVar[tuple[str, ...]] = ("stiffness_change", "damping_change")
-    stiffness_change: jax.Array = quantity("-", "relative change of the stiffness", 0.2, lower=-0.95, upper=20.0)
-    damping_change: jax.Array = quantity("-", "relative change of the damping", 0.2, lower=-0.95, upper=20.0)
+    stiffness_change: jax.Array = quantity(
+        "-", "relative change of the stiffness", 0.2, lower=-0.95, upper=20.0, symbol="a"
+    )
+    damping_change: jax.Array = quantity(
+        "-", "relative change of the damping", 0.2, lower=-0.95, upper=20.0, symbol="c"
+    )
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
         """1 + a."""

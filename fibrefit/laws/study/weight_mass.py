@@ -15,11 +15,6 @@ class WeightMass(StudyLaw):
     ---
     ``m (1 + δ)`` instead of m.
 
-    Parameters
-    ----------
-    error : () a pure number
-        δ.
-
     Valid range
     -----------
     A few percent.
@@ -32,7 +27,9 @@ class WeightMass(StudyLaw):
     name: ClassVar[str] = "study.weight_mass"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})
     condition: ClassVar[str] = "weight_mass"
-    error: jax.Array = quantity("-", "relative error of the mass that is stated", 0.02, lower=-0.5, upper=1.0)
+    error: jax.Array = quantity(
+        "-", "relative error of the mass that is stated", 0.02, lower=-0.5, upper=1.0, symbol="δ"
+    )
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """``m (1 + δ)`` instead of m."""

@@ -15,11 +15,6 @@ class WrapAngle(StudyLaw):
     ---
     ``φ (1 + δ)`` instead of φ.
 
-    Parameters
-    ----------
-    error : () a pure number
-        δ.
-
     Valid range
     -----------
     With friction on the pulley; its coefficient takes the error up in full.
@@ -33,7 +28,9 @@ class WrapAngle(StudyLaw):
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PULLEY})
     condition: ClassVar[str] = "wrap_angle"
     needs: ClassVar[tuple[str, ...]] = ("pulley.capstan_friction",)
-    error: jax.Array = quantity("-", "relative error of the angle that is stated", 0.05, lower=-0.5, upper=1.0)
+    error: jax.Array = quantity(
+        "-", "relative error of the angle that is stated", 0.05, lower=-0.5, upper=1.0, symbol="δ"
+    )
 
     def correct(self, conditions: dict[str, jax.Array]) -> dict[str, jax.Array]:
         """``φ (1 + δ)`` instead of φ."""

@@ -32,7 +32,7 @@ from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.trace import Trace
 
-TOLD_APART = 1e-6
+COLLINEAR = 1e-6
 """Smallest singular value over the largest below which the two integrals are not told apart."""
 
 
@@ -88,7 +88,6 @@ def lag_in_contacts(task: Task, values: np.ndarray, motion: Motion) -> Lag | Non
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
     motion : Motion
         At these values.
@@ -144,7 +143,7 @@ def _delay(task: Task, local: np.ndarray, contacts: list[_Contact], signals: Sig
         return None
     known = {r: _Signals.of(task.traces[r], *signals(r)) for r in {one.record for one in contacts}}
     table = np.concatenate([_without_start(task, local, one, known[one.record]) for one in contacts])
-    found = fitted_shapes(table[:, 0], table[:, 1:], 2, TOLD_APART)
+    found = fitted_shapes(table[:, 0], table[:, 1:], 2, COLLINEAR)
     if found is None or found.sizes[0] == 0.0:
         return None
     whole, once = found.sizes

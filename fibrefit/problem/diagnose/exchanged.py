@@ -13,7 +13,7 @@ SPAN = 5e-3
 """Time over which readings are averaged, in s: noise is small then, and impacts are still seen."""
 
 
-def look_exchanged(traces: Sequence[Trace]) -> bool:
+def are_exchanged(traces: Sequence[Trace]) -> bool:
     """Whether the force of every record is the smoother one of the two.
 
     A force accelerates a mass, and a position is the double integral of its acceleration: whatever their units, a

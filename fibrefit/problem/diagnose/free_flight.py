@@ -76,7 +76,6 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
     motion : Motion
         At these values.

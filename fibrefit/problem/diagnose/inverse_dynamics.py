@@ -61,7 +61,6 @@ def force_balance(task: Task, values: np.ndarray) -> ForceBalance | None:
 
     Parameters
     ----------
-    task : Task
     values : (n_free,) in SI units
     """
     if task.problem.model.rig.anchor is None:
@@ -100,8 +99,8 @@ def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple
     system, laws = _system(task, local, record)
     pushed = Signals(*(jnp.asarray(trace.inputs["force"][:, i]) for i in (0, 1)))
     force = np.asarray(pushed_by(laws, {"force": pushed}, jnp.asarray(trace.times))["force"].values)
-    asked = _asked(system, position, speed, acceleration, force)
-    return low(force - asked, FORCES), low(force, FORCES)
+    required = _required_force(system, position, speed, acceleration, force)
+    return low(force - required, FORCES), low(force, FORCES)
 
 
 def _system(task: Task, local: np.ndarray, record: int) -> tuple[Any, tuple[Effect, ...]]:
@@ -113,7 +112,7 @@ def _system(task: Task, local: np.ndarray, record: int) -> tuple[Any, tuple[Effe
     return problem.model.rig.build(named, conditions, laws, problem.model.tension_law), laws
 
 
-def _asked(
+def _required_force(
     system: Any, position: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, force: np.ndarray
 ) -> np.ndarray:
     """Force that a motion asks for, ``(n_time,)`` in N; where the mass stands, the one that was measured."""

@@ -19,9 +19,7 @@ class ResidualSet:
 
     Parameters
     ----------
-    problem : Problem
     residuals : (n_record, n_channel, n_time) in units of the noise
-    motion : Motion
     noise : mapping of channel to Noise
         At rest.
     fitted : mapping of channel to Noise

@@ -26,7 +26,6 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
 
     Parameters
     ----------
-    traces : sequence of Trace
     rig : Rig
         One that does not say what acts on its weight is not asked.
     effects : sequence of str
@@ -75,10 +74,5 @@ def _told(size: float) -> str:
 
 
 def is_off(size: float, error: float) -> bool:
-    """Whether a size that should be 1 is surely another one.
-
-    Parameters
-    ----------
-    size, error : float
-    """
+    """Whether a size that should be 1 is surely another one."""
     return abs(size - 1.0) > PROVEN_FACTOR * error and not 1.0 / MISREAD < size < MISREAD

@@ -98,7 +98,6 @@ def error_of_sum(task: Task, places: Sequence[tuple[int, np.ndarray]], weights: 
 
     Parameters
     ----------
-    task : Task
     places : sequence of (int, (n_sample,) int)
         Record and samples of stretches of the positions.
     weights : (n_sample,)

@@ -106,9 +106,6 @@ def weigh(
 
     Parameters
     ----------
-    unknowns : Unknowns
-    start : Place
-    gram : callable
     sigma : (n_scattering,), optional
         Standard deviations to begin with.
     settled, effort
@@ -140,7 +137,6 @@ def _as_seen(
 
     Parameters
     ----------
-    evidence : MarginalLikelihood
     seen : mapping of int to MarginalLikelihood
         By place in the grid.
     most : float
@@ -196,7 +192,6 @@ def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) ->
 
     Parameters
     ----------
-    unknowns : Unknowns
     z : (n_grid, n_shared)
         Where the posterior would be highest without bounds.
     covariance : (n_grid, n_shared, n_shared)

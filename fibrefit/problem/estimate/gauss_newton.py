@@ -57,7 +57,6 @@ class Effort:
 
         Parameters
         ----------
-        found : PosteriorMode
         lowest : sequence of float
             Q before each step so far.
         """
@@ -85,7 +84,6 @@ def mode(
 
     Parameters
     ----------
-    unknowns : Unknowns
     start : Place or PosteriorMode
         With its normal equations, where they are known.
     gram : callable
@@ -94,7 +92,6 @@ def mode(
         Standard deviations of the deviations between records.
     settled : float
         Promised fall of Q at which it stops.
-    effort : Effort, optional
     """
     if isinstance(start, PosteriorMode):
         found = replace(start, sigma=sigma, promised=np.inf, steps=1)

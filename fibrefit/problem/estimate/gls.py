@@ -65,9 +65,6 @@ def whitened(
 
     Parameters
     ----------
-    layout : Layout
-    linear : Linearised
-    whitening : Whitening
     level : (n_channel,) or None
         Noise over what the whitening assumes; None: as large as the residuals are.
     belief : (n_free + 1, n_free + 1), optional
@@ -88,7 +85,6 @@ def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) ->
 
     Parameters
     ----------
-    whitening : Whitening
     residuals : (n_record, n_channel, n_time)
     counts : (n_channel,)
         Samples that count.

@@ -51,10 +51,8 @@ def hausman_at(
 
     Parameters
     ----------
-    layout : Layout
     linear : Linearised
         At the plain estimate.
-    whitening : Whitening
     level : (n_channel,) or None
         Noise over what the whitening assumes; None: as large as the residuals are.
     belief : (n_free + 1, n_free + 1), optional

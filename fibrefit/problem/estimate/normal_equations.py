@@ -155,8 +155,6 @@ class PosteriorMode:
 
     Parameters
     ----------
-    unknowns : Unknowns
-    place : Place
     normal : Arrowhead
         There.
     sigma : (n_scattering,)
@@ -198,7 +196,6 @@ def place_of(unknowns: Unknowns, local: np.ndarray, eta: np.ndarray | None = Non
 
     Parameters
     ----------
-    unknowns : Unknowns
     local : (n_record, n_local) in SI units
         The shared values are their means over the records, geometric where they are logarithmic.
     eta : (n_record, n_scattering), optional
@@ -240,9 +237,6 @@ def local_grams(
 
     Parameters
     ----------
-    unknowns : Unknowns
-    place : Place
-    gram : callable
     further : ((n_direction,) int, (n_direction,) in SI units), optional
         Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
     """

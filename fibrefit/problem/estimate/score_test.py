@@ -20,8 +20,6 @@ def score_test(
 
     Parameters
     ----------
-    unknowns : Unknowns
-    place : Place
     grams : (n_record, n_column + number + 1, n_column + number + 1)
         From `local_grams`, with `number` further directions.
     sigma : (n_scattering,)

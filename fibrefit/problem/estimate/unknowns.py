@@ -22,7 +22,6 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
 
     Parameters
     ----------
-    layout : Layout
     values, errors : (n_free,) in SI units
         From plain least squares.
 
@@ -78,7 +77,6 @@ def prior_of(
 
     Parameters
     ----------
-    belief : Belief or None
     log, reference, scale
         Of the coordinate, see `Unknowns`; logarithmic only where a belief is.
     otherwise : (float, float)
@@ -103,8 +101,6 @@ def free_values(layout: Layout, unknowns: Unknowns, shared: np.ndarray, own: np.
 
     Parameters
     ----------
-    layout : Layout
-    unknowns : Unknowns
     shared : (n_shared,) in SI units
     own : (n_record, n_each) in units of their sizes
     """

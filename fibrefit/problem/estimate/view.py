@@ -131,7 +131,6 @@ def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.rando
         Of their covariance.
     draws : int
         Rows, the best among them.
-    random : Generator
     """
     return np.stack([best + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)])
 
@@ -188,7 +187,6 @@ def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.
 
     Parameters
     ----------
-    unknowns : Unknowns
     places : sequence of Place
         Where to begin.
     seen : View

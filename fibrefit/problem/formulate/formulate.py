@@ -9,9 +9,9 @@ import numpy as np
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import FORCES, ROLES
-from fibrefit.problem.diagnose.exchanged import look_exchanged
+from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.scales import refuse_misread
-from fibrefit.problem.formulate.traces import LEARNT, Measured, in_order, trace_of
+from fibrefit.problem.formulate.traces import ESTIMATED, Measured, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
 from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
 from fibrefit.problem.noise.rounding import coarse_step, steps_of
@@ -46,10 +46,8 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
 
     Parameters
     ----------
-    study : Study
     records : sequence of Measured
         The study's records as read, in its order.
-    model : Model
 
     Raises
     ------
@@ -72,7 +70,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         refuse_misread(traces, model.rig, [effect.name for effect in model.effects])
         starting = model.rig.starting(traces, stated, initial)
     except DataError as error:
-        raise _exchange_told(error, traces) from None
+        raise _with_exchange(error, traces) from None
     _refuse_unknown_scale(study, model, settings, traces)
     layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
@@ -91,9 +89,9 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     )
 
 
-def _exchange_told(error: DataError, traces: Sequence[Trace]) -> DataError:
+def _with_exchange(error: DataError, traces: Sequence[Trace]) -> DataError:
     """The error, with the likeliest reason where force and position stand in each other's place."""
-    if not look_exchanged(traces):
+    if not are_exchanged(traces):
         return error
     return DataError(error.where, f"{error.got}: {EXCHANGED}", error.expected, EXCHANGE_THEM)
 
@@ -173,7 +171,7 @@ def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:
     """Traces with the conditions that had to be learnt."""
     done = []
     for r, trace in enumerate(traces):
-        learnt = {name: float(starting.each[name][r]) for name in LEARNT if name in starting.each}
+        learnt = {name: float(starting.each[name][r]) for name in ESTIMATED if name in starting.each}
         done.append(trace._replace(conditions={**trace.conditions, **learnt}))
     return done
 
@@ -191,7 +189,7 @@ def _slots(
         slots.append(Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False, held if any_held(held) else ()))
     for condition in model.rig.conditions:
         said = tuple(None if np.isnan(trace.conditions[condition.name]) else 0.0 for trace in traces)
-        if condition.name in LEARNT and None in said:
+        if condition.name in ESTIMATED and None in said:
             held = tuple(row.get(condition.name) for row in stated)
             slots.append(
                 Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ())

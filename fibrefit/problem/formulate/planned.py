@@ -43,7 +43,6 @@ def formulate_planned(study: Study, model: Model) -> Task:
     ----------
     study : Study
         Each record with a name, a sampling rate and a duration; each base parameter with an initial value.
-    model : Model
 
     Returns
     -------

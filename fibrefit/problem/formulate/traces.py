@@ -47,7 +47,6 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     ----------
     record : Measured
         Channels in SI units, NaN where a sample is damaged.
-    rig : Rig
     stated : mapping of str to float or None
         What the study says of the record, in SI units.
 
@@ -101,7 +100,7 @@ def conditions_of(name: str, rig: Rig, stated: Mapping[str, float | None]) -> di
     for condition in rig.conditions:
         value = stated.get(condition.name)
         value = condition.typical if value is None else value
-        if math.isnan(value) and condition.name not in LEARNT:
+        if math.isnan(value) and condition.name not in ESTIMATED:
             raise StudyError(
                 name,
                 f"no {condition.name}",
@@ -147,5 +146,5 @@ def _spread(values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
     return full
 
 
-LEARNT = ("lift",)
+ESTIMATED = ("lift",)
 """Conditions that the data can tell where a study is silent."""

@@ -34,7 +34,6 @@ class NoiseModel:
 
     Parameters
     ----------
-    likelihood : Likelihood
     kind : {"white", "autoregressive", "coloured"}
     asked : str
         ``"auto"`` where it was chosen; the kind asked for; or ``"rests"`` where noise is that of the parts at rest.
@@ -42,7 +41,6 @@ class NoiseModel:
         Log likelihood less penalty of every kind that was tried, over that of white noise.
     noise : tuple of Noise
         Spectrum of each channel in SI units, where the kind is coloured.
-    channels : tuple of str
     orders : tuple of int
         Of the autoregression of each channel, where one was tried.
     kurtosis : float
@@ -91,7 +89,6 @@ def choose_noise_model(
 
     Parameters
     ----------
-    problem : Problem
     linear : Linearised
         At the optimum.
     kind : {"auto", "white", "autoregressive", "coloured"}
@@ -165,8 +162,6 @@ def least_squares_step(layout: Layout, linear: Linearised, belief: np.ndarray | 
 
     Parameters
     ----------
-    layout : Layout
-    linear : Linearised
     belief : (n_free + 1, n_free + 1), optional
         See `Layout.prior_gram`.
     """

@@ -23,8 +23,6 @@ def noise_of_rounding(traces: Sequence[Trace], channel: str, size: float) -> Noi
 
     Parameters
     ----------
-    traces : sequence of Trace
-    channel : str
     size : float
         Of a step, in SI units.
     """

@@ -108,7 +108,6 @@ class Coloured(eqx.Module):
         Factors from one sample to the next of each state on itself and, of a line's, on its other one.
     variance : (n_record, n_channel, n_part + n_line + 1)
         Of first-order parts, lines, and white noise, in units of the residuals.
-    lines : int
     """
 
     gain: jax.Array
@@ -166,7 +165,6 @@ def coloured_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray, valid: np.
 
     Parameters
     ----------
-    bank : Bank
     noise : sequence of Noise
         One for each channel, in SI units.
     unit : (n_record, n_channel)

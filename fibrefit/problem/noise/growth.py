@@ -63,8 +63,6 @@ def louder_under_load(trace: Trace, channel: str, growth: float, largest: float)
 
     Parameters
     ----------
-    trace : Trace
-    channel : str
     growth : float
         See `growth_with_load`.
     largest : float

@@ -28,7 +28,6 @@ class LevelShift(NamedTuple):
 
     Parameters
     ----------
-    record, channel, sample : int
     probability : float
         Of one as likely anywhere in it, if there is only noise.
     height : float
@@ -56,7 +55,6 @@ def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarr
 
     Parameters
     ----------
-    whitening : BlockFilter
     residuals : (n_record, n_channel, n_time) in units of the noise
         Zero where a sample is masked.
     counts : (n_record,) int

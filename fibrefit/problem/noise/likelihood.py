@@ -22,12 +22,10 @@ class Likelihood(eqx.Module):
 
     Parameters
     ----------
-    whitening : Whitening
     counts : (n_channel,)
         Number of valid samples.
     log_unit : ()
         Logarithm of the volume of residuals per volume of measured values in SI units.
-    channels : tuple of str
     known : tuple of bool
         Whether the noise level of each channel is known; where it is not, it is a coordinate of its own.
     heavy : bool
@@ -159,8 +157,6 @@ def likelihood_of(
 
     Parameters
     ----------
-    whitening : Whitening
-    data : Observations
     channels : tuple of str
         In the order of the residuals.
     known : tuple of bool

@@ -43,8 +43,6 @@ def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> S
 
     Parameters
     ----------
-    traces : sequence of Trace
-    channel : str
     level : (n_record,) in SI units
         Noise of each record.
     """
@@ -62,7 +60,6 @@ def with_noise_before_rounding(problem: Problem, local: np.ndarray) -> Problem:
 
     Parameters
     ----------
-    problem : Problem
     local : (n_record, n_local) in SI units
     """
     coarse = problem.observations.steps
@@ -86,7 +83,6 @@ def noise_of_steps(steps: Steps, rate: float, samples: int) -> Noise:
 
     Parameters
     ----------
-    steps : Steps
     rate : float, in Hz
     samples : int
         That tell of it.
@@ -104,7 +100,6 @@ def before_rounding(known: Steps, distance: np.ndarray) -> Steps:
 
     Parameters
     ----------
-    known : Steps
     distance : (n,) in SI units
         Of the model's signal from the readings that count, of all records: they have one logger, and a few may be off.
     """

@@ -70,7 +70,6 @@ class _Draws(NamedTuple):
         Zero where not valid.
     valid : (n_record, n_time) bool
     counts : (n_record,) int
-    bank : Bank
     """
 
     values: np.ndarray
@@ -84,7 +83,6 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray) -> tuple[Noise, 
 
     Parameters
     ----------
-    problem : Problem
     residuals : (..., n_record, n_channel, n_time) in units of the noise
         That hold nothing else; the power of several is averaged.
     """
@@ -148,7 +146,6 @@ def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
 
     Parameters
     ----------
-    problem : Problem
     noise : sequence of Noise
         One for each channel, in SI units.
     """
@@ -186,7 +183,6 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
         Zero where not valid.
     valid : (n_record, n_time) bool
     counts : (n_record,) int
-    bank : Bank
     """
     parts = []
     for r, (mask, count) in enumerate(zip(valid, counts, strict=True)):

@@ -24,12 +24,10 @@ class LogPosterior(eqx.Module):
 
     Parameters
     ----------
-    problem : Problem
     prior : Density
         Of the free values.
     noise_prior : Density
         Of the exponentials of the noise coordinates.
-    likelihood : Likelihood
     random_effects : RandomEffects or None
         Deviations between records, integrated out; None where records share all they share.
     """

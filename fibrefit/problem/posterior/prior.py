@@ -198,8 +198,6 @@ def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[s
 
     Parameters
     ----------
-    layout : Layout
-    model : Model
     start : (n_free,) in SI units
         What the data suggest; places in time and space, which have no zero of their own, get a wide prior around it.
     stated : mapping of name to Prior, or to what a study states
@@ -249,7 +247,6 @@ def log_slope(layout: Layout, free: jax.Array) -> jax.Array:
 
     Parameters
     ----------
-    layout : Layout
     free : (n_free,) free coordinates
     """
     slope = jax.jvp(layout.values, (free,), (jnp.ones_like(free),))[1]

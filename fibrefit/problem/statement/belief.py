@@ -18,7 +18,6 @@ class Belief:
         Mean, or median where `log`; in SI units.
     spread : float
         Standard deviation, of the logarithm where `log`.
-    log : bool
     """
 
     centre: float

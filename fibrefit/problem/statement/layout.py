@@ -22,7 +22,6 @@ def assembled(local: Any, columns: Any, size: int) -> Any:
     local : (n_record, n_local, n_local)
     columns : (n_record, n_local) int
         Places; one beyond `size` stands for nothing.
-    size : int
 
     Returns
     -------
@@ -50,7 +49,6 @@ def normal_equations(
 
     Parameters
     ----------
-    layout : Layout
     slopes : (n_record, n_channel, n_time, n_local_free)
     residuals : (n_record, n_channel, n_time)
     belief : (n_free + 1, n_free + 1), optional
@@ -79,8 +77,6 @@ class Slot:
 
     Parameters
     ----------
-    name, unit : str
-    range : Range
     shared : bool
         One value for all records, or one for each.
     fixed : tuple of float or None

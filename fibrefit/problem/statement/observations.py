@@ -47,7 +47,6 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observ
 
     Parameters
     ----------
-    traces : sequence of Trace
     noise : mapping of channel to (n_record,) in SI units
         Noise rms of each channel in each record, or of each of its readings, ``(n_time,)``.
 

@@ -61,9 +61,6 @@ class Problem(eqx.Module):
 
     Parameters
     ----------
-    model : Model
-    layout : Layout
-    observations : Observations
     soft_beyond : float or None
         Residuals larger than this many times the noise count less than quadratically (soft L1); None: they do not.
     """
@@ -135,7 +132,7 @@ class Problem(eqx.Module):
         if known is not None and known.problem() is self and known.place == asked:
             return known.found
         found = self.followed_at(local)
-        _LAST[_ONE] = _Asked(weakref.ref(self, _forget), asked, found)
+        _LAST[_ONE] = _Remembered(weakref.ref(self, _forget), asked, found)
         return found
 
     # Compiled under their own names, they are traced once for all the programs that contain them.
@@ -261,7 +258,7 @@ class Problem(eqx.Module):
         return plain * jnp.sqrt(2.0 / (share + 1.0))
 
 
-class _Asked(NamedTuple):
+class _Remembered(NamedTuple):
     """A problem, the bytes of a place ``(n_record, n_local)``, and what was found there."""
 
     problem: weakref.ref[Problem]
@@ -270,7 +267,7 @@ class _Asked(NamedTuple):
 
 
 _ONE = "last"
-_LAST: dict[str, _Asked] = {}
+_LAST: dict[str, _Remembered] = {}
 
 
 def _forget(problem: weakref.ref[Problem]) -> None:

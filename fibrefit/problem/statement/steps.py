@@ -84,7 +84,6 @@ def rows_in_steps(rows: jax.Array, weight: jax.Array, steps: Steps) -> jax.Array
     rows : (n_record, n_row, n_time) in units of the noise
         Residuals first.
     weight : (n_record, n_time) per SI unit
-    steps : Steps
     """
     distance = jnp.where(weight > 0.0, rows[:, 0] / jnp.where(weight > 0.0, weight, 1.0), 0.0)
     each = jax.vmap(step_residuals)

@@ -23,7 +23,6 @@ class Illustration(NamedTuple):
     ----------
     name, caption : str
         The caption says in sentences what is seen; it stands below, and in place of the picture for who cannot see it.
-    png : bytes
     """
 
     name: str
@@ -46,9 +45,6 @@ class Result(NamedTuple):
 
     Parameters
     ----------
-    folder : str
-    summary : Part
-    pictures : sequence of Illustration
     groups : mapping of group to mapping of name to Array
         Content of ``result.h5``; empty where there is none.
     items : mapping of str to Part
@@ -88,8 +84,6 @@ class TableBlock(Block):
 
     Parameters
     ----------
-    head : tuple of str
-    rows : sequence of tuple of str
     right : set of int
         Columns that are flush right.
     note : str
@@ -109,7 +103,6 @@ class Words(Block):
 
     Parameters
     ----------
-    paragraphs : sequence of str
     listed : bool
         As items of a list.
     """
@@ -159,7 +152,6 @@ class Step:
 
     Parameters
     ----------
-    heading, sentence : str
     before, after : float
         Gap.
     table : TableBlock

@@ -97,7 +97,6 @@ def page_content(
 
     Parameters
     ----------
-    result : Result
     blocks : sequence of Block or None
         Those of its kind, in their order.
     verdict, opening, facts, status

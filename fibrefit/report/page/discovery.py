@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.report.discovery import EVIDENCE, UNFINISHED, evidence_told, left_undone, others_told, verdict_line
+from fibrefit.report.discovery import EVIDENCE, UNFINISHED, evidence_text, others_listed, unfinished_parts, verdict_line
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Step, Story, TableBlock, Words
 from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
@@ -14,7 +14,7 @@ from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
 from fibrefit.study.summaries.summaries import Gap
-from fibrefit.study.thresholds import LEAST_TOLD
+from fibrefit.study.thresholds import LEAST_LISTED
 
 MOST_CANDIDATES = 8
 STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}
@@ -28,7 +28,7 @@ def discovery_page(result: Result) -> PageContent:
     keys = [] if view is None else [str(model["key"]) for model in view.view["models"]]
     before = summary.before if summary.added else None
     blocks: list[Block | None] = [
-        Words(UNFINISHED, left_undone(summary), listed=True),
+        Words(UNFINISHED, unfinished_parts(summary), listed=True),
         Words("What it amounts to", [found.says for found in summary.weights]),
         Words("What to do next", summary.advice, listed=True),
         _alike(summary),
@@ -102,14 +102,14 @@ def _candidates(heading: str, ranking: Sequence[Candidate], added: str | None = 
         (
             one.effect,
             f"{one.gap_after:.3f}",
-            evidence_told(one),
+            evidence_text(one),
             "; ".join(
                 _value(name, one) for name in one.parameters if name.rpartition(".")[0] in one.effect.split(" + ")
             ),
         )
         for one in told.shown
     ]
-    others = others_told(told)
+    others = others_listed(told)
     note = f"{EVIDENCE}{f' {others[:1].upper()}{others[1:]}.' if told.others else ''}"
     return TableBlock(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
 
@@ -181,7 +181,7 @@ def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) ->
             label = f"after round {number - 1}: {added}"
             found.append(CourseModel(f"round{number - 1}", label, "round", False, _readings(left, groups, gaps)))
     looks = enumerate(summary.rounds, 1)
-    gaining = {(n, one.effect) for n, look in looks for one in look.ranking if one.evidence >= LEAST_TOLD}
+    gaining = {(n, one.effect) for n, look in looks for one in look.ranking if one.evidence >= LEAST_LISTED}
     for i, (number, effect) in enumerate(zip(rounds["tried_in"].values, rounds["effect"].values, strict=True)):
         if summary.rounds[int(number) - 1].added != effect and (int(number), effect) in gaining:
             label = f"round {number} with {effect} instead"

@@ -29,7 +29,6 @@ class CourseModel(NamedTuple):
 
     Parameters
     ----------
-    key, label : str
     role : {"first", "final", "round", "tried"}
         What it is drawn as.
     shown : bool

@@ -53,7 +53,7 @@ def _simulation(check: Check) -> str:
 
 def _second_solver(check: Check) -> str:
     if check.statistic is None:
-        return "A second solver was not asked."
+        return "A second solver was not run."
     if check.passed:
         return "A second, independent solver ends at the same values."
     gain = check.facts["gain"]
@@ -104,7 +104,7 @@ def weakness_sentence(weak: Weakness) -> str:
     """What the records do not determine."""
     first, last = ", ".join(weak.names[:-1]), weak.names[-1]
     if weak.kind == "invisible":
-        return f"{last} is not visible in these records: any value fits alike."
+        return f"{last} is not visible in these records: any value fits equally well."
     if weak.kind == "vague":
         share = f"{100 * weak.share:.0f} % of" if math.isfinite(weak.share) else "larger than"
         return f"{last} is hardly visible: its error is {share} its value."
@@ -136,7 +136,7 @@ def estimator_sentence(why: Why) -> str:
 
 
 NO_GLS = {
-    "robust": "a robust (soft-L1) loss was asked for.",
+    "robust": "a robust (soft-L1) loss was requested.",
     "no_end": "the search came to no end.",
     "no_time": "the time given ended before it was done.",
     "in_a_search": "a search weighs the evidence of what it adds itself.",
@@ -201,7 +201,7 @@ def _explained_share(check: Check) -> str:
         f"{100.0 * (check.statistic or 0.0):.2g} % of the variance of the {facts['channel']} is left beyond its noise; "
         f"at most {most:g} % passes. So much may be taken up by the values: they may mislead."
     )
-    if facts["hopeless"]:
+    if facts["unusable"]:
         limit = 100.0 * facts["useless"]
         says += f" Beyond {limit:g} % they are of no use: a fault in what the study states is likelier."
     if (weight := facts.get("outweighed")) is not None:
@@ -358,7 +358,7 @@ def _agreement(check: Check) -> str:
 def _force_balance(check: Check) -> str:
     return (
         f"Up to {check.facts['below']:g} Hz, {100.0 * (check.statistic or 0.0):.2f} % of the measured force is not "
-        f"what the motion asks for; at most {100.0 * (check.threshold or 0.0):g} % is expected."
+        f"explained by inverse dynamics; at most {100.0 * (check.threshold or 0.0):g} % is expected."
     )
 
 

@@ -60,7 +60,7 @@ def likelihood_sentence(model: NoiseModel) -> str:
     """Which likelihood was taken, and why."""
     words = f"Likelihood: {_noise(model)}"
     if model.asked != "auto":
-        return f"{words}, as {'in the parts at rest' if model.asked == 'rests' else 'asked for'}.{_tails(model)}"
+        return f"{words}, as {'in the parts at rest' if model.asked == 'rests' else 'requested'}.{_tails(model)}"
     best = model.scores[model.kind]
     others = [f"{name} is {best - score:.4g}" for name, score in model.scores.items() if name != model.kind]
     return (
@@ -80,14 +80,14 @@ def _noise(model: NoiseModel) -> str:
 
 
 def _tails(model: NoiseModel) -> str:
-    """A remark where single samples stray further than a normal law allows."""
+    """A remark where residuals have heavier tails than a normal law."""
     if model.likelihood.heavy:
-        return f" Student's t for single samples, as asked for (excess kurtosis {model.kurtosis:.2g})."
+        return f" Student's t likelihood, as requested (excess kurtosis {model.kurtosis:.2g})."
     if model.kurtosis < HEAVY_TAILS:
         return ""
     return (
-        f" Single samples stray further than normal noise does (excess kurtosis {model.kurtosis:.2g}): where no "
-        "missing physics explains this, Student's t is the better law."
+        f" Residuals have heavier tails than normal noise (excess kurtosis {model.kurtosis:.2g}): where no missing "
+        "physics explains this, Student's t is the better likelihood."
     )
 
 

@@ -54,7 +54,6 @@ class PointChain(eqx.Module):
         Of all points; zero where there are none.
     gravity : () in m/s^2
         Along the line, from its first end to its last.
-    points : int
     """
 
     fibre: Fibre

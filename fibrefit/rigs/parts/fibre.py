@@ -38,7 +38,6 @@ class Fibre(eqx.Module):
     ----------
     stiffness : () in N/m
     damping : () in N s/m
-    laws : tuple of FibreLaw
     tension_law : {"clamped", "heaviside"}
 
     Source

@@ -47,7 +47,6 @@ class Guide(eqx.Module):
     Parameters
     ----------
     friction : () in N
-    laws : tuple of GuideLaw
     """
 
     friction: jax.Array

@@ -58,7 +58,6 @@ class Pulley(eqx.Module):
     wrap_angle : () in rad
     near_share : () a pure number
         Share of the fibre between drive and rim.
-    laws : tuple of PulleyLaw
     """
 
     radius: jax.Array

@@ -80,7 +80,6 @@ def newton_of(times: np.ndarray, position: np.ndarray, force: np.ndarray, pull: 
     ----------
     times, position, force : (n_time,)
         In s, m and N; NaN where there is no reading.
-    pull : Pull
 
     Law
     ---

@@ -12,13 +12,11 @@ class Trace(NamedTuple):
 
     Parameters
     ----------
-    name : str
     times : (n_time,) in s
     channels : dict of (n_time,)
         Measured channels that are explained; NaN where a sample is not valid.
     inputs : dict of (n_time, 3)
         Measured inputs, smoothed; their rates; and as they were measured.
-    conditions : dict of float
     """
 
     name: str

@@ -49,7 +49,6 @@ def drawn_up(conditions: Mapping[str, float], position: np.ndarray) -> Pull:
 
     Parameters
     ----------
-    conditions : mapping of str to float
     position : (n_time,) in m
     """
     mass, offset = conditions["weight_mass"] + conditions["added_mass"], conditions["lateral_offset"]

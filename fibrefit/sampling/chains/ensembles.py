@@ -35,7 +35,6 @@ class SamplerProgress:
 
     Parameters
     ----------
-    steps, max_steps : int
     seconds, seconds_left : float
         The latter is an estimate, NaN before the first look at the chains.
     acceptance : float
@@ -68,7 +67,6 @@ class ChainHistory:
         Share of moves accepted after the warm-up.
     mixing : Mixing
         After the warm-up.
-    converged : bool
     seconds : float
         Of this run; one that was resumed does not know the earlier ones'.
     resumed_at : int
@@ -124,21 +122,17 @@ def run_ensembles(
     approximation: Approximation,
     settings: Settings,
     checkpoint_file: Path | None = None,
-    resume: bool = False,
     progress: Callable[[SamplerProgress], None] | None = None,
 ) -> ChainHistory:
     """Sample until the ensembles agree and enough draws are gathered, or the budget is spent.
 
     Parameters
     ----------
-    target : Target
     approximation : Approximation
         Of the mode the walkers begin in.
-    settings : Settings
     checkpoint_file : pathlib.Path or None
-        File that holds the chains while they grow, rewritten every few seconds and when the run is interrupted.
-    resume : bool
-        Go on from that file, where there is one.
+        Holds the chains while they grow, rewritten every few seconds and when the run is interrupted. Where there is
+        one, they go on from there.
     progress : callable, optional
         Called about every second.
 
@@ -154,7 +148,7 @@ def run_ensembles(
     """
     began = time.perf_counter()
     ensembles = [_begin(target, approximation, settings, i) for i in range(settings.ensembles)]
-    if resume and checkpoint_file is not None and checkpoint_file.exists():
+    if checkpoint_file is not None and checkpoint_file.exists():
         _take_up(ensembles, checkpoint.load(checkpoint_file, [e.chain for e in ensembles]))
     resumed_at = len(ensembles[0].points)
     keeper = _Keeper(checkpoint_file, settings.checkpoint_seconds)

@@ -42,7 +42,7 @@ SETTLED = 0.05
 
 
 @dataclass(frozen=True)
-class Settled:
+class GlsWithInputs:
     """Values and input errors that explain the records best under the noise spectrum.
 
     Parameters
@@ -62,14 +62,13 @@ class Settled:
     hausman: HausmanTest
 
 
-def cleaned(
+def inputs_corrected(
     task: Task, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients | None = None
 ) -> tuple[Task, InputCoefficients]:
     """The task with the input errors that suit given values best, under white noise, and these errors.
 
     Parameters
     ----------
-    task : Task
     known : mapping of input to InputErrors
     values : (n_free,) in SI units
     coefficients : mapping of input to (n_record, n_wave), optional
@@ -86,14 +85,14 @@ def cleaned(
     return replace(task, problem=corrected(task.problem, known, coefficients)), coefficients
 
 
-def settled(
+def gls_with_inputs(
     task: Task,
     known: Mapping[str, InputErrors],
     values: np.ndarray,
     coefficients: InputCoefficients,
     whitening: Whitening,
     level: np.ndarray,
-) -> Settled:
+) -> GlsWithInputs:
     """Go from the plain (OLS) estimate to that under coloured noise (GLS).
 
     Parameters
@@ -105,7 +104,6 @@ def settled(
         The plain estimate.
     coefficients : mapping of input to (n_record, n_wave)
         Its input errors.
-    whitening : Whitening
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
@@ -122,7 +120,7 @@ def settled(
     slope = _slope(layout, values)
     widening = (at.covariance - at.of_corrected) / np.outer(slope, slope)
     found = replace(task, problem=corrected(problem, known, coefficients))
-    return Settled(found, values, widening, hausman)
+    return GlsWithInputs(found, values, widening, hausman)
 
 
 class _Evaluation(NamedTuple):

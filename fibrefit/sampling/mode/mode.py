@@ -161,7 +161,6 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
 
     Parameters
     ----------
-    density : LogPosterior
     start : (n,)
     priors : tuple of Prior
         Of all coordinates' values; where the data say nothing, they shape the cloud the walkers begin in.

@@ -25,7 +25,6 @@ class Mode:
 
     Parameters
     ----------
-    approximation : Approximation
     weight : float
         Share of the posterior's mass; 0 to 1.
     course : ChainHistory or None
@@ -57,21 +56,16 @@ def sample_modes(
     approximations: Sequence[Approximation],
     settings: Settings,
     checkpoint_file: Path | None = None,
-    resume: bool = False,
     progress: Callable[[SamplerProgress], None] | None = None,
 ) -> list[Mode]:
     """Sample every mode of some weight with ensembles of its own.
 
     Parameters
     ----------
-    target : Target
     approximations : sequence of Approximation
         The heaviest first.
-    settings : Settings
     checkpoint_file : pathlib.Path or None
-        Of the first mode; the others' have a number added to the name.
-    resume : bool
-    progress : callable, optional
+        Of the first mode, as for `run_ensembles`; the others' have a number added to the name.
 
     Returns
     -------
@@ -85,20 +79,20 @@ def sample_modes(
     ]
     look = replace(settings, max_steps=min(settings.max_steps, LOOK_STEPS), ess=min(settings.ess, LOOK_ESS))
 
-    def sampled(number: int, budget: Settings, go_on: bool) -> Mode:
+    def sampled(number: int, budget: Settings) -> Mode:
         approximation = approximations[number]
-        course = run_ensembles(target, approximation, budget, files[number], go_on, progress)
+        course = run_ensembles(target, approximation, budget, files[number], progress)
         return Mode(approximation, 0.0, course, bridge(target.log_density, course, settings.seed))
 
-    modes = [sampled(0, settings, resume)]
+    modes = [sampled(0, settings)]
     for number, approximation in enumerate(approximations[1:], 1):
         if approximation.log_evidence - top < np.log(NEGLIGIBLE_MODE):
             modes.append(Mode(approximation, 0.0, None, Evidence(approximation.log_evidence, np.inf)))
         else:
-            modes.append(sampled(number, look, resume))
+            modes.append(sampled(number, look))
     heaviest = int(np.argmax([mode.evidence.log_value if mode.course else -np.inf for mode in modes]))
     if heaviest:
-        modes[heaviest] = sampled(heaviest, settings, True)
+        modes[heaviest] = sampled(heaviest, settings)
     return _weighed(_settled(modes))
 
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, StrictStr, ValidationError
 
 from fibrefit.core.roles import ROLES
-from fibrefit.study.channels import Said, check_channels, plain_channels
+from fibrefit.study.channels import ChannelEntry, check_channels, plain_channels
 from fibrefit.study.explain import explained
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.places import Places
@@ -32,7 +32,7 @@ class Files(StudyTable):
 class ReadingParts(StudyTable):
     """The parts of a study that tell how to read a file; all that counts for bare files."""
 
-    channels: dict[Literal[tuple(ROLES)], Said] = Field(default_factory=dict)  # type: ignore[valid-type]
+    channels: dict[Literal[tuple(ROLES)], ChannelEntry] = Field(default_factory=dict)  # type: ignore[valid-type]
     units: dict[str, StrictStr] = Field(default_factory=dict)
     files: Files = Files()
 
@@ -44,11 +44,6 @@ def reading_of(overrides: Sequence[str]) -> dict[str, Any]:
     ----------
     overrides : sequence of str
         Such as ``units.force=kN``, ``channels.force=Kraft`` or ``files.decimal=,``.
-
-    Returns
-    -------
-    dict
-        As `reading_arguments`.
 
     Raises
     ------

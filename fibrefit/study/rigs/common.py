@@ -15,7 +15,7 @@ from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import uncertain
 from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_quantity
-from fibrefit.study.channels import BesideTable, Said
+from fibrefit.study.channels import BesideTable, ChannelEntry
 from fibrefit.study.quantity import (
     Duration,
     ForceNoise,
@@ -56,7 +56,7 @@ class RecordTable(Shown, StudyTable):
     parts: tuple[StrictStr, ...] | None = optional("Further files that continue this one, in their order.")
     beside: BesideTable | None = optional("Another file of the same record, with a clock of its own.")
     header: StrictStr | None = optional("File that holds the header of this one; relative to the study file.")
-    channels: dict[Literal[tuple(ROLES)], Said] | None = optional(  # type: ignore[valid-type]
+    channels: dict[Literal[tuple(ROLES)], ChannelEntry] | None = optional(  # type: ignore[valid-type]
         "Columns of this record alone; what it does not say stands under [channels]."
     )
 
@@ -140,9 +140,9 @@ class RecordTable(Shown, StudyTable):
 class Channels(StudyTable):
     """Column header of each role; found by the headers' own words where absent."""
 
-    time: Said | None = None
-    force: Said | None = None
-    position: Said | None = None
+    time: ChannelEntry | None = None
+    force: ChannelEntry | None = None
+    position: ChannelEntry | None = None
 
 
 class NoiseLevels(StudyTable):

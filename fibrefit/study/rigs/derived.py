@@ -9,7 +9,7 @@ from pydantic import Field, create_model
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import ROLES
-from fibrefit.study.channels import Said
+from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.common import RecordTable, optional, required
 from fibrefit.study.study import Study
@@ -46,7 +46,7 @@ def derived_study(rig: RigDeclaration) -> type[Study]:
     """
     title, said = "".join(word.capitalize() for word in rig.kind.split("_")), rig.kind.replace("_", " ")
     constants: dict[str, Any] = {condition.name: _key(condition) for condition in rig.conditions}
-    channels: dict[str, Any] = dict.fromkeys(("time", *rig.measured), (Said | None, None))
+    channels: dict[str, Any] = dict.fromkeys(("time", *rig.measured), (ChannelEntry | None, None))
     noise: dict[str, Any] = {role: (_quantity(ROLES[role], above=True) | None, None) for role in rig.measured}
     kind: dict[str, Any] = {"kind": (Literal[rig.kind], ...)}
 

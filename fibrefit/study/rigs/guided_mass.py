@@ -6,7 +6,7 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fibrefit.study.channels import Said
+from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Duration, Gain, MassOrNone, SpeedNoise, refusal
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, instead, optional
 from fibrefit.study.study import Study
@@ -52,7 +52,7 @@ class GuidedMassRig(GuidedMassConstants):
 class GuidedMassChannels(Channels):
     """Channels of a mass in a guide."""
 
-    velocity: Said | None = None
+    velocity: ChannelEntry | None = None
 
 
 class GuidedMassNoise(NoiseLevels):

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, StrictStr, model_validator
 
-from fibrefit.study.channels import Said
+from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import (
     AngleNoise,
     Distance,
@@ -59,11 +59,11 @@ class InvertedPendulumRig(InvertedPendulumConstants):
 class PendulumChannels(StudyTable):
     """Channels of an inverted pendulum."""
 
-    time: Said | None = None
-    angle: Said | None = None
-    force_1: Said | None = None
-    force_2: Said | None = None
-    drive: Said | None = None
+    time: ChannelEntry | None = None
+    angle: ChannelEntry | None = None
+    force_1: ChannelEntry | None = None
+    force_2: ChannelEntry | None = None
+    drive: ChannelEntry | None = None
 
 
 class PendulumNoise(StudyTable):

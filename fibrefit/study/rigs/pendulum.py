@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from fibrefit.study.channels import Said
+from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import AngleNoise, Inertia, Length, Mass
 from fibrefit.study.rigs.common import RecordTable, optional
 from fibrefit.study.study import Study
@@ -34,8 +34,8 @@ class PendulumRig(PendulumConstants):
 class AngleChannel(StudyTable):
     """Channels of a plain pendulum."""
 
-    time: Said | None = None
-    angle: Said | None = None
+    time: ChannelEntry | None = None
+    angle: ChannelEntry | None = None
 
 
 class PlainPendulumNoise(StudyTable):

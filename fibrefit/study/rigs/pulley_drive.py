@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from fibrefit.study.channels import Said
+from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
 from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
@@ -46,7 +46,7 @@ class PulleyDriveRig(PulleyDriveConstants):
 class DriveChannels(Channels):
     """Channels of a rig with a measured drive."""
 
-    drive: Said | None = None
+    drive: ChannelEntry | None = None
 
 
 class DriveNoise(NoiseLevels):

@@ -10,7 +10,7 @@ from pydantic import Field
 from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.part import Known, Part
 from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary
-from fibrefit.study.thresholds import LEAST_TOLD
+from fibrefit.study.thresholds import LEAST_LISTED
 
 Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]
 
@@ -44,7 +44,6 @@ class ListedCandidates(NamedTuple):
 
     Parameters
     ----------
-    shown : tuple of Candidate
     others : int
         How many are not.
     gain : bool
@@ -68,8 +67,8 @@ def listed(ranking: Sequence[Candidate], most: int, added: str = "") -> ListedCa
     added : str
         Which was added, as a person may choose one that gains nothing.
     """
-    gaining = sum(one.evidence >= LEAST_TOLD for one in ranking)
-    told = [one for one in ranking if one.evidence >= LEAST_TOLD or one.effect == added] or list(ranking)
+    gaining = sum(one.evidence >= LEAST_LISTED for one in ranking)
+    told = [one for one in ranking if one.evidence >= LEAST_LISTED or one.effect == added] or list(ranking)
     return ListedCandidates(tuple(told[:most]), len(ranking) - len(told[:most]), gaining > most or not gaining)
 
 

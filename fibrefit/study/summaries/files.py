@@ -17,16 +17,12 @@ from fibrefit.study.summaries.sweep import SweepSummary
 
 #: Model of every summary file, by its schema.
 SUMMARIES: dict[str, type[Part]] = {
-    "fibrefit/fit/1": FitSummary,
-    "fibrefit/discovery/1": DiscoverySummary,
-    "fibrefit/posterior/1": PosteriorSummary,
-    "fibrefit/prediction/1": PredictionSummary,
-    "fibrefit/batch/1": BatchSummary,
-    "fibrefit/sweep/1": SweepSummary,
-    "fibrefit/distinguish/1": DistinguishSummary,
-    "fibrefit/plan/1": PlanSummary,
-    "fibrefit/series/1": SeriesSummary,
-}
+    model.model_fields["schema_name"].default: model
+    for model in (
+        FitSummary, DiscoverySummary, PosteriorSummary, PredictionSummary, BatchSummary, SweepSummary,
+        DistinguishSummary, PlanSummary, SeriesSummary,
+    )
+}  # fmt: skip
 
 
 def summary_of(text: bytes, where: str) -> Part:

@@ -40,9 +40,5 @@ class Part(BaseModel):
         ----------
         found : object
             With an attribute for each field that has no default.
-
-        Returns
-        -------
-        Part
         """
         return cls.model_validate(found)

@@ -41,7 +41,7 @@ class LawSummary(Part):
     form: str
     log_bayes_factor: float
     promised: bool = Field(
-        default=False, description="Whether that is what slopes promise: the law was not followed to where it is best."
+        default=False, description="Whether that is what linearisation predicts: the law was not fitted."
     )
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
 

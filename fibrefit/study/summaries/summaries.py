@@ -248,7 +248,7 @@ class Measure(Part):
     error: float
 
 
-class ForesightSummary(Part):
+class CrossValidationSummary(Part):
     """Leave-one-block-out cross-validation by Pareto-smoothed importance sampling (PSIS-LOO)."""
 
     total: Measure = Field(description="elpd_loo: sum of the expected log predictive densities of the blocks.")
@@ -269,7 +269,7 @@ class ComparedModel(Part):
     )
 
 
-class SecondOpinionSummary(Part):
+class CrossCheckSummary(Part):
     """Cross-check of the posterior with the No-U-Turn sampler (NUTS)."""
 
     agrees: bool
@@ -314,9 +314,9 @@ class PosteriorSummary(Part):
     log_evidence: Measure | None = Field(
         default=None, description="Logarithm of the marginal likelihood; null where a prior is not proper."
     )
-    foresight: ForesightSummary | None = None
+    foresight: CrossValidationSummary | None = None
     compared: tuple[ComparedModel, ...] = ()
-    second_opinion: SecondOpinionSummary | None = None
+    second_opinion: CrossCheckSummary | None = None
     fit_status: Status | None = Field(default=None, description="Of the fit the walkers were initialised around.")
     remarks: tuple[str, ...] = Field(default=(), description="What a reader should know besides the checks.")
     checks: tuple[Check, ...]

@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
@@ -18,8 +17,7 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.report.sentences.thresholds import CONFOUNDED
-from fibrefit.store import ResultDirectory
-from fibrefit.store.summary import provenance, write_summary
+from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
@@ -27,12 +25,9 @@ from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import FoundResult
 
-if TYPE_CHECKING:
-    pass
-
 
 @dataclass(frozen=True, repr=False)
-class Confused(FoundResult):
+class Distinguished(FoundResult):
     """What the records of a study can show and distinguish.
 
     Parameters
@@ -69,23 +64,15 @@ class Confused(FoundResult):
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
         )
 
-    def as_json(self) -> dict[str, Any]:
-        """The same as a document for programs."""
-        return self.summary().model_dump(mode="json", by_alias=True)
-
-    def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``."""
-        write_summary(directory.path, self.summary())
-
 
 @one_blas_thread
-def confuse_study(
+def distinguish_study(
     study: Study | str | Path,
     *,
     only: Sequence[str] = (),
     exclude: Sequence[str] = (),
     progress: Progress | None = None,
-) -> Confused:
+) -> Distinguished:
     """Compare the sensitivities of the records of a study, measured or only planned, to every effect.
 
     Parameters
@@ -99,7 +86,7 @@ def confuse_study(
 
     Returns
     -------
-    Confused
+    Distinguished
         With ``confusion`` (detection limit of each effect, and the absolute cosine of the sensitivities of any two),
         ``split`` (the further record that tells the worst pair apart), ``report()``, ``plot()`` and ``save(folder)``.
 
@@ -132,7 +119,7 @@ def confuse_study(
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
     supermodel = search.scales.yardstick.on(base.supermodel)
     found = confusion(supermodel, search.context, base.fit.local, search.effects, limit)
-    return Confused(study, found, _split(search, found), remarks, time.perf_counter() - began)
+    return Distinguished(study, found, _split(search, found), remarks, time.perf_counter() - began)
 
 
 def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:

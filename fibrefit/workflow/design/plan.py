@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -24,17 +24,14 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.rigs.rig import Rig
-from fibrefit.store import ResultDirectory, read_summary
-from fibrefit.store.summary import provenance, write_summary
+from fibrefit.store import read_summary
+from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import FoundResult
-
-if TYPE_CHECKING:
-    pass
 
 Purpose = Literal["errors", "rivals", "power"]
 RECORD = "record"
@@ -128,10 +125,6 @@ class RecordPlan(FoundResult):
             nats=worth.nats if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
         )
-
-    def write_data(self, directory: ResultDirectory) -> None:
-        """Write ``summary.json``."""
-        write_summary(directory.path, self.summary())
 
 
 REMARKS = (

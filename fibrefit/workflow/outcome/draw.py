@@ -30,16 +30,12 @@ def draw_result(result: Path | str) -> Figures:
     result : pathlib.Path or str
         Folder of any result.
 
-    Returns
-    -------
-    Figures
-
     Raises
     ------
     DataError
         If there is no result.
     UsageError
-        If a result of this kind, or of this age, cannot be drawn from what it saved.
+        If what it is drawn from is gone.
     """
     folder = Path(result)
     if (folder / "simulated").is_dir():
@@ -56,7 +52,7 @@ def simulated_figures(folder: Path) -> Figures:
     Raises
     ------
     UsageError
-        If an earlier version saved it, which kept tables alone.
+        If its ``result.h5`` is gone.
     """
     from fibrefit.plots import simulation_figures
 
@@ -70,7 +66,6 @@ def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
 
     Parameters
     ----------
-    summary : Part
     groups : mapping
         Arrays of ``result.h5``.
     result : str
@@ -89,7 +84,7 @@ def saved_figures(summary: Part, groups: Any, result: str) -> Figures:
 
 def _not_drawn(result: str) -> UsageError:
     do = "Run it again: figures come with it."
-    return UsageError(result, "cannot be drawn from what was saved", "a result of this version with all its files", do)
+    return UsageError(result, "cannot be drawn from what was saved", "a result with all its files", do)
 
 
 def _of_summary(summary: Part) -> Figures | None:
@@ -121,9 +116,7 @@ def figures_of(summary: Part, groups: Any) -> Figures | None:
     if isinstance(summary, SweepSummary):
         return sweep_figures(summary, groups) if groups else None
     if isinstance(summary, PredictionSummary):
-        # What earlier versions saved does not say how sure the model itself is.
-        whole = any(name.endswith("_model_sd") for name in groups.get("predictions", ()))
-        return prediction_figures(groups) if whole else None
+        return prediction_figures(groups) if groups else None
     if not any(name in groups for name in NEEDED):
         return None
     if isinstance(summary, FitSummary):

@@ -111,7 +111,7 @@ class AnyResult(Shown, ABC):
         Raises
         ------
         UsageError
-            If a result of this kind, or of this age, cannot be drawn from what it saved.
+            If what it is drawn from is gone.
 
         Examples
         --------

@@ -182,7 +182,7 @@ class StoredSimulation(Shown):
         Raises
         ------
         UsageError
-            If an earlier version saved it, which kept tables alone.
+            If its ``result.h5`` is gone.
         """
         from fibrefit.workflow.outcome.draw import simulated_figures
 

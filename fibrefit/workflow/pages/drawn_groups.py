@@ -1,6 +1,8 @@
-"""What is drawn of a fit, as groups of ``result.h5``: motion, conditions, standard errors of the readings."""
+"""Groups of ``result.h5`` that several kinds of result hold: what was measured, motion, conditions, standard errors."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,29 +14,58 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.store.hdf5 import Variable
 
 
+def names_of_records(problem: Problem) -> dict[str, Variable]:
+    """Names of the records, as the coordinates of that dimension."""
+    return {"record": Variable(np.array(problem.layout.records, dtype=object), ("record",))}
+
+
+def sample_times(problem: Problem) -> dict[str, Variable]:
+    """Names of the records and times of their samples."""
+    times = np.asarray(problem.observations.experiment.times)
+    return names_of_records(problem) | {"time": Variable(times, BY_SAMPLE, "s", "Time of each sample.")}
+
+
+def observed_group(problem: Problem, units: Mapping[str, str]) -> dict[str, Variable]:
+    """What was measured in each channel, and when."""
+    found, data = sample_times(problem), problem.observations
+    for channel in problem.model.rig.channels:
+        measured = np.where(np.asarray(data.weight[channel]) > 0.0, np.asarray(data.measured[channel]), np.nan)
+        doc = "Measured; NaN where masked or beyond the record."
+        found[channel] = Variable(measured, BY_SAMPLE, units[channel], doc)
+    return found
+
+
+def phase_of(moved: Motion) -> Variable:
+    """Phase of the motion of each sample."""
+    return Variable(moved.phase, BY_SAMPLE, doc=", ".join(f"{i}: {phase}" for i, phase in enumerate(PHASES)))
+
+
 def motion_group(problem: Problem, moved: Motion) -> dict[str, Variable]:
     """Phase and states of the simulated motion; states by their names with underscores."""
     turns = "angle" in problem.model.rig.channels
     units = {**STATES, **(TURNING if turns else {})}
-    said = ", ".join(f"{i}: {phase}" for i, phase in enumerate(PHASES))
     states = {
         name.replace(" ", "_"): Variable(values, BY_SAMPLE, units[name], "Simulated.")
         for name, values in moved.states.items()
     }
-    return {"record": _records(problem), "phase": Variable(moved.phase, BY_SAMPLE, doc=said), **states}
+    return {**names_of_records(problem), "phase": phase_of(moved), **states}
 
 
 def conditions_group(problem: Problem) -> dict[str, Variable]:
     """Number of samples and conditions of each record."""
-    experiment = problem.observations.experiment
-    found = {
-        "samples": Variable(np.asarray(experiment.count), ("record",), doc="Number of samples, without the padding.")
+    count = np.asarray(problem.observations.experiment.count)
+    samples = Variable(count, ("record",), doc="Number of samples, without the padding.")
+    return {**names_of_records(problem), "samples": samples, **conditions_by_name(problem)}
+
+
+def conditions_by_name(problem: Problem) -> dict[str, Variable]:
+    """Conditions of each record by name."""
+    known = problem.observations.experiment.conditions
+    return {
+        one.name: Variable(np.asarray(known[one.name]), ("record",), one.unit, one.doc)
+        for one in problem.model.rig.conditions
+        if one.name in known
     }
-    for condition in problem.model.rig.conditions:
-        if condition.name in experiment.conditions:
-            values = np.asarray(experiment.conditions[condition.name])
-            found[condition.name] = Variable(values, ("record",), condition.unit, condition.doc)
-    return {"record": _records(problem), **found}
 
 
 def reading_errors(found: Identification) -> dict[str, Variable]:
@@ -55,7 +86,3 @@ def reading_errors(found: Identification) -> dict[str, Variable]:
         doc = "Standard error of the simulated reading by the errors of the values."
         errors[f"{channel}_error"] = Variable(values, BY_SAMPLE, gap.unit, doc)
     return errors
-
-
-def _records(problem: Problem) -> Variable:
-    return Variable(np.array(problem.layout.records, dtype=object), ("record",))

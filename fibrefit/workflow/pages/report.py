@@ -43,11 +43,6 @@ def report_results(folders: Sequence[Path | str], out: Path | str, *, force: boo
     force : bool
         Replace what is there.
 
-    Returns
-    -------
-    pathlib.Path
-        The page.
-
     Raises
     ------
     UsageError

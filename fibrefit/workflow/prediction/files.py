@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.roles import PHASES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
+from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
 from fibrefit.store import sha256_of
@@ -21,7 +21,7 @@ from fibrefit.study.summaries.summaries import (
     RecordSummary,
 )
 from fibrefit.workflow.fit_files import gap_summary
-from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group
+from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, observed_group, phase_of, sample_times
 from fibrefit.workflow.prediction.judge import expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.thresholds import LACKING
@@ -157,26 +157,19 @@ def _advice(verdict: Verdict) -> tuple[str, ...]:
 
 def prediction_groups(found: Predicted) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: data, prediction with its standard deviation, residuals."""
-    task, grid = found.task, ("record", "sample")
-    problem = task.problem
-    records = np.array(problem.layout.records, dtype=object)
-    times = np.asarray(problem.observations.experiment.times)
-    shared = {"record": Variable(records, ("record",)), "time": Variable(times, grid, "s", "Time of each sample.")}
-    observed, predicted, left = {}, {}, {}
+    task, problem, predicted, left = found.task, found.task.problem, {}, {}
+    shared, observed = sample_times(problem), observed_group(problem, task.units)
     sigma, model = found.sigma(*found.parts), found.sigma("values")
     for c, channel in enumerate(problem.model.rig.channels):
         unit, reading = task.units[channel], found.seen.motion.readings[channel]
-        counted = np.asarray(problem.observations.weight[channel]) > 0.0
-        measured = np.where(counted, np.asarray(problem.observations.measured[channel]), np.nan)
-        observed[channel] = Variable(measured, grid, unit, "Measured; NaN where masked or beyond the record.")
-        predicted[channel] = Variable(reading, grid, unit, "Predicted.")
-        predicted[f"{channel}_sd"] = Variable(sigma[:, c], grid, unit, "Standard deviation of a new reading.")
-        predicted[f"{channel}_model_sd"] = Variable(model[:, c], grid, unit, "The same of the model's reading.")
-        left[channel] = Variable(measured - reading, grid, unit, "Measured minus predicted.")
-    phase = Variable(found.seen.motion.phase, grid, doc=", ".join(f"{i}: {p}" for i, p in enumerate(PHASES)))
+        predicted[channel] = Variable(reading, BY_SAMPLE, unit, "Predicted.")
+        predicted[f"{channel}_sd"] = Variable(sigma[:, c], BY_SAMPLE, unit, "Standard deviation of a new reading.")
+        predicted[f"{channel}_model_sd"] = Variable(model[:, c], BY_SAMPLE, unit, "The same of the model's reading.")
+        residual = observed[channel].values - reading
+        left[channel] = Variable(residual, BY_SAMPLE, unit, "Measured minus predicted.")
     return {
-        "observed_data": {**shared, **observed},
-        "predictions": {**shared, **predicted, "phase": phase},
+        "observed_data": observed,
+        "predictions": {**shared, **predicted, "phase": phase_of(found.seen.motion)},
         "residuals": {**shared, **left},
         "motion": motion_group(problem, found.seen.motion),
         "constant_data": conditions_group(problem),

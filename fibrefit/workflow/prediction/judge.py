@@ -57,7 +57,6 @@ def prediction_checks(
     readings : (...)
         All that was simulated.
     trouble : (n_record,) bool
-    records : tuple of str
     known : sequence of str
         Records the values were found from.
     """

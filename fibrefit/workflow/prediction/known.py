@@ -59,7 +59,6 @@ class Known:
         What the result left over of its own records; empty where it does not say.
     digests : frozenset of str
         SHA-256 of the files the result rests on.
-    status : str
     """
 
     name: str
@@ -136,7 +135,6 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
         Of its ``result.h5``.
     study : Study
         With its model.
-    name : str
 
     Raises
     ------

@@ -24,17 +24,14 @@ class Predicted:
     ----------
     study : Study
         Of the records, with the model and the values of the result.
-    records : tuple of Record
     known : Known
         What the result says.
-    held : Held
     seen : Evaluation
         The simulated motion, and how far it is from what was measured.
     force : ForceBalance or None
         What inverse dynamics leaves of a force that drives the rig.
     parts : mapping of str to (n_record, n_channel, n_time)
         Variance of each cause, in units of the noise's: ``noise``, ``model``, ``values``.
-    seconds : float
     """
 
     study: Study

@@ -16,9 +16,8 @@ MOST_STEPS = 400
 
 
 def drawn_groups(posterior: Posterior) -> dict[str, dict[str, Variable]]:
-    """Groups ``traces`` and, where there are priors, ``prior_density``."""
-    groups = {"traces": _traces(posterior)}
-    return groups | {"prior_density": _prior_density(posterior)} if posterior.target.priors else groups
+    """Groups ``traces`` and ``prior_density``."""
+    return {"traces": _traces(posterior), "prior_density": _prior_density(posterior)}
 
 
 def _traces(posterior: Posterior) -> dict[str, Variable]:

@@ -8,21 +8,21 @@ import numpy as np
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words, remark
 from fibrefit.sampling.compare import LEFT_OUT_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
-from fibrefit.sampling.groups import chosen_draws, posterior_groups
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.summaries import (
-    ForesightSummary,
+    CrossCheckSummary,
+    CrossValidationSummary,
     Measure,
     ModeSummary,
     PosteriorParameter,
     PosteriorSummary,
     Provenance,
-    SecondOpinionSummary,
 )
 from fibrefit.workflow.sampling.found import Findings
+from fibrefit.workflow.sampling.groups import chosen_draws, posterior_groups
 
 SCORED = 800
 """Draws, of all ensembles together, whose likelihood is kept block by block."""
@@ -107,10 +107,10 @@ def _mode(posterior: Posterior, mode: Mode) -> ModeSummary:
     return ModeSummary(weight=mode.weight, sampled=mode.course is not None, parameters=values)
 
 
-def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
+def _cross_validation(found: CrossValidation) -> CrossValidationSummary | None:
     if not (len(found.blocks) and np.isfinite(found.total)):
         return None
-    return ForesightSummary(
+    return CrossValidationSummary(
         total=Measure(value=found.total, error=found.error),
         blocks=len(found.blocks),
         unsure=found.unreliable,
@@ -118,9 +118,9 @@ def _cross_validation(found: CrossValidation) -> ForesightSummary | None:
     )
 
 
-def _cross_check(posterior: Posterior, found: CrossCheck) -> SecondOpinionSummary:
+def _cross_check(posterior: Posterior, found: CrossCheck) -> CrossCheckSummary:
     names = posterior.target.names
-    return SecondOpinionSummary(
+    return CrossCheckSummary(
         agrees=found.agrees,
         draws=int(np.prod(found.points.shape[:2])),
         divergent=found.divergent,
@@ -133,10 +133,7 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: those ArviZ knows, the blocks two models are compared by, and what else is drawn."""
     from fibrefit.workflow.sampling.drawn_groups import drawn_groups  # figures, which a run needs at its end only
 
-    groups = {
-        name: {key: Variable(*entry) for key, entry in group.items()}
-        for name, group in posterior_groups(found.posterior, found.bands, found.posterior.settings.seed).items()
-    }
+    groups = posterior_groups(found.posterior, found.bands, found.posterior.settings.seed)
     ahead = found.cross_validation
     groups["log_likelihood"] = _log_likelihood(found.posterior)
     groups["foresight"] = {

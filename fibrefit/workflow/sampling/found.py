@@ -45,18 +45,14 @@ class Findings:
 
     Parameters
     ----------
-    study : Study
     start : Start
         The fit around which the walkers are initialised.
-    posterior : Posterior
     bands : mapping of channel to Bands
         Posterior predictive bands of the records.
     cross_validation : CrossValidation
         Predictive performance on blocks left out.
     cross_check : CrossCheck or None
         With NUTS.
-    rivals : tuple of Rival
-    options : SamplingOptions
     """
 
     study: Study

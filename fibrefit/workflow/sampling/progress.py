@@ -17,7 +17,6 @@ def followed(on_progress: Progress, settings: Settings) -> Callable[[SamplerProg
     ----------
     on_progress : Progress
         Called with what is being done and the share that is finished.
-    settings : Settings
     """
 
     def listener(progress: SamplerProgress) -> None:

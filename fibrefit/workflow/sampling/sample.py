@@ -271,29 +271,12 @@ def sample_study(
     folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Sampled:
-    """The joint posterior of a study's parameters.
-
-    Parameters
-    ----------
-    study : Study
-    start : Fit, optional
-        Fit of the same study; made where there is none.
-    settings : Settings, optional
-        Of the sampler.
-    options : SamplingOptions, optional
-    folder : str or pathlib.Path, optional
-        Folder in which the chains are kept while they grow; those that are there already go on.
-    progress : callable, optional
-        Called with what is being done and the share that is finished.
+    """As `sample`, by settings and options as objects; chains that are in `folder` go on.
 
     Raises
     ------
-    DataError
-        If a record is not understood, or does not show what the rig's motion should.
-    StudyError
-        If study, model and priors do not fit together.
-    UsageError
-        If the chains of the folder belong to another run, settings cannot work, or a package is missing.
+    DataError, StudyError, UsageError
+        As `sample`; and if the chains of the folder belong to another run.
     """
     settings, options, on_progress = settings or Settings(), options or SamplingOptions(), progress or quiet
     if options.nuts:

@@ -33,7 +33,6 @@ class SamplingStart:
 
     Parameters
     ----------
-    names : tuple of str
     values : (n_free,) in SI units
     plain : (n_free,) in SI units
         Of plain least squares: the same where the fit reports it.
@@ -84,13 +83,8 @@ def begin(
 
     Parameters
     ----------
-    study : Study
-    task : Task
-    fit : Fit or None
-    seed : int
     folder : pathlib.Path or None
         Where it is kept, and where an earlier run may have kept it.
-    progress : callable
 
     Raises
     ------

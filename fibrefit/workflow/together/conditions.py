@@ -28,7 +28,6 @@ def conditions_of_records(study: Study, records: Sequence[RecordTable]) -> tuple
 
     Parameters
     ----------
-    study : Study
     records : sequence of record tables
         Of the study, in the order in which they were taken.
     """

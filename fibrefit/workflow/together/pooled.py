@@ -75,7 +75,6 @@ class PooledBatch(NamedTuple):
 
     Parameters
     ----------
-    summaries : dict of str to PopulationSummary
     trends : tuple of TrendSummary
         The surest first.
     shrunk : dict of str to dict of str to Measure

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.statement.observations import BY_SAMPLE, Observations
+from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import LEVELS, Bands
+from fibrefit.store.hdf5 import Variable
+from fibrefit.workflow.pages.drawn_groups import conditions_by_name, names_of_records, observed_group, sample_times
 
 MOST_DRAWS = 2000
 """Draws kept of each ensemble."""
@@ -17,19 +18,10 @@ MOST_REPLICATES = 20
 """New measurements kept of each record; the bands are made from all."""
 
 
-class Entry(NamedTuple):
-    """An array with its dimensions, SI unit and one sentence about it."""
-
-    values: np.ndarray
-    dims: tuple[str, ...] = ()
-    unit: str = "-"
-    doc: str = ""
+Group = dict[str, Variable]
 
 
-Group = dict[str, Entry]
-
-
-def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int = 0) -> dict[str, Group]:
+def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int) -> dict[str, Group]:
     """Draws, their densities, prior, data, predictions and conditions, each in the group ArviZ has for it.
 
     A chain is an ensemble; the walkers of a step are neighbouring draws. Values that each record has of its own get a
@@ -37,7 +29,6 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
 
     Parameters
     ----------
-    posterior : Posterior
     bands : mapping of channel to Bands
         From `fibrefit.sampling.predict.predict`.
     seed : int
@@ -46,18 +37,19 @@ def posterior_groups(posterior: Posterior, bands: Mapping[str, Bands], seed: int
     chosen = chosen_draws(*posterior.course.kept_log_density.shape[1:])
     draws = posterior.draws[:, chosen]
     density = posterior.course.kept_log_density.reshape(len(draws), -1)[:, chosen]
-    data, layout = posterior.density.problem.observations, posterior.density.problem.layout
-    records = {"record": Entry(np.array(layout.records, dtype=object), ("record",))}
-    shared = {**records, "time": Entry(np.asarray(data.experiment.times), BY_SAMPLE, "s", "Time of each sample.")}
-    stats = {"lp": Entry(density, ("chain", "draw"), doc="Log posterior density in the sampler's coordinates.")}
-    stats["acceptance_rate"] = Entry(posterior.course.acceptance, ("chain", "walker"), doc="Share of moves accepted.")
+    problem = posterior.density.problem
+    records = names_of_records(problem)
+    stats = {"lp": Variable(density, ("chain", "draw"), doc="Log posterior density in the sampler's coordinates.")}
+    stats["acceptance_rate"] = Variable(
+        posterior.course.acceptance, ("chain", "walker"), doc="Share of moves accepted."
+    )
     return {
         "posterior": {**records, **_named(posterior, draws)},
         "sample_stats": stats,
         "prior": {**records, **_named(posterior, _prior_draws(posterior, seed)[None])},
-        "observed_data": {**shared, **_observed(posterior, data)},
-        "posterior_predictive": {**shared, **_predictive(posterior, bands)},
-        "constant_data": {**records, **_conditions(posterior, data)},
+        "observed_data": observed_group(problem, posterior.channel_units),
+        "posterior_predictive": {**sample_times(problem), **_predictive(posterior, bands)},
+        "constant_data": {**records, **conditions_by_name(problem)},
     }
 
 
@@ -74,10 +66,10 @@ def _named(posterior: Posterior, draws: np.ndarray) -> Group:
     for slot in layout.slots:
         own = [i for i, (other, record) in enumerate(layout.entries) if other is slot and record is not None]
         if len(own) == len(layout.records):
-            entries[slot.name] = Entry(draws[..., own], ("chain", "draw", "record"), slot.unit)
+            entries[slot.name] = Variable(draws[..., own], ("chain", "draw", "record"), slot.unit)
     for i, name in enumerate(names):
         if name.split("[")[0] not in entries:
-            entries[name] = Entry(draws[..., i], ("chain", "draw"), units[i])
+            entries[name] = Variable(draws[..., i], ("chain", "draw"), units[i])
     return entries
 
 
@@ -86,35 +78,17 @@ def _prior_draws(posterior: Posterior, seed: int) -> np.ndarray:
     return np.stack([prior.quantile(random.random(MOST_DRAWS)) for prior in posterior.target.priors], axis=1)
 
 
-def _observed(posterior: Posterior, data: Observations) -> Group:
-    found = {}
-    for channel, unit in posterior.channel_units.items():
-        counted = np.asarray(data.weight[channel]) > 0.0
-        measured = np.where(counted, np.asarray(data.measured[channel]), np.nan)
-        found[channel] = Entry(measured, BY_SAMPLE, unit, "Measured; NaN where masked or beyond the record.")
-    return found
-
-
 def _predictive(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
-    found: Group = {"quantile": Entry(np.array(LEVELS), ("quantile",))}
+    found: Group = {"quantile": Variable(np.array(LEVELS), ("quantile",))}
     for channel, band in bands.items():
         unit = posterior.channel_units[channel]
-        found[channel] = Entry(
+        found[channel] = Variable(
             band.replicates[None, :MOST_REPLICATES], ("chain", "draw", *BY_SAMPLE), unit, "New measurements."
         )
-        found[f"{channel}_model"] = Entry(
+        found[f"{channel}_model"] = Variable(
             band.model, ("quantile", *BY_SAMPLE), unit, "Quantiles of the model's readings."
         )
-        found[f"{channel}_measured"] = Entry(
+        found[f"{channel}_measured"] = Variable(
             band.measured, ("quantile", *BY_SAMPLE), unit, "Quantiles of new measurements."
         )
     return found
-
-
-def _conditions(posterior: Posterior, data: Observations) -> Group:
-    conditions = posterior.density.problem.model.rig.conditions
-    return {
-        c.name: Entry(np.asarray(data.experiment.conditions[c.name]), ("record",), c.unit, c.doc)
-        for c in conditions
-        if c.name in data.experiment.conditions
-    }
