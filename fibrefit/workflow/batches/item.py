@@ -147,9 +147,10 @@ def identified(job: Job) -> Outcome:
 
     study = job.study
     records, task = prepared(study)
-    found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
+    how = How(job.robust, often=True)
+    found = identify(task, min(job.starts, FEW), job.seed, how)
     if found.status != "ok" and job.starts > FEW:
-        found = identify(task, job.starts, job.seed, How(job.robust))
+        found = identify(task, job.starts, job.seed, how)
     summary = Fit(study, records, found, job.seed).summary()
     looks = None if job.record is None else fingerprint_of(records[0])
     return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", found.seconds, looks)
