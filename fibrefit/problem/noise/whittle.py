@@ -262,15 +262,21 @@ class _Bands:
 
     def fitted(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Variances ``(n_choice, n_part)`` that are most likely where some parts alone are there."""
-        size = 0.1 * np.average(self.power, weights=self.number) / self.expected.mean(axis=0)
-        starts = np.zeros((len(parts), len(size)))
-        for start, some in zip(starts, parts, strict=True):
-            # What is nothing remains so under multiplicative steps.
-            start[some] = size[some]
-        # Bands that hold nothing make up the rows of a program that other records share.
+        size, widest = (
+            0.1 * np.average(self.power, weights=self.number) / self.expected.mean(axis=0),
+            max(map(len, parts)),
+        )
+        # Bands that hold nothing make up the rows of a program that other records share, and parts that are nothing,
+        # and remain so under multiplicative steps, its columns.
         spare = -len(self.number) % ROWS
         rows = np.pad(self.expected, ((0, spare), (0, 0)), constant_values=1.0)
-        return np.asarray(_stepped(starts, rows, np.pad(self.power, (0, spare)), np.pad(self.number, (0, spare))))
+        power, number = (np.pad(band, (0, spare)) for band in (self.power, self.number))
+        places = np.array([np.resize(some, widest) for some in parts])
+        there = np.arange(widest) < np.array([len(some) for some in parts])[:, None]
+        found = _stepped(np.where(there, size[places], 0.0), np.moveaxis(rows[:, places], 1, 0), power, number)
+        weights = np.zeros((len(parts), len(size)))
+        np.add.at(weights, (np.arange(len(parts))[:, None], places), np.asarray(found))
+        return weights
 
     def costs(self, weights: np.ndarray) -> np.ndarray:
         """Minus twice Whittle's log likelihood of variances ``(n_choice, n_part)``."""
@@ -280,13 +286,15 @@ class _Bands:
 
 @kept_program
 def _stepped(weights: jax.Array, expected: jax.Array, power: jax.Array, number: jax.Array) -> jax.Array:
-    """Variances ``(n_start, n_part)`` after `STEPS` multiplicative steps.
+    """Variances ``(n_start, n_part)`` after `STEPS` multiplicative steps, each of parts ``(n_start, n_band, n_part)``.
 
     One start after the other: products with a vector are compiled into the loop, those of four rows leave it for a
     library each time, and take four times as long.
     """
 
-    def one(start: jax.Array) -> jax.Array:
+    def one(row: tuple[jax.Array, jax.Array]) -> jax.Array:
+        start, expected = row
+
         def step(_: int, weights: jax.Array) -> jax.Array:
             density = expected @ weights
             share = number / density
@@ -294,7 +302,7 @@ def _stepped(weights: jax.Array, expected: jax.Array, power: jax.Array, number: 
 
         return jax.lax.fori_loop(0, STEPS, step, start)
 
-    return jax.lax.map(one, weights)
+    return jax.lax.map(one, (weights, expected))
 
 
 def _pooled(of: Periodograms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
