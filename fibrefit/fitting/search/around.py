@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of, put
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of, with_rows
 from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
 from fibrefit.fitting.thresholds import SAME_PLACE, SETTLED_FIT
@@ -69,7 +69,7 @@ def _ends(
     found = descend_all(problem, free, width, counts, further, Care(np.asarray(TO_THE_END)))
     return Descent(
         *(
-            put(old, further, new[further])
+            with_rows(old, further, new[further])
             for old, new in zip(map(np.asarray, rough), map(np.asarray, found), strict=True)
         )
     )

@@ -250,7 +250,7 @@ def _stage(
     futures, done = [pool.submit(run, part) for part in parts], 0
     for part, future in zip(parts, futures, strict=True):
         descent = future.result()
-        ended = Descent(*(put(old, part, new) for old, new in zip(ended, descent, strict=True)))
+        ended = Descent(*(with_rows(old, part, new) for old, new in zip(ended, descent, strict=True)))
         done += 1
         on_progress(done / len(parts))
         if done < len(parts) and stop():
@@ -275,7 +275,7 @@ def _best_alone(
     for later in range(first, counts.shape[1]):
         end = follow(known, width, counts, later)(best)
         end = end._replace(steps=known.steps[best] + end.steps)
-        known = Descent(*(put(old, best, new) for old, new in zip(known, end, strict=True)))
+        known = Descent(*(with_rows(old, best, new) for old, new in zip(known, end, strict=True)))
     return Searched(known, np.arange(len(reached)) == best[0])
 
 
@@ -288,7 +288,7 @@ def _as_far_as_known(before: Descent, after: Descent, leader: np.ndarray, reache
     return Descent(*(rows(old, new) for old, new in zip(before, after, strict=True)))
 
 
-def put(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
+def with_rows(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
     """A copy of an array with some of its rows replaced."""
     whole = old.copy()
     whole[rows] = new

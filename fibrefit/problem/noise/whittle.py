@@ -275,7 +275,8 @@ class _Bands:
         there = np.arange(widest) < np.array([len(some) for some in parts])[:, None]
         found = _stepped(np.where(there, size[places], 0.0), np.moveaxis(rows[:, places], 1, 0), power, number)
         weights = np.zeros((len(parts), len(size)))
-        np.add.at(weights, (np.arange(len(parts))[:, None], places), np.asarray(found))
+        for row, some, those in zip(weights, parts, np.asarray(found), strict=True):
+            row[some] = those[: len(some)]
         return weights
 
     def costs(self, weights: np.ndarray) -> np.ndarray:
