@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, sosfilt
 
-from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.rest import once_of_readings, rests
 from fibrefit.rigs.signals.trace import Trace
 
 RATE, LEAD, LENGTH = 2000.0, 600, 3000
@@ -75,3 +75,19 @@ def test_a_short_rest_before_a_fall_is_found(lead: int, seed: int) -> None:
     noise = random.standard_normal((2, LENGTH))
     found = rests(trace_of(0.3 * noise[0], -0.01 + fallen + 2e-5 * noise[1]))
     assert [rest for rest in found if rest.start == 0 and 64 <= rest.stop <= lead]
+
+
+def test_what_is_asked_of_the_same_readings_is_found_once() -> None:
+    asked: list[float] = []
+
+    @once_of_readings
+    def largest(signal: np.ndarray) -> float:
+        asked.append(float(signal.max()))
+        return asked[-1]
+
+    one, other = np.arange(5.0), np.arange(5.0)
+    assert [largest(one), largest(one), largest(other)] == [4.0, 4.0, 4.0]
+    assert asked == [4.0, 4.0]
+    # What takes the place in memory of readings that are gone is not taken for them.
+    del one, other
+    assert [largest(np.full(5, size)) for size in range(9)] == list(range(9))

@@ -262,10 +262,8 @@ class _Bands:
 
     def fitted(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Variances ``(n_choice, n_part)`` that are most likely where some parts alone are there."""
-        size, widest = (
-            0.1 * np.average(self.power, weights=self.number) / self.expected.mean(axis=0),
-            max(map(len, parts)),
-        )
+        size = 0.1 * np.average(self.power, weights=self.number) / self.expected.mean(axis=0)
+        widest = max(map(len, parts))
         # Bands that hold nothing make up the rows of a program that other records share, and parts that are nothing,
         # and remain so under multiplicative steps, its columns.
         spare = -len(self.number) % ROWS
