@@ -7,7 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from tests.validation.validate_batch import Look, Rival, _grown, _of_rival, _over
+from tests.validation.beside_scipy import Rival, _over, of_rival
+from tests.validation.validate_batch import Look, _grown
 
 
 def test_a_ratio_of_totals_has_an_interval_that_tells_of_single_records() -> None:
@@ -22,7 +23,7 @@ def test_a_ratio_of_totals_has_an_interval_that_tells_of_single_records() -> Non
 
 def test_what_does_not_come_to_the_same_minimum_is_told() -> None:
     rows = [Rival(f"{n}", 0.1, 0.3, 5.0, n > 0, n != 3, 2 + n) for n in range(10)]
-    said = "\n".join(_of_rival(rows))
+    said = "\n".join(of_rival(rows))
     assert "11 at the most; 1 had not come to the same minimum" in said
     assert "50.0 (50.0 to 50.0)" in said
 

@@ -19,8 +19,8 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,27 +31,19 @@ from fibrefit.core.errors import FibrefitError
 from fibrefit.series.engines import Done, in_processes
 from fibrefit.study.summaries.summaries import BatchItem
 from fibrefit.workflow.batches.batch import Engine, batch_studies
-from fibrefit.workflow.batches.item import Job, identified
-from fibrefit.workflow.batches.jobs import jobs_of, origins_of
+from fibrefit.workflow.batches.item import Job, Outcome, identified
+from tests.validation.beside_scipy import NAMES, jobs_in, of_rival, with_scipy
 from tests.validation.many_records import DAMAGES, Made, known, make
 from tests.validation.tables import ROOT, Share, table
 
 Z_95 = 1.959964
-NAMES = ("stiffness", "damping", "friction")
 LOOK_SECONDS = 5.0
-STARTS = 32
 COMPARED = 40
 """Records that SciPy fits too, spread over those that are done."""
-DRAWS = 10_000
-"""Times that these are drawn anew for the interval of the ratio: one record that is hard for SciPy moves it."""
-GOAL, GOAL_OF_TWO, GOAL_OF_MEMORY = 50.0, 1.8, 1.05
-"""Asked for: SciPy's time over ours for a record, time of one process over that of two, memory over what it was once
-programs were compiled."""
+GOAL_OF_TWO, GOAL_OF_MEMORY = 1.8, 1.05
+"""Asked for: time of one worker over that of two, memory over what it was once programs were compiled."""
 WARM = 0.25
 """Share of the records after which programs are compiled and memory has grown to what it needs."""
-SAME = 0.5
-"""Difference from SciPy's values in standard errors up to which it is the same answer: its integrator leaves a tenth or
-two, and other minima were seen from four on."""
 
 
 @dataclass(frozen=True)
@@ -145,78 +137,6 @@ def items_of(folder: Path) -> dict[str, BatchItem]:
     return found
 
 
-@dataclass(frozen=True)
-class Rival:
-    """What SciPy made of a record.
-
-    Parameters
-    ----------
-    name : str
-    ours : float
-        Processor time in s of all that `fibrefit batch` does with it, programs compiled before.
-    first, whole : float
-        That of SciPy from the start that our search begins with, and of all until one ended where ours did.
-    same_at_once, same : bool
-        Whether the first, and any of them, did.
-    starts : int
-    """
-
-    name: str
-    ours: float
-    first: float
-    whole: float
-    same_at_once: bool
-    same: bool
-    starts: int
-
-
-def with_scipy(folder: Path, names: Sequence[str], items: Mapping[str, BatchItem]) -> list[Rival]:
-    """What SciPy makes of some records; what it made of them in an earlier run is kept."""
-    file = folder / "rivals.json"
-    kept = {row["name"]: Rival(**row) for row in json.loads(file.read_text("utf-8"))} if file.is_file() else {}
-    jobs, began = {job.name: job for job in _jobs(folder)}, time.perf_counter()
-    for number, name in enumerate(names, 1):
-        if name not in kept:
-            kept[name] = _rival(jobs[name], items[name])
-            file.write_text(json.dumps([asdict(one) for one in kept.values()], indent=1), encoding="utf-8")
-        found = kept[name]
-        said = f"SciPy: {number} of {len(names)}, {name}: {found.whole:.1f} s, {found.starts} starts"
-        print(f"{said}; {time.perf_counter() - began:.0f} s so far", file=sys.stderr, flush=True)
-    return [kept[name] for name in names]
-
-
-def _jobs(folder: Path) -> list[Job]:
-    return jobs_of(origins_of([str(folder)], None, ()), "record", STARTS, 0)
-
-
-def _rival(job: Job, item: BatchItem) -> Rival:
-    """One record by us, and by SciPy from as many of our starts as it needs for the same answer."""
-    from tests.benchmarks import rivals
-    from tests.benchmarks.problem import fit_of, in_their_order
-
-    # isort: split
-    from fibrefit.fitting.search.multistart import sobol_starts
-    from fibrefit.workflow.prepare import task_of
-
-    identified(job)
-    began = time.process_time()
-    identified(job)
-    ours, task = time.process_time() - began, task_of(job.study)
-    # Plain least squares is what SciPy does too.
-    told = [item.parameters[name] for name in NAMES]
-    plain = [(one.plain_value or one.value, one.plain_error or one.std_error) for one in told]
-    times, same = [], []
-    for start in sobol_starts(task.problem.layout, task.start, task.spread, STARTS, 0):
-        began = time.process_time()
-        values = rivals.fit_scipy(fit_of(task)._replace(start=in_their_order(task, start)))
-        times.append(time.process_time() - began)
-        apart = [abs(there - here) / error for there, (here, error) in zip(values, plain, strict=False)]
-        same.append(bool(max(apart) < SAME))
-        if same[-1]:
-            break
-    return Rival(job.name, ours, times[0], sum(times), same[0], same[-1], len(times))
-
-
 def report(folder: Path, made: Sequence[Made], looks: Sequence[Look]) -> list[str]:
     """Lines of what became of the records, of time and of memory."""
     items = items_of(folder)
@@ -234,34 +154,7 @@ def report(folder: Path, made: Sequence[Made], looks: Sequence[Look]) -> list[st
     if not sound:
         return lines
     compared = with_scipy(folder, [one.name for one in sound][:: max(len(sound) // COMPARED, 1)][:COMPARED], items)
-    return [*lines, "", *_of_rival(compared), "", *_of_speed(looks), "", *_of_memory(looks)]
-
-
-def _of_rival(compared: Sequence[Rival]) -> list[str]:
-    """Time of SciPy over ours on the same records, all together, with an interval over records drawn anew."""
-    ours, first, whole = (np.array([getattr(one, name) for one in compared]) for name in ("ours", "first", "whole"))
-    at_once, same = (Share.of(compared, lambda one, name=name: getattr(one, name)) for name in ("same_at_once", "same"))
-    starts, lost = [one.starts for one in compared], sum(not one.same for one in compared)
-    rows = [
-        ("`fibrefit batch`, all it does", f"{1e3 * ours.mean():.0f} ms", "", ""),
-        ("SciPy, one start, no error bars", f"{1e3 * first.mean():.0f} ms", at_once, _over(first, ours)),
-        ("SciPy, starts until it is the same minimum", f"{1e3 * whole.mean():.0f} ms", same, _over(whole, ours)),
-    ]
-    heads = ("what", "processor time a record", "in our minimum", "over ours (95 % by drawing records anew)")
-    return [
-        *table(heads, rows),
-        "",
-        f"{len(compared)} records; asked for: {GOAL:.0f} times. SciPy took {np.mean(starts):.1f} starts on average, "
-        f"{max(starts)} at the most; {lost} had not come to the same minimum after {STARTS}, and count with the time "
-        "of these.",
-    ]
-
-
-def _over(theirs: np.ndarray, ours: np.ndarray) -> str:
-    """Ratio of two totals ``(n,)`` and its interval by the bootstrap."""
-    drawn = np.random.default_rng(0).integers(len(ours), size=(DRAWS, len(ours)))
-    low, high = np.quantile(theirs[drawn].sum(axis=1) / ours[drawn].sum(axis=1), (0.025, 0.975))
-    return f"{theirs.sum() / ours.sum():.1f} ({low:.1f} to {high:.1f})"
+    return [*lines, "", *of_rival(compared), "", *_of_speed(looks), "", *_of_memory(looks)]
 
 
 def _of_speed(looks: Sequence[Look]) -> list[str]:
@@ -282,31 +175,52 @@ def _at_work(looks: Sequence[Look]) -> list[Look]:
     return [look for look in looks if WARM * total <= look.done < total]
 
 
+@dataclass(frozen=True)
 class Workers(Engine):
-    """An engine that has one worker beside its parent where it has one process, too: what two are held against."""
+    """Workers beside their parent, also where it is one, that begin together when each has done all the jobs once.
+
+    Parameters
+    ----------
+    place : str
+        Folder in which each says that it has.
+    """
+
+    place: str = ""
 
     def run(self, jobs: Sequence[Job]) -> Iterator[Done]:
         """As of any engine."""
-        return in_processes(identified, jobs, self.processes)
+        return in_processes(_together, [(job, jobs, self) for job in jobs], self.processes)
+
+
+def _together(given: tuple[Job, Sequence[Job], Workers]) -> Outcome:
+    job, jobs, workers = given
+    mine = Path(workers.place) / str(os.getpid())
+    if not mine.exists():
+        for one in jobs:
+            identified(one)
+        mine.touch()
+        while len(list(mine.parent.iterdir())) < workers.processes:
+            time.sleep(0.01)
+    return identified(job)
 
 
 def of_two_workers(folder: Path, made: Sequence[Made], number: int) -> str:
-    """Time by the clock of one worker over that of two, on as many sound records.
+    """Time by the clock of one worker over that of two, on as many sound records, programs compiled in each of them.
 
-    They go through all of them twice, so that each has the programs of most lengths: the second time counts. What the
-    parent does with an item is part of it.
+    What the parent does with an item is part of it.
     """
     names = {one.name for one in [one for one in made if not one.damage][:number]}
-    once = [job for job in _jobs(folder) if job.name in names]
-    jobs = [*once, *(replace(job, name=f"again {job.name}") for job in once)]
+    jobs = [job for job in jobs_in(folder) if job.name in names]
     clock, spent = dict[int, float](), dict[int, float]()
     for processes in (1, 2):
         seen: list[tuple[float, float]] = []
         look = lambda *_, seen=seen: seen.append((time.perf_counter(), _processor_seconds(os.getpid())))  # noqa: E731
-        with TemporaryDirectory() as place:
-            batch_studies("two workers", jobs, Path(place), Workers(processes), look)
-        first, last = seen[len(once) - 1], seen[-1]
-        clock[processes], spent[processes] = ((b - a) / len(once) for a, b in zip(first, last, strict=True))
+        with TemporaryDirectory() as place, TemporaryDirectory() as warm:
+            batch_studies("two workers", jobs, Path(place), Workers(processes, place=warm), look)
+        first, last = seen[processes - 1], seen[-1]
+        clock[processes], spent[processes] = (
+            (b - a) / (len(jobs) - processes) for a, b in zip(first, last, strict=True)
+        )
     gain, load = clock[1] / clock[2], os.getloadavg()[0]
     return (
         f"{number} records: {1e3 * clock[1]:.0f} ms each by one worker, {1e3 * clock[2]:.0f} ms by two, {gain:.2f} "
@@ -322,7 +236,7 @@ def _processor_seconds(parent: int) -> float:
 
 def _of_damages(folder: Path, made: Sequence[Made]) -> list[str]:
     """Each damaged record, asked by itself."""
-    jobs = {job.name: job for job in _jobs(folder)}
+    jobs = {job.name: job for job in jobs_in(folder)}
     rows = []
     for kind, (_, word) in DAMAGES.items():
         said = [_asked(jobs[one.name]) for one in made if one.damage == kind]
