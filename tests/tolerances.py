@@ -29,7 +29,6 @@ REASONS: dict[str, dict[str, str]] = {
     "fitting.search.around": {"STARTS_AT_ONCE": WORK},
     "fitting.search.multistart": {
         "STARTS_AT_ONCE": WORK,
-        "WORTH_A_PROGRAM": WORK,
         "LOST": STEP,
     },
     "fitting.search.starts_from_base_model": {"FEW": START},

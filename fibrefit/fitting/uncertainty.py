@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -82,8 +83,12 @@ class Scores:
 
     def normal_matrix(self) -> np.ndarray:
         """``J'J``, ``(n_free, n_free)``."""
-        seen = self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
-        return seen + self.prior_matrix()
+        return self._seen + self.prior_matrix()
+
+    @cached_property
+    def _seen(self) -> np.ndarray:
+        """The part of the normal matrix that records tell: all methods ask for it."""
+        return self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
 
     def variance(self) -> float:
         """Mean square of the residuals, for the number of values that were fitted to them."""

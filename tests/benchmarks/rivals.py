@@ -40,10 +40,10 @@ def simulate_events(record: Drop, values: np.ndarray) -> tuple[np.ndarray, np.nd
             force[at:], position[at:] = (k * state[0] if taut else 0.0), state[0]
             break
         found = _arc(record, state, (now, end), times[at:], taut, direction, (k, b, friction))
-        got = found.t.size
-        position[at : at + got] = found.y[0]
-        if taut:
-            force[at : at + got] = k * found.y[0] + b * found.y[1]
+        got = len(found.t)
+        if got:  # of an arc between two samples SciPy gives lists of nothing
+            position[at : at + got] = found.y[0]
+            force[at : at + got] = k * found.y[0] + b * found.y[1] if taut else 0.0
         at += got
         if found.status == 0:
             break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.search import around
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
-from fibrefit.fitting.search.multistart import collected, search, sobol_starts
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, collected, search, sobol_starts
+from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, gram_at
 from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
@@ -79,6 +82,29 @@ def test_a_fit_says_that_starts_ended_in_several(led_astray: tuple[Task, dict[st
     (check,) = [check for check in found.checks if check.identifier == "starts"]
     assert check.facts["others"] >= FEW
     assert found.starts.planned == found.starts.tried
+
+
+def test_what_comes_back_to_the_best_minimum_is_followed_no_further(
+    led_astray: tuple[Task, dict[str, float]], task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    followed, asked = around.descend_all, list[tuple[float, int]]()
+
+    def seen(problem: Problem, free: Any, width: Any, counts: Any, active: Any, care: Care) -> Descent:
+        asked.append((float(care.near), int(np.sum(active))))
+        return followed(problem, free, width, counts, active, care)
+
+    monkeypatch.setattr(around, "descend_all", seen)
+    searched_nearby(task.problem, found.starts, task.counts[-1:])
+    assert asked == [(FOR_A_HORIZON, STARTS_AT_ONCE)]
+    asked.clear()
+    # Where another minimum is lower, those that come into it are followed to its end.
+    led, _ = led_astray
+    lower = searched_nearby(led.problem, searched(led), led.counts[-1:])
+    assert {near for near, _ in asked} == {FOR_A_HORIZON, TO_THE_END}
+    normal = gram_at(led.problem, lower.values[int(np.argmin(lower.cost))])
+    errors = rough_errors(led.problem, lower.values[int(np.argmin(lower.cost))], float(lower.cost.min()))
+    step = np.linalg.lstsq(normal[:-1, :-1] * np.outer(errors, errors), normal[:-1, -1] * errors, rcond=1e-10)[0]
+    assert np.abs(step).max() < 0.1
 
 
 def test_where_nothing_is_lower_all_stays_as_it_is(task: Task, found: Identification) -> None:

@@ -18,6 +18,7 @@ from fibrefit.fitting.search import multistart
 from fibrefit.fitting.search.multistart import (
     LOST,
     SAME_BASIN,
+    Pace,
     Searched,
     _are_lost,
     _leaders,
@@ -83,30 +84,31 @@ def length_of(problem: Problem) -> int:
     return int(problem.observations.experiment.times.shape[1])
 
 
-def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(
-    long_task: Task, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(long_task: Task) -> None:
     problem, near = long_task.problem, long_task.horizons[:, 0]
     began = problem.layout.free(sobol_starts(problem.layout, long_task.start, long_task.spread, 2, 0))
     plain = search(problem, began, long_task.horizons, lambda _: None).descent
-    monkeypatch.setattr(multistart, "WORTH_A_PROGRAM", 0)
-    short = as_long_as_needed(problem, near)
+    short = as_long_as_needed(problem, near, 0)
     assert near.max() <= length_of(short) <= LONG // 2
     same = gram_at(problem.until(near[0]), long_task.start)
     np.testing.assert_allclose(gram_at(short.until(near[0]), long_task.start), same, rtol=1e-9)
-    cut = search(problem, began, long_task.horizons, lambda _: None).descent
+    pace = Pace.of(long_task, often=True)
+    cut = search(problem, began, long_task.horizons, lambda _: None, pace=pace).descent
+    # Arrays of another length are summed in another order: that they were used shows in last digits.
+    assert not np.array_equal(cut.free, plain.free)
     width = widths(problem, plain.free[0])
     np.testing.assert_allclose(cut.free / width, plain.free / width, atol=1e-2)
 
 
 def test_a_horizon_has_arrays_of_its_own_where_that_spares_more_than_compiling_takes(long_task: Task) -> None:
     problem, near = long_task.problem, long_task.horizons[:1, 0]
-    spared = length_of(problem) - length_of(as_long_as_needed(problem, np.repeat(near, 10**6, axis=0)))
+    worth = Pace.of(long_task).spared
+    spared = length_of(problem) - length_of(as_long_as_needed(problem, near, 0))
     for samples, cut in ((5e5, False), (2e6, True)):
         starts = np.repeat(near, round(samples / spared), axis=0)
-        assert (as_long_as_needed(problem, starts) is not problem) is cut
+        assert (as_long_as_needed(problem, starts, worth) is not problem) is cut
     # The last horizon is the whole of each record.
-    assert as_long_as_needed(problem, np.repeat(long_task.counts[-1:], 10**6, axis=0)) is problem
+    assert as_long_as_needed(problem, np.repeat(long_task.counts[-1:], 10**6, axis=0), worth) is problem
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +174,7 @@ def with_data(problem: Problem, data: Observations) -> Problem:
 
 def test_starts_take_no_more_steps_than_they_are_given(task: Task, found: Identification) -> None:
     began = task.problem.layout.free(found.starts.values[:1] * 1.3)
-    few = search(task.problem, began, task.horizons, lambda _: None, steps=2).descent
+    few = search(task.problem, began, task.horizons, lambda _: None, pace=Pace(steps=2)).descent
     enough = search(task.problem, began, task.horizons, lambda _: None).descent
     assert few.steps[0] <= 2 * task.horizons.shape[1] < enough.steps[0]
 

@@ -11,6 +11,8 @@ from fibrefit.problem.noise.coloured import bank_for
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive
 from fibrefit.problem.noise.whittle import (
+    STEPS,
+    _Bands,
     fitted,
     noise_of_residuals,
     noise_of_signals,
@@ -265,3 +267,18 @@ def test_the_variance_of_products_with_noise_is_that_of_its_whole_covariance(cou
     covariance = whitening.autocovariance(count)[..., apart] * level[:, None, None] ** 2
     whole = np.einsum("rcti,rcts,rcsj->rij", slopes, covariance, slopes)
     np.testing.assert_allclose(scattered(slopes, whitening, level), whole, rtol=1e-9, atol=1e-9 * np.abs(whole).max())
+
+
+def test_steps_of_some_parts_are_those_of_all_with_the_others_at_nothing() -> None:
+    random = np.random.default_rng(0)
+    expected, number = random.uniform(0.1, 1.0, (50, 6)), np.ceil(random.uniform(0.0, 20.0, 50))
+    bands = _Bands(expected @ random.uniform(0.0, 1.0, 6) * random.exponential(1.0, 50), expected, number)
+    parts = [np.array([5]), np.array([4, 5]), np.array([1, 2, 5])]
+    for some, weights in zip(parts, bands.fitted(parts), strict=True):
+        plain = np.zeros(6)
+        plain[some] = 0.1 * np.average(bands.power, weights=number) / expected.mean(axis=0)[some]
+        for _ in range(STEPS):
+            share = number / (expected @ plain)
+            plain = plain * ((share * bands.power / (expected @ plain)) @ expected) / (share @ expected)
+        np.testing.assert_allclose(weights, plain, rtol=1e-9)
+        assert not np.delete(weights, some).any()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, sosfilt
 
-from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.signals.rest import once_of_readings, rests
 from fibrefit.rigs.signals.trace import Trace
 
 RATE, LEAD, LENGTH = 2000.0, 600, 3000
@@ -91,3 +91,19 @@ def test_a_swing_that_is_over_within_a_block_is_no_rest() -> None:
     swing = 0.05 * np.cos(2.0 * np.pi * np.arange(LENGTH) / 32) * np.clip(1.0 - np.arange(LENGTH) / 27.0, 0.0, None)
     found = rests(trace_of(np.zeros(LENGTH), np.round(swing / 0.002) * 0.002))
     assert [rest.start > 0 for rest in found] == [True]
+
+
+def test_what_is_asked_of_the_same_readings_is_found_once() -> None:
+    asked: list[float] = []
+
+    @once_of_readings
+    def largest(signal: np.ndarray) -> float:
+        asked.append(float(signal.max()))
+        return asked[-1]
+
+    one, other = np.arange(5.0), np.arange(5.0)
+    assert [largest(one), largest(one), largest(other)] == [4.0, 4.0, 4.0]
+    assert asked == [4.0, 4.0]
+    # What takes the place in memory of readings that are gone is not taken for them.
+    del one, other
+    assert [largest(np.full(5, size)) for size in range(9)] == list(range(9))

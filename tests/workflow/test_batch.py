@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gc
 import json
 import re
 from pathlib import Path
@@ -15,10 +16,10 @@ from fibrefit.records.copies import Fingerprint
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.study.summaries.summaries import BatchItem, FitSummary
 from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, batch_studies
-from fibrefit.workflow.batches.item import Job, Outcome, identified
+from fibrefit.workflow.batches.item import Job, Outcome, identified, outcome_of
 from fibrefit.workflow.batches.jobs import jobs_of, origins_of
 from fibrefit.workflow.batches.run import batch as batch_command
 from fibrefit.workflow.batches.shards import part_of, parts_of, shard_of
@@ -58,7 +59,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             update["checks"] = (left,)
         seen = len(job.name.removeprefix("twice "))
         looks = Fingerprint(600, {"force": [seen + 0.1 * place for place in range(64)]}, {"force": 1e-3})
-        return Outcome(FIT.model_copy(update=update).model_dump_json(by_alias=True), 1.0, looks if seen == 3 else None)
+        return outcome_of(job, FIT.model_copy(update=update), looks if seen == 3 else None)
 
     monkeypatch.setattr(batch, "identified", outcome)
     return names
@@ -202,6 +203,22 @@ def test_progress_tells_how_far_and_how_long(series: Path, asked: list[str], tmp
     assert said[1][0].startswith("2 of 2 identified, 1 not possible; ")
 
 
+def test_what_is_done_is_on_disk_until_all_are(series: Path, asked: list[str], tmp_path: Path) -> None:
+    def alive() -> int:
+        return sum(isinstance(one, BatchItem) for one in gc.get_objects())
+
+    work, before, seen = jobs(series, *"abcdefgh"), alive(), list[int]()
+    for _ in range(2):  # identified, and taken up
+        found = batch_studies(
+            "many", [*work, *jobs(series, "bad")], tmp_path, Engine(), lambda *_: seen.append(alive())
+        )
+        assert all(found.items[job.name].result == f"items/{job.name}" for job in work[:-1])
+        assert len(found.items) == 9
+        assert max(seen) - before <= 1
+        del found
+        seen.clear()
+
+
 @pytest.fixture
 def lifted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A series of ten records whose stiffness rises with the lift; that of the last one is far off."""
@@ -219,8 +236,7 @@ def lifted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         told = {"stiffness": (0.0, speed, speed), "friction": (0.0, 2.0 * speed, speed)}
         record = next(iter(FIT.records.values())).model_copy(update={"speeds": told})
         update = {"status": "ok", "parameters": {"stiffness": stiffness}, "records": {"one": record}}
-        fit = FIT.model_copy(update=update)
-        return Outcome(fit.model_dump_json(by_alias=True), 1.0)
+        return outcome_of(job, FIT.model_copy(update=update))
 
     monkeypatch.setattr(batch, "identified", outcome)
     return where

@@ -186,11 +186,14 @@ def _scatter(inside: np.ndarray, slow: float) -> float:
 
 def _states(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ("", "")
-    moving = residual_set.motion.phase != HELD
+    moving, known = residual_set.motion.phase != HELD, dict[tuple[str, bytes], np.ndarray]()
     for c, channel in enumerate(residual_set.channels):
         inside, drawn = residual_set.counted[:, c] & moving, None
         for name, state in residual_set.motion.states.items():
-            steps = _steps(state[inside])
+            # Channels are mostly there at the same samples.
+            if (asked := (name, inside.tobytes())) not in known:
+                known[asked] = _steps(state[inside])
+            steps = known[asked]
             share = _explained(steps, residual_set.residuals[:, c][inside])
             if share > STATE_SHARE:
                 drawn = _drawn(residual_set, c) if drawn is None else drawn

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of
-from fibrefit.fitting.search.solve import TO_THE_END, Care, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of, with_rows
+from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
 from fibrefit.fitting.thresholds import SAME_PLACE, SETTLED_FIT
 from fibrefit.problem.statement.layout import Layout
@@ -48,7 +48,7 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
             free, active = _lower_of_few(problem.thinned(every), np.array([layout.free(values), *free]), width, counts)
         if not active.any():
             break
-        found = descend_all(problem, free, width, counts, active, Care(np.asarray(TO_THE_END)))
+        found = _ends(problem, free, width, counts, active, layout.free(values))
         lower = cost - np.asarray(found.cost).min() > SETTLED_FIT
         if not lower and not look:
             return starts
@@ -56,6 +56,23 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         if not lower:
             break
     return starts
+
+
+def _ends(
+    problem: Problem, free: np.ndarray, width: np.ndarray, counts: np.ndarray, active: np.ndarray, best: np.ndarray
+) -> Descent:
+    """Ends of descents; those that come back to the best place ``(n_free,)`` are followed no further than that."""
+    rough = descend_all(problem, free, width, counts, active, Care(np.asarray(FOR_A_HORIZON)))
+    further = active & ~(np.max(np.abs(np.asarray(rough.free) - best) / width, axis=-1) < SAME_PLACE)
+    if not further.any():
+        return rough
+    found = descend_all(problem, free, width, counts, further, Care(np.asarray(TO_THE_END)))
+    return Descent(
+        *(
+            with_rows(old, further, new[further])
+            for old, new in zip(map(np.asarray, rough), map(np.asarray, found), strict=True)
+        )
+    )
 
 
 def _joined(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -> Starts:

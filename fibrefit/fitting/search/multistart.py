@@ -68,9 +68,25 @@ def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float]
     return starts
 
 
-def most_steps(task: Task) -> int:
-    """Steps of a start in one horizon, see `ROUGH_STEPS`."""
-    return ROUGH_STEPS if task.noisy_inputs else MAX_STEPS
+class Pace(NamedTuple):
+    """How a search goes through its horizons.
+
+    Parameters
+    ----------
+    steps : int
+        Of a start in one horizon, at the most.
+    spared : int
+        Samples that arrays of a horizon's own have to spare; none where so many searches like it follow that a program
+        is made for all of them.
+    """
+
+    steps: int = MAX_STEPS
+    spared: int = WORTH_A_PROGRAM
+
+    @classmethod
+    def of(cls, task: Task, often: bool = False) -> Pace:
+        """That of a task, see `ROUGH_STEPS`; `often` where many tasks of the same shapes follow."""
+        return cls(ROUGH_STEPS if task.noisy_inputs else MAX_STEPS, 0 if often else WORTH_A_PROGRAM)
 
 
 Run = Callable[[np.ndarray], Descent]
@@ -97,7 +113,7 @@ def search(
     horizons: np.ndarray,
     on_progress: Callable[[float], None],
     stop: Callable[[], bool] = lambda: False,
-    steps: int = MAX_STEPS,
+    pace: Pace | None = None,
 ) -> Searched:
     """Descents from many starts, horizon by horizon, on all cores.
 
@@ -116,22 +132,21 @@ def search(
     stop : callable
         Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
         best start so far, followed to its end.
-    steps : int
-        Of a start in one horizon, at the most.
+    pace : Pace, optional
 
     Raises
     ------
     KeyboardInterrupt
         If it is stopped before anything is known of any start.
     """
-    every = thinning(problem)
+    every, pace = thinning(problem), pace or Pace()
     if every > 1:
         # Once more over the whole records: only where few samples say that it is, all of them are asked.
         longer = np.concatenate([horizons, horizons[:, -1:]], axis=1)
-        found = _searched(_Sparse(problem, every, steps), starts, longer, on_progress, stop)
+        found = _searched(_Sparse(problem, every, pace), starts, longer, on_progress, stop)
         if np.isfinite(found.descent.cost).any():
             return found
-    return _searched(_Sparse(problem, 1, steps), starts, horizons, on_progress, stop)
+    return _searched(_Sparse(problem, 1, pace), starts, horizons, on_progress, stop)
 
 
 class _Sparse:
@@ -141,12 +156,11 @@ class _Sparse:
     ----------
     problem : Problem
     every : int
-    steps : int
-        Of a start in one horizon, at the most.
+    pace : Pace
     """
 
-    def __init__(self, problem: Problem, every: int, steps: int) -> None:
-        self.problem, self._every, self._steps = problem, every, steps
+    def __init__(self, problem: Problem, every: int, pace: Pace) -> None:
+        self.problem, self._every, self._pace = problem, every, pace
         self._thin = problem.thinned(every) if every > 1 else problem
 
     def spacing(self, last: bool) -> int:
@@ -157,14 +171,14 @@ class _Sparse:
         """Descents over horizon number `stage` of those of each start, ``(n_start, n_stage, n_record)``."""
         last = stage == counts.shape[1] - 1
         count = -(-counts[:, stage] // self.spacing(last))
-        problem = as_long_as_needed(self.problem if last else self._thin, count)
+        problem = as_long_as_needed(self.problem if last else self._thin, count, self._pace.spared)
         return partial(
             _part,
             problem,
             found.free,
             width,
             count,
-            Care(np.asarray(TO_THE_END if last else FOR_A_HORIZON), self._steps),
+            Care(np.asarray(TO_THE_END if last else FOR_A_HORIZON), self._pace.steps),
         )
 
 
@@ -211,15 +225,15 @@ def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.
     return widths(problem.until(counts[best]), found.free[best])
 
 
-def as_long_as_needed(problem: Problem, counts: np.ndarray) -> Problem:
-    """The problem in arrays that hold a horizon ``(n_start, n_record)``, where that spares more than compiling takes.
+def as_long_as_needed(problem: Problem, counts: np.ndarray, spared: int) -> Problem:
+    """The problem in arrays that hold a horizon ``(n_start, n_record)``, where that spares more samples than `spared`.
 
     What is done besides simulating, from readings to products of their slopes, is done for whole arrays.
     """
     whole = problem.observations.experiment.times.shape[1]
     needed = int(counts.max())
     length = LENGTH_STEP * 2 ** max(math.ceil(math.log2(needed / LENGTH_STEP)), 0)
-    return problem.shortened(length) if counts.size * (whole - length) > WORTH_A_PROGRAM else problem
+    return problem.shortened(length) if counts.size * (whole - length) > spared else problem
 
 
 def _stage(
@@ -236,7 +250,7 @@ def _stage(
     futures, done = [pool.submit(run, part) for part in parts], 0
     for part, future in zip(parts, futures, strict=True):
         descent = future.result()
-        ended = Descent(*(_put(old, part, new) for old, new in zip(ended, descent, strict=True)))
+        ended = Descent(*(with_rows(old, part, new) for old, new in zip(ended, descent, strict=True)))
         done += 1
         on_progress(done / len(parts))
         if done < len(parts) and stop():
@@ -261,7 +275,7 @@ def _best_alone(
     for later in range(first, counts.shape[1]):
         end = follow(known, width, counts, later)(best)
         end = end._replace(steps=known.steps[best] + end.steps)
-        known = Descent(*(_put(old, best, new) for old, new in zip(known, end, strict=True)))
+        known = Descent(*(with_rows(old, best, new) for old, new in zip(known, end, strict=True)))
     return Searched(known, np.arange(len(reached)) == best[0])
 
 
@@ -274,7 +288,8 @@ def _as_far_as_known(before: Descent, after: Descent, leader: np.ndarray, reache
     return Descent(*(rows(old, new) for old, new in zip(before, after, strict=True)))
 
 
-def _put(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
+def with_rows(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """A copy of an array with some of its rows replaced."""
     whole = old.copy()
     whole[rows] = new
     return whole

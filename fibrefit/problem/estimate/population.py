@@ -8,7 +8,7 @@ Student's distribution.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.normal_equations import RIGID, held_places
@@ -54,6 +54,8 @@ def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, 
     """Quantile of a mixture of normal distributions, ``(n,)`` each."""
     used = weight > 0.0
     weight, middle, error = weight[used], middle[used], np.maximum(error[used], 1e-300)
+    if len(weight) == 1:
+        return float(middle[0] + error[0] * ndtri(share))
     low, high = float((middle - FARTHEST * error).min()), float((middle + FARTHEST * error).max())
     for _ in range(HALVINGS):
         here = 0.5 * (low + high)

@@ -212,21 +212,8 @@ def fitted(of: Periodograms) -> np.ndarray:
     ------
     Schwarz, Ann. Stat. 6 (1978).
     """
-    bands, corners = _Bands.of(of), of.expected.shape[1] - 2
-    weights, either = bands.fitted([_any_corner(corners)]), np.array([corners, corners + 1])
-    first = int(np.argmax(weights[0, : corners - 1] + weights[0, 1:corners])) if corners > 1 else 0
-    pair = np.array([first, first + 1])[:corners]
-    simple = [either[1:], either, np.r_[pair, either[1:]], np.r_[pair, either]]
-    weights = np.concatenate([weights, bands.fitted(simple)])
-    used = weights[0, :corners] > NEGLIGIBLE_PART * (weights[0, :corners].sum() + weights[0, -1])
-    # A pair of neighbouring corners stands for one part whose corner lies between them.
-    sizes = np.array([1 + np.count_nonzero(used), 1, 2, 3, 4])
-    return np.asarray(weights[int(np.argmin(bands.costs(weights) + sizes * np.log(bands.number.sum())))])
-
-
-def _any_corner(corners: int) -> np.ndarray:
-    """Places of first-order parts of all corners and of white noise."""
-    return np.r_[np.arange(corners), corners + 1]
+    bands = _Bands.of(of)
+    return bands.simplest(bands.of_any_corner())
 
 
 @dataclass(frozen=True)
@@ -249,17 +236,42 @@ class _Bands:
         """Those of some periodograms."""
         return cls(*_pooled(periodograms))
 
+    @property
+    def _corners(self) -> int:
+        return self.expected.shape[1] - 2
+
+    def of_any_corner(self) -> np.ndarray:
+        """Variances ``(n_part,)`` of first-order parts of all corners and of white noise."""
+        return self.fitted([np.r_[np.arange(self._corners), self._corners + 1]])[0]
+
+    def simplest(self, of_any_corner: np.ndarray) -> np.ndarray:
+        """Variances ``(n_part,)`` of the spectrum with the lowest BIC, beside those `of_any_corner`."""
+        corners = self._corners
+        first = int(np.argmax(of_any_corner[: corners - 1] + of_any_corner[1:corners])) if corners > 1 else 0
+        pair, either = np.array([first, first + 1])[:corners], np.array([corners, corners + 1])
+        simple = [either[1:], either, np.r_[pair, either[1:]], np.r_[pair, either]]
+        weights = np.concatenate([of_any_corner[None], self.fitted(simple)])
+        used = of_any_corner[:corners] > NEGLIGIBLE_PART * (of_any_corner[:corners].sum() + of_any_corner[-1])
+        # A pair of neighbouring corners stands for one part whose corner lies between them.
+        sizes = np.array([1 + np.count_nonzero(used), 1, 2, 3, 4])
+        return np.asarray(weights[int(np.argmin(self.costs(weights) + sizes * np.log(self.number.sum())))])
+
     def fitted(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Variances ``(n_choice, n_part)`` that are most likely where some parts alone are there."""
         size = 0.1 * np.average(self.power, weights=self.number) / self.expected.mean(axis=0)
-        starts = np.zeros((len(parts), len(size)))
-        for start, some in zip(starts, parts, strict=True):
-            # What is nothing remains so under multiplicative steps.
-            start[some] = size[some]
-        # Bands that hold nothing make up the rows of a program that other records share.
+        widest = max(map(len, parts))
+        # Bands that hold nothing make up the rows of a program that other records share, and parts that are nothing,
+        # and remain so under multiplicative steps, its columns.
         spare = -len(self.number) % ROWS
         rows = np.pad(self.expected, ((0, spare), (0, 0)), constant_values=1.0)
-        return np.asarray(_stepped(starts, rows, np.pad(self.power, (0, spare)), np.pad(self.number, (0, spare))))
+        power, number = (np.pad(band, (0, spare)) for band in (self.power, self.number))
+        places = np.array([np.resize(some, widest) for some in parts])
+        there = np.arange(widest) < np.array([len(some) for some in parts])[:, None]
+        found = _stepped(np.where(there, size[places], 0.0), np.moveaxis(rows[:, places], 1, 0), power, number)
+        weights = np.zeros((len(parts), len(size)))
+        for row, some, those in zip(weights, parts, np.asarray(found), strict=True):
+            row[some] = those[: len(some)]
+        return weights
 
     def costs(self, weights: np.ndarray) -> np.ndarray:
         """Minus twice Whittle's log likelihood of variances ``(n_choice, n_part)``."""
@@ -269,14 +281,23 @@ class _Bands:
 
 @kept_program
 def _stepped(weights: jax.Array, expected: jax.Array, power: jax.Array, number: jax.Array) -> jax.Array:
-    """Variances ``(n_start, n_part)`` after `STEPS` multiplicative steps."""
+    """Variances ``(n_start, n_part)`` after `STEPS` multiplicative steps, each of parts ``(n_start, n_band, n_part)``.
 
-    def step(_: int, weights: jax.Array) -> jax.Array:
-        density = weights @ expected.T
-        share = number / density
-        return weights * ((share * power / density) @ expected) / (share @ expected)
+    One start after the other: products with a vector are compiled into the loop, those of four rows leave it for a
+    library each time, and take four times as long.
+    """
 
-    return jax.lax.fori_loop(0, STEPS, step, weights)
+    def one(row: tuple[jax.Array, jax.Array]) -> jax.Array:
+        start, expected = row
+
+        def step(_: int, weights: jax.Array) -> jax.Array:
+            density = expected @ weights
+            share = number / density
+            return weights * ((share * power / density) @ expected) / (share @ expected)
+
+        return jax.lax.fori_loop(0, STEPS, step, start)
+
+    return jax.lax.map(one, (weights, expected))
 
 
 def _pooled(of: Periodograms) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -298,12 +319,14 @@ def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], draws: _Dr
 def _lines(draws: _Draws, whole: Periodograms) -> tuple[list[tuple[float, float]], np.ndarray]:
     """Frequencies and variances of what stands out, and the variances of the parts that make the rest most likely."""
     found: list[tuple[float, float]] = []
-    left, any_corner = whole, [_any_corner(whole.expected.shape[1] - 2)]
+    bands = _Bands.of(whole)
+    any_corner = bands.of_any_corner()
     # What stands out does so of any spectrum: which one is the simplest is asked once, of the rest.
-    while len(found) < LINES and (line := _line(draws, whole, _Bands.of(left).fitted(any_corner)[0], found)):
+    while len(found) < LINES and (line := _line(draws, whole, any_corner, found)):
         found.append(line)
-        left = whole.where(_clear(whole, found, draws))
-    return found, fitted(left)
+        bands = _Bands.of(whole.where(_clear(whole, found, draws)))
+        any_corner = bands.of_any_corner()
+    return found, bands.simplest(any_corner)
 
 
 def _line(

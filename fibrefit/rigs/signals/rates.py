@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -55,8 +56,7 @@ def derivative(values: np.ndarray, times: np.ndarray, length: float, order: int,
     seen = np.isfinite(values)
     whole = values if seen.all() else np.interp(times, times[seen], values[seen])
     half = min(max(2, round(length / step) // 2), (len(whole) - 1) // 2)
-    near = np.arange(-half, half + 1) / half
-    fit = np.linalg.pinv(np.vander(near, degree + 1, increasing=True))
+    near, fit = _fit_in_window(half, degree)
     scale = (half * step) ** -order
     inside = correlated(whole, math.factorial(order) * fit[order])
     first, last = (
@@ -64,6 +64,13 @@ def derivative(values: np.ndarray, times: np.ndarray, length: float, order: int,
         for part, piece in ((slice(half), whole[: 2 * half + 1]), (slice(half + 1, None), whole[-2 * half - 1 :]))
     )
     return scale * np.concatenate([first, inside, last])
+
+
+@lru_cache(maxsize=8)  # records of one rate ask for the same windows
+def _fit_in_window(half: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the samples of a window, and what makes coefficients of a polynomial of them."""
+    near = np.arange(-half, half + 1) / half
+    return near, np.linalg.pinv(np.vander(near, degree + 1, increasing=True))
 
 
 def correlated(values: np.ndarray, kernel: np.ndarray) -> np.ndarray:

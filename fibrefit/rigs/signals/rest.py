@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.thresholds import DRIFT, FAST_NOISE, FIRST_BLOCKS, SHORTEST_REST, SLOW_NOISE, SPREADS
+
+T = TypeVar("T")
 
 BLOCK = 32
 """Samples whose mean is compared when looking for rest."""
@@ -22,9 +25,27 @@ QUIET = 0.25
 """Share of the blocks that are quieter than what is taken for noise: contacts are in the others."""
 
 
+def once_of_readings(function: Callable[[np.ndarray], T]) -> Callable[[np.ndarray], T]:
+    """A function of readings that is found once of those that are there still.
+
+    Noise, starting values and checks ask the same of the same ones.
+    """
+    known: dict[int, tuple[weakref.ref[np.ndarray], T]] = {}
+
+    @wraps(function)
+    def once(signal: np.ndarray) -> T:
+        place = id(signal)
+        found = known.get(place)
+        if found is None or found[0]() is not signal:
+            found = known[place] = weakref.ref(signal, lambda _: known.pop(place, None)), function(signal)
+        return found[1]
+
+    return once
+
+
 def rests(trace: Trace) -> list[slice]:
     """Stretches at the start and the end of a record in which no measured quantity moves."""
-    signals = [_of_reading(signal) for signal in trace.channels.values()]
+    signals = [_seen_in(signal) for signal in trace.channels.values()]
     signals += [
         _Signal(_means(values[:, 0]), DRIFT * float(np.ptp(values[:, 0])), 0.0) for values in trace.inputs.values()
     ]
@@ -71,18 +92,7 @@ class _Signal(NamedTuple):
         return max(self.least, self.most if seen == FIRST_BLOCKS else min(SPREADS * float(np.std(first)), self.most))
 
 
-_KNOWN: dict[int, tuple[weakref.ref[np.ndarray], _Signal]] = {}
-"""Of readings that are there still: noise, starting values and checks ask for the rests of the same ones."""
-
-
-def _of_reading(signal: np.ndarray) -> _Signal:
-    known = _KNOWN.get(id(signal))
-    if known is None or known[0]() is not signal:
-        place = id(signal)
-        known = _KNOWN[place] = weakref.ref(signal, lambda _: _KNOWN.pop(place, None)), _seen_in(signal)
-    return known[1]
-
-
+@once_of_readings
 def _seen_in(signal: np.ndarray) -> _Signal:
     # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
     # within one block.
@@ -157,7 +167,7 @@ def white_noise(signal: np.ndarray) -> float:
     least = 1e-9 * float(np.ptp(finite)) + 1e-300 if finite.size else 1e-300
     fast = fast_part(finite)
     # Coarse readings may stand still for long, and differ by whole steps then.
-    return max(fast, resolution(finite) / np.sqrt(12.0)) + least
+    return max(fast, resolution(signal) / np.sqrt(12.0)) + least
 
 
 def fast_part(signal: np.ndarray) -> float:
@@ -166,6 +176,7 @@ def fast_part(signal: np.ndarray) -> float:
     return float(np.median(np.abs(np.diff(finite, 3))) / 0.6745 / np.sqrt(20.0)) if finite.size > 3 else 0.0
 
 
+@once_of_readings
 def resolution(signal: np.ndarray) -> float:
     """Smallest step between readings, in their unit."""
     steps = np.diff(np.unique(signal[np.isfinite(signal)]))

@@ -9,22 +9,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.records.copies import Fingerprint
-from fibrefit.report.checks import quantity_of
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
-from fibrefit.study.summaries.check import lacking
-from fibrefit.study.summaries.summaries import (
-    BatchItem,
-    BatchSummary,
-    FitSummary,
-)
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, record_conditions
@@ -38,6 +32,7 @@ if TYPE_CHECKING:
 
 
 ITEMS, ITEM, TABLE = "items", "item.json", "results.csv"
+NOT_POSSIBLE = "not possible"
 KEPT = {"lacks", "speeds"}
 """What an item on disk has to say beside its values for it to be taken up."""
 
@@ -190,37 +185,48 @@ def batch_studies(
     from fibrefit.plots import file_names
 
     began, follow = time.perf_counter(), progress or quiet
-    places = dict(zip(jobs, file_names([job.name for job in jobs]), strict=True))
     folder, *others = (folders,) if isinstance(folders, Path) else folders
-    items = {name: BatchItem(error=why) for name, why in (refused or {}).items()}
-    looks: dict[str, Fingerprint] = {}
-    todo: list[Job] = []
-    for job in [job for job in jobs if job.name not in items]:
-        known = _known(folder / ITEMS / places[job], job) or _gathered(folder / ITEMS / places[job], job, others)
+    names = file_names([job.name for job in jobs])
+    places = {job: folder / ITEMS / name for job, name in zip(jobs, names, strict=True)}
+    # Of what is done a process that goes through ten thousand records keeps how many there are; all else is on disk.
+    errors, todo, counts = dict(refused or {}), list[Job](), Counter[str]()
+    counts[NOT_POSSIBLE] += len(errors)
+    for job in [job for job in jobs if job.name not in errors]:
+        known = _known(places[job], job) or _gathered(places[job], job, others)
         if known is None:
             todo.append(job)
         else:
-            _noted(items, looks, job, known)
-    taken_up = len(items) - len(refused or {})
-    before, counts = len(items), Counter(_kind(item) for item in items.values())
+            counts[_kind(known[0])] += 1
+    before = counts.total()
     for done in (engine or Engine()).run(todo):
         job = todo[done.number]
-        _noted(items, looks, job, _kept(folder / ITEMS / places[job], job, done))
-        counts[_kind(items[job.name])] += 1
-        follow(*_progress_line(counts, len(jobs), len(items) - before, time.perf_counter() - began))
-    ordered = {job.name: items[job.name] for job in jobs}
-    ordered |= {copy: BatchItem(error=why) for copy, why in copies_seen(list(ordered), looks).items()}
-    return Batch(name, tuple(jobs), ordered, record_conditions(jobs), time.perf_counter() - began, taken_up)
+        if done.error is None:
+            _keep(places[job], done.outcome)
+        else:
+            errors[job.name] = _said(done.error)
+        counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
+        follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
+    items = _all_of(places, errors)
+    return Batch(
+        name, tuple(jobs), items, record_conditions(jobs), time.perf_counter() - began, before - len(refused or {})
+    )
+
+
+def _all_of(places: Mapping[Job, Path], errors: Mapping[str, str]) -> dict[str, BatchItem]:
+    """Items of all jobs, in their order, from where each is kept; a copy of one before it is none."""
+    items, looks = dict[str, BatchItem](), dict[str, Fingerprint]()
+    for job, place in places.items():
+        if job.name in errors:
+            items[job.name] = BatchItem(error=errors[job.name])
+            continue
+        items[job.name], seen = _understood(json.loads((place / ITEM).read_text(encoding="utf-8")), place)
+        if seen is not None:
+            looks[job.name] = seen
+    return items | {copy: BatchItem(error=why) for copy, why in copies_seen(list(items), looks).items()}
 
 
 Known = tuple[BatchItem, Fingerprint | None]
 """The item of a job that has ended, and by what copies of its record are known."""
-
-
-def _noted(items: dict[str, BatchItem], looks: dict[str, Fingerprint], job: Job, known: Known) -> None:
-    items[job.name] = known[0]
-    if known[1] is not None:
-        looks[job.name] = known[1]
 
 
 def _known(place: Path, job: Job) -> Known | None:
@@ -229,10 +235,14 @@ def _known(place: Path, job: Job) -> Known | None:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
         # An item that does not say all of this, or how its record looks, was kept by an earlier version.
         same = kept["digest"] == job.digest() and set(kept["item"]) >= KEPT and (place / NAME).exists()
-        looks = None if kept["looks"] is None else Fingerprint(**kept["looks"])
-        return (BatchItem.model_validate(kept["item"], strict=False), looks) if same else None
+        return _understood(kept, place) if same else None
     except (OSError, ValueError, KeyError, TypeError, RecursionError, FibrefitError):
         return None
+
+
+def _understood(kept: Mapping[str, Any], place: Path) -> Known:
+    item = BatchItem.model_validate({**kept["item"], "result": f"{ITEMS}/{place.name}"}, strict=False)
+    return item, None if kept["looks"] is None else Fingerprint(**kept["looks"])
 
 
 def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
@@ -247,31 +257,11 @@ def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
     return None
 
 
-def _kept(place: Path, job: Job, done: Done) -> Known:
-    """The item of a job that has ended, on disk where it ended well."""
-    if done.error is not None:
-        return BatchItem(error=_said(done.error)), None
-    outcome: Outcome = done.outcome
-    summary = FitSummary.model_validate_json(outcome.summary)
-    item = BatchItem(
-        status=summary.status,
-        parameters=summary.parameters,
-        gap=summary.gap.total,
-        lacks=tuple(quantity_of(check) for check in lacking(summary.checks)),
-        result=f"{ITEMS}/{place.name}",
-        speeds=_speeds(summary) if job.record is not None else {},
-    )
+def _keep(place: Path, outcome: Outcome) -> None:
+    """Write what is kept of an item; that it is done is told by the last file."""
     place.mkdir(parents=True, exist_ok=True)
     write_whole(place / NAME, outcome.summary)
-    looks = None if outcome.looks is None else outcome.looks._asdict()
-    content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "looks": looks}
-    write_whole(place / ITEM, json.dumps(content, indent=1) + "\n")
-    return item, outcome.looks
-
-
-def _speeds(summary: FitSummary) -> dict[str, float]:
-    """Root mean square of the speeds at which the one record of a fit tells of each parameter."""
-    return {name: middle for one in summary.records.values() for name, (_, middle, _) in one.speeds.items()}
+    write_whole(place / ITEM, outcome.item)
 
 
 def _said(error: Exception) -> str:
@@ -283,14 +273,14 @@ def _said(error: Exception) -> str:
 
 
 def _kind(item: BatchItem) -> str:
-    return item.status or "not possible"
+    return item.status or NOT_POSSIBLE
 
 
 def _progress_line(found: Counter[str], total: int, here: int, seconds: float) -> tuple[str, float | None]:
     """How far a batch is: kinds of outcomes so far, of which `here` are of this run."""
     done = found.total()
     remaining = seconds / max(here, 1) * (total - done)
-    also = "".join(f", {found[kind]} {kind}" for kind in ("suspect", "failed", "not possible") if found[kind])
+    also = "".join(f", {found[kind]} {kind}" for kind in ("suspect", "failed", NOT_POSSIBLE) if found[kind])
     rate = here / max(seconds, 1e-9)
     pace = f"{rate:.2g} a second" if rate >= 1.0 else f"{60.0 * rate:.2g} a minute"
     return f"{done} of {total} identified{also}; {pace}, about {spoken(remaining)} left", done / total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -10,8 +11,11 @@ from typing import NamedTuple
 from fibrefit.core.environment import versions
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
+from fibrefit.report.checks import quantity_of
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
+from fibrefit.study.summaries.check import Status, lacking
+from fibrefit.study.summaries.summaries import BatchItem, FitSummary
 
 
 @dataclass(frozen=True)
@@ -117,20 +121,20 @@ FEW = 4
 
 
 class Outcome(NamedTuple):
-    """What a worker sends back.
+    """What a worker sends back: all that is kept of an item, as it is written.
 
     Parameters
     ----------
     summary : str
         Content of ``summary.json`` of the fit.
-    seconds : float
-    looks : Fingerprint or None
-        Of the record, by which copies are known; None where a whole study was identified.
+    item : str
+        Content of ``item.json``: what the table has of it, what it rests on, by what copies of its record are known.
+    status : {"ok", "suspect", "failed"}
     """
 
     summary: str
-    seconds: float
-    looks: Fingerprint | None = None
+    item: str
+    status: Status
 
 
 @one_blas_thread
@@ -147,9 +151,37 @@ def identified(job: Job) -> Outcome:
 
     study = job.study
     records, task = prepared(study)
-    found = identify(task, min(job.starts, FEW), job.seed, How(job.robust))
+    how = How(job.robust, often=True)
+    found = identify(task, min(job.starts, FEW), job.seed, how)
     if found.status != "ok" and job.starts > FEW:
-        found = identify(task, job.starts, job.seed, How(job.robust))
-    summary = Fit(study, records, found, job.seed).summary()
+        found = identify(task, job.starts, job.seed, how)
     looks = None if job.record is None else fingerprint_of(records[0])
-    return Outcome(summary.model_dump_json(by_alias=True, indent=1) + "\n", found.seconds, looks)
+    return outcome_of(job, Fit(study, records, found, job.seed).summary(), looks)
+
+
+def outcome_of(job: Job, summary: FitSummary, looks: Fingerprint | None = None) -> Outcome:
+    """What is kept of an identification.
+
+    Parameters
+    ----------
+    job : Job
+    summary : FitSummary
+    looks : Fingerprint, optional
+        Of the record, by which copies are known; none where a whole study was identified.
+    """
+    item = BatchItem(
+        status=summary.status,
+        parameters=summary.parameters,
+        gap=summary.gap.total,
+        lacks=tuple(quantity_of(check) for check in lacking(summary.checks)),
+        speeds=_speeds(summary) if job.record is not None else {},
+    )
+    seen = None if looks is None else looks._asdict()
+    content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "looks": seen}
+    whole = summary.model_dump_json(by_alias=True, indent=1) + "\n"
+    return Outcome(whole, json.dumps(content, indent=1) + "\n", summary.status)
+
+
+def _speeds(summary: FitSummary) -> dict[str, float]:
+    """Root mean square of the speeds at which the one record of a fit tells of each parameter."""
+    return {name: middle for one in summary.records.values() for name, (_, middle, _) in one.speeds.items()}
