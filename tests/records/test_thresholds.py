@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import copies, join, thresholds
-from fibrefit.records.clock import claimed, coarse, rates, timebase, times
+from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase, times
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
@@ -49,6 +49,19 @@ def by_chance(length: float, *, kept: float, before: tuple[int, ...] = (), after
     """Whether a run of equal readings may come by chance, with runs before it, and runs of one after it."""
     lengths = np.array([*before, int(length), *[1] * after])
     return length <= damage._longest_by_chance(lengths, len(before), kept)
+
+
+def repeated_block(length: float) -> bool:
+    """Whether a block of so many numbers that stands twice is told."""
+    numbers = np.sqrt(np.arange(60.0))
+    again = np.insert(numbers, 30, numbers[30 - int(length) : 30])
+    return any(True for _ in repeats.repeated_rows([again]))
+
+
+def standing_twice(share: float) -> bool:
+    """Whether rows of which such a share stands twice are told."""
+    often = np.where(np.arange(200) % 20 < 20 * share, 2, 1)
+    return any(True for _ in repeats.repeated_rows([np.repeat(np.sqrt(np.arange(200.0)), often)]))
 
 
 def in_steps(period: float) -> bool:
@@ -475,6 +488,8 @@ WHOLE = (
     Bracket("LONGEST_SAID", known, lambda x: not known_to_be_harmless(" " * round(x - 8) + "force x2"), 700, 1000),
     Bracket("SAME_PEAK", judged, claimed_peak, 3e-3, 7e-3),
     Bracket("SAME_LENGTH", claimed, claimed_length, 0.7e-2, 1.3e-2),
+    Bracket("NO_ACCIDENT", repeats, repeated_block, 14, 7),
+    Bracket("SAME_ALWAYS", repeats, standing_twice, 0.95, 0.8),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),
     Bracket(
         "COUNTS_ON",

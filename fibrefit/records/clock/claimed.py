@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.records.clock.base import TimeBase
-from fibrefit.records.columns.bearing import LASTING, MISTAKEN_TIMES, NO_ROWS, OF_ROWS, PER_SECOND, THINNED
+from fibrefit.records.columns.bearing import LASTING, MISTAKEN_TIMES, NEWEST, NO_ROWS, OF_ROWS, PER_SECOND, THINNED
 from fibrefit.records.columns.lexicon import OF_THE_RATE
 from fibrefit.records.columns.raw import Raw, Told
 from fibrefit.records.grammar.claims import WORDED, claims_of
@@ -112,6 +112,27 @@ def first_row_told(raw: Raw, bases: Sequence[TimeBase]) -> list[Told]:
     whole = lost and all(v[0] == np.round(v[0]) for v in numbers)
     odd = whole and any(2 * np.count_nonzero(v[1:] != np.round(v[1:])) > v.size for v in numbers)
     return [Told(f"line {raw.lines[0]}", raw.rows[0], row=True)] if odd else []
+
+
+def newest_first(raw: Raw, bases: Sequence[TimeBase], where: str) -> dict[str, DataError]:
+    """Doubt about rows that are counted from the first one on, and of which the file says that the last comes first.
+
+    Parameters
+    ----------
+    raw : Raw
+        The file.
+    bases : sequence of TimeBase
+        Its times.
+    where : str
+        File to name in messages.
+    """
+    counted = all(base.header is None and base.unit == "counted" for base in bases)
+    for one in raw.told if counted else ():
+        if NEWEST.search(one.text) and OF_ROWS.search(one.text):
+            do = "Sort the rows as they were measured and take the line out, or export them with a time column."
+            got = f'"{one.text.strip()[:60]}", and no column holds the time'
+            return {"time": DataError(f"{where}, {one.place}", got, "the oldest row first", do)}
+    return {}
 
 
 def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> dict[str, DataError]:

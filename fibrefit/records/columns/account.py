@@ -73,7 +73,9 @@ def unaccounted(
         ):
             unsure.setdefault(one.place, one)
         elif is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}:
-            if roles.get("time", -1) not in answered:
+            if roles.get("time", -1) in answered:
+                unsure.setdefault(one.place, one)
+            else:
                 found.setdefault("time", _of_times(one, roles, columns, where))
         else:
             kinds = kinds_of(claim, names)

@@ -223,5 +223,10 @@ OF_SENSORS = {
 }
 #: What explains that rows are fewer than were sampled.
 THINNED = words("decimat*|thinn*|divider|skip*|every|averag*|downsampl*|resampl*|reduc*")
+#: That the last row was measured first.
+NEWEST = words(
+    "newest|latest|most recent|neueste*|j\u00fcngste*|absteigend*|descending|desc|last (?:sample|row|reading|value|point)s? first"
+    "|plus r\u00e9cent*|m\u00e1s reciente*|pi\u00f9 recent*|nejnov\u011bj*|najnow*|reversed? (?:order|in time)"
+)
 #: A rate in words.
 PER_SECOND = re.compile(r"\s?\b(?:samples?|scans?|readings?|values?|rows?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?\b", re.I)

@@ -49,8 +49,8 @@ from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.grammar.worth import OF_COUNTS, are_whole, contradicted
-from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK
+from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole, contradicted
+from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK, TOLD_ALIKE
 
 
 def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
@@ -79,9 +79,10 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         told = next((_row(c, read) for c in claims_of(line, mark) if not c.about.strip(" -#")), "")
         if told:
             return told
-    if OF_COUNTS.search(line) and are_whole(read.column.numbers.values) and read.concerns(line, one):
+    places = PLACES.search(line)
+    if (places or OF_COUNTS.search(line)) and are_whole(read.column.numbers.values) and read.concerns(line, one):
         numbers = [a.value for c in claims_of(line, mark) for a in c.amounts]
-        if not read.settled and any(value not in (0.0, 1.0) for value in numbers) and not has_day(line):
+        if not read.settled and any(v not in (0.0, 0.0 if places else 1.0) for v in numbers) and not has_day(line):
             return "may be what one number is worth of"
     share = SHARE_OF.search(line)
     if share and float(share[1].replace(",", ".")) / 100.0 != 1.0 and read.named(line) and not FULL_SCALE.search(line):
@@ -277,7 +278,7 @@ def _checked(line: str, read: ReadColumn, mark: str) -> str:
     ]
     return (
         "is a check that does not agree, for"
-        if len(values) == 2 and abs(values[0] - values[1]) > 1e-9 * abs(values[0])
+        if len(values) == 2 and max(map(abs, values)) > TOLD_ALIKE * min(map(abs, values))
         else ""
     )
 

@@ -21,6 +21,7 @@ from fibrefit.records.columns.bearing import (
     FOREIGN_FORCES,
     HALVES,
     OF_OTHERS,
+    OF_SENSORS,
     OTHER_QUANTITY,
     UNDONE,
 )
@@ -64,6 +65,7 @@ from fibrefit.records.columns.unmoved import (
     is_measured,
     is_name_behind_key,
     is_quantity,
+    is_told_alike,
     is_told_twice,
     may_bear,
     moves_nothing,
@@ -158,9 +160,15 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
     sensitivities = {a.value for claim in claims for a in claim.amounts if a.unit.casefold() == "mv/v"}
     if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
         return tuple((claim, True) for claim in claims)
-    if CHECKED.search(line) and is_told_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
-        return tuple((claim, True) for claim in claims)
+    if CHECKED.search(line):
+        if is_told_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
+            return tuple((claim, True) for claim in claims)
+        if is_told_alike(claims) and not any(of.search(line) for of in OF_SENSORS.values()):
+            return ()
     for claim in claims:
+        told_apart = any(a.factor for a in claim.amounts) and is_told_twice([claim], bare=True)
+        if told_apart and any(_bears(word, names) for word in tokens(claim.about)):
+            return tuple((claim, True) for claim in claims)
         about = without_units(DESIGNATION.sub(" ", claim.about))
         if not claim.amounts and about != about.upper():
             about = INITIALS.sub(lambda m: m[0] if CHANGES.fullmatch(m[0].casefold()) else " ", about)

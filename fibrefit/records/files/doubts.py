@@ -13,7 +13,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import Dialect
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import PLAIN_KINDS
-from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.tokens import clean, kind_of_cell
 
 #: What MATLAB shows above a matrix whose numbers it shows divided by it.
 _COMMON_FACTOR = re.compile(r"^\W*\d(?:\.\d+)?e[+-]?\d+\s*\*\W*$", re.I)
@@ -88,7 +88,7 @@ def refuse_common_factor(lines: Sequence[tuple[int, str]], where: str) -> None:
 
 
 def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str) -> None:
-    """Refuse text with figures in it below a unit: a quantity that was printed in a way of its own is not left out.
+    """Refuse text with figures in it below a unit, and mere signs: what was printed in a way of its own is not left out.
 
     Parameters
     ----------
@@ -106,9 +106,11 @@ def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str
     DataError
         If most of its text holds figures.
     """
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    if {clean(cell) for cell in set(filled)} == {"+", "-"}:
+        raise DataError(place, "signs in a column of their own", "numbers with their signs", "Put them together.")
     if unit is None or units.kind_of(unit) not in PLAIN_KINDS:
         return
-    filled = [cell.strip() for cell in cells if cell.strip()]
     odd = [cell for cell in filled if kind_of_cell(cell, mark) == "text"]
     if sum(any(sign.isdigit() for sign in cell) for cell in odd) > 0.5 * len(odd):
         do, why = "Export plain numbers, negative ones with a minus before them.", ""

@@ -22,7 +22,7 @@ from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
-from fibrefit.records.grammar.header import Header, find_header, header_cells, with_keyed_units
+from fibrefit.records.grammar.header import STATEMENT, Header, find_header, header_cells, with_keyed_units
 from fibrefit.records.grammar.headings import bracketed_units, split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
@@ -143,7 +143,10 @@ def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[
         cells = dialect.split(line) or []
         words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:_BESIDE])
         if i == header.line or (words and cells[_BESIDE:]):
-            line = "; ".join(cell for cell in re.split(r"[,;\t]", line) if re.search(r"[=:]\s*[\d.+-]", cell))
+            cells = [cell.strip() for cell in re.split(r"[,;\t]", line)]
+            line = "; ".join(c for c in cells if re.search(r"[=:]\s*[\d.+-]", c) or STATEMENT.fullmatch(c))
+        elif found and re.fullmatch(r"[^:=]*[^\W\d][^:=]*[:=]\s*", found[-1]) and len(set(cells)) == 1:
+            line = f"{found[-1]} {cells[0]}"  # the same of each channel, below its key
         found.append(line)
     return found
 

@@ -87,8 +87,9 @@ d = Drop(400.0, 75, 58)
 add(
     "signs in a column of their own",
     "t [s],dir,F [N],x [mm]\n"
-    + d.rows(lambda i: f"{d.t(i)},{'-' if d.force[i] < 0 else '+'},{abs(d.force[i]):.3f},{d.x(i)}"),
-    Drop(400.0, 75, 58),
+    + d.rows(lambda i: f"{d.t(i)},{'-' if d.force[i] < 18 else '+'},{abs(d.force[i] - 18):.3f},{d.x(i)}"),
+    d,
+    force=d.force - 18,
     refused="dir",
 )
 d = Drop(600.0, 90, 59)
@@ -156,7 +157,7 @@ add(
     "a slow channel that is printed where it has news",
     "time [s];force [N];position [mm]\n" + d.rows(lambda i: f"{d.t(i)};{d.f(i)};{d.x(i) if i % 10 == 0 else ''}"),
     d,
-    refused="position",
+    valid=0.1,
 )
 d = Drop(500.0, 90, 65)
 add(
