@@ -20,7 +20,7 @@ from fibrefit.records.columns import account, damage, declared, grouping, judged
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import Told, binary_column
 from fibrefit.records.copies import Fingerprint
-from fibrefit.records.files import decode, keyed, text
+from fibrefit.records.files import decode, doubts, keyed, layouts, text
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar import dialect, digits, facts, header, headings, numbers, rows, worth
 from fibrefit.records.grammar.claims import Amount
@@ -56,6 +56,17 @@ def repeated_block(length: float) -> bool:
     numbers = np.sqrt(np.arange(60.0))
     again = np.insert(numbers, 30, numbers[30 - int(length) : 30])
     return any(True for _ in repeats.repeated_rows([again]))
+
+
+def sign_apart(least: float) -> bool:
+    """Whether numbers are refused that come so near to zero where a word beside them changes."""
+    beat = np.maximum(np.abs(np.sin(0.3 * np.arange(200))), least)
+    words = ["push" if np.sin(0.3 * i) < 0 else "pull" for i in range(200)]
+    try:
+        doubts.refuse_signs_apart([("column", words)], [binary_column("F [N]", "F", "N", beat)])
+    except DataError:
+        return True
+    return False
 
 
 def standing_twice(share: float) -> bool:
@@ -405,7 +416,7 @@ def cyrillic(share: float) -> bool:
 
 FILES = (
     Bracket("FEWEST_ROWS", text, table, 3, 2),
-    Bracket("LAYOUT_LINES", text, lambda x: '"1"' in text._requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
+    Bracket("LAYOUT_LINES", layouts, lambda x: '"1"' in layouts.requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
     Bracket("NAMED_ALIKE", keyed, named, 0.95, 0.8),
     Bracket("WORDS_BESIDE", keyed, beside, 2, 5),
     Bracket("CONTROLS", decode, lambda x: is_text(b"\x01", x), 0.007, 0.013),
@@ -488,6 +499,7 @@ WHOLE = (
     Bracket("LONGEST_SAID", known, lambda x: not known_to_be_harmless(" " * round(x - 8) + "force x2"), 700, 1000),
     Bracket("SAME_PEAK", judged, claimed_peak, 3e-3, 7e-3),
     Bracket("SAME_LENGTH", claimed, claimed_length, 0.7e-2, 1.3e-2),
+    Bracket("FOLDED", doubts, sign_apart, 0.1, 0.2),
     Bracket("NO_ACCIDENT", repeats, repeated_block, 14, 7),
     Bracket("SAME_ALWAYS", repeats, standing_twice, 0.95, 0.8),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),

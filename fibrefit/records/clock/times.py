@@ -135,6 +135,9 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         base = counted_times(group.rows, own.rate, "counted at the rate in the header")
         return TimeBase(base.time + own.start, base.rate, base.source)
     found = rate or raw.facts.rate
+    if raw.facts.changes:
+        got = f"no column holds the time, and {raw.facts.changes} stands inside the table"
+        raise DataError(where, got, "one rate throughout", "Split the file there.")
     if rate is None and found is not None:
         _refuse_spectrum(columns, where)
     if found is None and raw.facts.doubt:
@@ -209,6 +212,10 @@ def _refuse_uncertain_count(raw: Raw, columns: Sequence[RawColumn], group: Group
         bad = raw.layout.get("unreadable_lines") or []
         what = f"line {bad[0]} is not readable" if bad else "blank lines stand between the rows"
         raise DataError(where, f"no column holds the time, and {what}, so later times are uncertain", "", do)
+    down = next((c for c in columns if c.unit is None and not c.clock and counts_by(-c.numbers.values)), None)
+    if down is not None:
+        got = f'no column holds the time, and "{down.header}" counts down from row to row'
+        raise DataError(where, got, "the oldest row first", "Sort the rows, or export them with a time column.")
     for first, twice in repeated_rows([columns[i].numbers.values[: group.rows] for i in group.members]):
         at = f"{where}, line {raw.lines[first]}" if len(raw.lines) > first else where
         do = "Take out what is repeated, or export the file again, with a time column."

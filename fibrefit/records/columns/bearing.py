@@ -129,17 +129,10 @@ SUBJECT = words(
     "|kan(?:\u00e4|ae)le|messwerte|signale"
     "|sign|polari*|vorzeichen|load ?cell|loadcell|laser|encoder|ch\\d*|ai\\d*"
 )
-#: What shows the numbers, where nothing else is named.
-SHOWN = words("anzeige|display|indicator")
 #: Quantities no column of a record is of.
 OTHER_QUANTITY = words(
     "temperature|temp|strain|dehnung|dms|pressure|druck|accel*|beschleunigung|voltage|spannung|current|strom"
     "|torque|moment|humidity|speed|power"
-)
-#: A sentence on a unit.
-IN_UNIT = re.compile(
-    r"([^\W\d][^:=;,\t]{2,60}?)\s+(?:(?:are|is|given|stored|saved|recorded|logged|sind|ist)\s+){0,2}in\s+([^\s,;)]+)",
-    re.I,
 )
 #: Powers of ten, and what pounds, kiloponds, inches and degrees are worth: factors by which a unit is mistaken.
 MISTAKEN = (*(10.0**k for k in (-6, -4, -3, -2, -1, 1, 2, 3, 4, 6)), 9.80665, 4.4482216, 25.4, 2.54, 57.29578)
@@ -178,24 +171,9 @@ TO_BE = re.compile(
 )
 #: What makes a number beside a calibration that of the calibration.
 CONSTANT = words("factor*|faktor*|constant*|konstante|coeff*|koeff*|slope|value|wert|gain")
-#: Units no number of ours is in, and words for counts.
+#: Units no number of ours is in.
 FOREIGN_FORCES = frozenset(
     ("kp", "kilopond", "kiloponds", "pond", "ponds", "dyn", "dyne", "dynes", "poundal", "poundals", "tf", "tonf", "ozf")
-)
-FOREIGN = FOREIGN_FORCES | frozenset(
-    ("ounces", "stone", "thou", "px", "pixels", "counts", "digits", "ticks", "steps", "bits", "lsb", "percent", "%")
-)
-#: A share of what is true.
-SHARE_OF = re.compile(
-    r"(\d+(?:[.,]\d+)?)\s?(?:%|per ?cent|prozent)\s+(?:of|des|der|vom|von)\b"
-    r"(?!.*(?:max|peak|limit|rated|range|break))",
-    re.I,
-)
-#: A unit told by a key.
-UNIT_OF = re.compile(
-    r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)"
-    r"|(?:units?|einheit) (?:of|der|des|von) ([^:=;,\t]{1,40}?)\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)",
-    re.I,
 )
 #: Of how numbers are kept.
 TYPE = words("format|type*|datentyp|datatype|precision|float*|real*|single")
@@ -212,8 +190,6 @@ HALVES = re.compile(
 )
 #: That a sign, whose word stands beside, is another one.
 SWAPPED = re.compile(r"\b(?:vertauscht|gedreht|swapped|exchanged|wrong|falsch|opposite|changed)\b", re.I)
-#: What the unit of a cell below a heading is called.
-UNIT_LABEL = re.compile(r"(?:\W*(?:units?|einheit(?:en)?)\W*)?", re.I)
 #: What the words for a sensor say of the quantity it is for.
 OF_SENSORS = {
     "length": words("laser*|encoder*|lvdt|potentiometer|pot|wegaufnehmer|drum|wheel"),
@@ -225,7 +201,7 @@ OF_SENSORS = {
 THINNED = words("decimat*|thinn*|divider|skip*|every|averag*|downsampl*|resampl*|reduc*")
 #: That the last row was measured first.
 NEWEST = words(
-    "newest|latest|most recent|neueste*|j\u00fcngste*|absteigend*|descending|desc|last (?:sample|row|reading|value|point)s? first"
+    "newest|latest|most recent|neueste*|j\u00fcngste*|absteigend*|descending|desc|last (?:sample|row|reading)s? first"
     "|plus r\u00e9cent*|m\u00e1s reciente*|pi\u00f9 recent*|nejnov\u011bj*|najnow*|reversed? (?:order|in time)"
 )
 #: A rate in words.

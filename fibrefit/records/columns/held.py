@@ -9,9 +9,9 @@ from fibrefit.core import units as registry
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.bearing import OF_SENSORS, OTHER_QUANTITY
 from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.columns.unmoved import NO_QUANTITY
 from fibrefit.records.grammar.claims import Amount, Claim
 from fibrefit.records.grammar.headings import known_unit
-from fibrefit.records.columns.unmoved import NO_QUANTITY
 from fibrefit.records.grammar.words import kinds_named, tokens
 
 

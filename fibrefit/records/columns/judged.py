@@ -15,13 +15,11 @@ from fibrefit.records.columns.bearing import (
     CORRECTION,
     DATES,
     DONE,
-    FOREIGN,
     FORMULA,
     FULL_SCALE,
     HALVES,
     IN_ERROR,
     IN_STEPS,
-    IN_UNIT,
     MISTAKEN,
     MULTIPLIED,
     NEGATED,
@@ -30,8 +28,6 @@ from fibrefit.records.columns.bearing import (
     NOT_YET,
     OF_OTHERS,
     OTHER_QUANTITY,
-    SHARE_OF,
-    SHOWN,
     SLOWED,
     STATISTIC,
     SUBJECT,
@@ -41,15 +37,13 @@ from fibrefit.records.columns.bearing import (
     TURN,
     TYPE,
     UNDONE,
-    UNIT_LABEL,
-    UNIT_OF,
     UPWARDS,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole, contradicted
+from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole
 from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK, TOLD_ALIKE
 
 
@@ -65,12 +59,9 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         ticks = TICKS_OF.search(line) and any(
             a.kind == "time" and not _is_step(a, read) for c in claims_of(line, mark) for a in c.amounts
         )
-        told = next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
+        told = next((told for c in claims if (told := _factor(c, read, line))), "")
         told = told or _checked(line, read, mark)
         return told or ("may be what one number is worth of" if ticks else "")
-    unit = _other_kind(line, one, read) or _other_unit(line, one, read)
-    if unit:
-        return f"({unit}) is no unit of"
     told = _in_steps(line, one, read) or _formula(line, one, read)
     told = told or _worded(line, one, read) or _checked(line, read, mark)
     if told:
@@ -84,9 +75,6 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         numbers = [a.value for c in claims_of(line, mark) for a in c.amounts]
         if not read.settled and any(v not in (0.0, 0.0 if places else 1.0) for v in numbers) and not has_day(line):
             return "may be what one number is worth of"
-    share = SHARE_OF.search(line)
-    if share and float(share[1].replace(",", ".")) / 100.0 != 1.0 and read.named(line) and not FULL_SCALE.search(line):
-        return f"({share[0]}) may be what is there of"
     before = BEFORE.search(line) or NOT_YET.search(line)
     if (
         before
@@ -103,7 +91,7 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
             said = _factor(claim, read, line) or _turn(claim, line, read)
             if said:
                 return said
-        said = _statistic(claim, read)
+        said = _statistic(claim, read, one)
         if said:
             return said
     return ""
@@ -208,35 +196,6 @@ def _formula(line: str, one: Told, read: ReadColumn) -> str:
     return "may still have to be applied to" if own and not made else ""
 
 
-def _other_kind(line: str, one: Told, read: ReadColumn) -> str:
-    """Unit that a line says a column's numbers are in, where it measures another quantity; empty where it says none."""
-    for words, unit in IN_UNIT.findall(line) if read.unit and not (read.settled and not read.named(line)) else ():
-        bare = unit.strip("()[].")
-        kind = registry.kind_of(bare) or ("no unit" if bare.casefold() in FOREIGN else "")
-        about = read.named(words) or (SUBJECT.search(words) and not kinds_named(words) and kind not in read.kinds)
-        if kind and about and kind not in (read.kind, "time", "frequency") and not _is_of_others(words):
-            return unit
-    return ""
-
-
-def _is_of_others(words: str) -> bool:
-    """Whether words are of other things than the numbers; what a display alone shows is the numbers."""
-    return OF_OTHERS.search(words) is not None and SHOWN.fullmatch(words.strip()) is None
-
-
-def _other_unit(line: str, one: Told, read: ReadColumn) -> str:
-    """Unit that is told of a column by a key, where it is another one than that of its heading."""
-    match = UNIT_OF.search(line)
-    about, unit = (match[1] or match[3], match[2] or match[4]) if match else ("", "")
-    if one.of and read.unit is not None and not one.place.startswith("heading"):
-        label, _, cell = line.rpartition(":" if ":" in line else "=")
-        own = UNIT_LABEL.fullmatch(label.strip()) and registry.kind_of(cell.strip())
-        return cell.strip() if own and contradicted([read.unit, cell.strip()]) else ""
-    if read.unit is None or one.of or not about or not read.named(about):
-        return ""
-    return unit if registry.kind_of(unit) and contradicted([read.unit, unit]) else ""
-
-
 def _worded(line: str, one: Told, read: ReadColumn) -> str:
     """A number in words that is said of a column, or is to be applied."""
     if (
@@ -300,26 +259,37 @@ def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
     return "may turn the sign of" if stated or ((said or swapped) and subject) else ""
 
 
-def _slowed(claim: Claim) -> str:
-    """A factor by which time was stretched, or what one tick of a clock is worth."""
-    ratio = any(a.factor and a.value not in (0.0, 1.0) for a in claim.amounts)
-    return "may be a factor of" if ratio and SLOWED.search(claim.about) else ""
+def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:
+    """A largest, smallest or mean value that is claimed, over the one that is read; 0 where none is claimed.
 
-
-def _statistic(claim: Claim, read: ReadColumn) -> str:
-    """A largest, smallest or mean value that is claimed and is another one by a factor for which units are mistaken."""
+    Parameters
+    ----------
+    claim : Claim
+        Of `one`.
+    read : ReadColumn
+        The column.
+    one : Told
+        What is said; of the column itself also without a unit.
+    """
     if NO_STATISTIC.search(claim.about) or not (read.named(claim.about) or not kinds_named(claim.about)):
-        return ""
+        return 0.0
     values = read.column.numbers.values[np.isfinite(read.column.numbers.values)]
     if not values.size or read.unit is None:
-        return ""
+        return 0.0
+    bare = one.of == read.column.header
     for name, words in STATISTIC.items():
-        amounts = [a for a in claim.amounts if a.kind == read.kind and a.value]
+        amounts = [a for a in claim.amounts if (a.kind == read.kind or (bare and not a.unit)) and a.value]
         if not words.search(claim.about) or len(amounts) != 1:
             continue
         own = {"max": values.max(), "min": values.min(), "mean": values.mean()}[name]
-        si = registry.si_unit(read.unit) or ""
-        stated = amounts[0].value * registry.to_si(amounts[0].unit, si) / registry.to_si(read.unit, si)
-        if own and any(abs(stated / own / factor - 1.0) < SAME_PEAK for f in MISTAKEN for factor in (f, 1.0 / f)):
-            return f"({stated / own:.3g} times the one that is read) contradicts"
-    return ""
+        worth = registry.to_si(amounts[0].unit or read.unit, registry.si_unit(read.unit) or "")
+        stated = amounts[0].value * worth / registry.to_si(read.unit, registry.si_unit(read.unit) or "")
+        return float(stated / own) if own else 0.0
+    return 0.0
+
+
+def _statistic(claim: Claim, read: ReadColumn, one: Told) -> str:
+    """A largest, smallest or mean value that is claimed and is another one by a factor for which units are mistaken."""
+    ratio = told_over_read(claim, read, one)
+    mistaken = any(abs(ratio / factor - 1.0) < SAME_PEAK for f in MISTAKEN for factor in (f, 1.0 / f))
+    return f"({ratio:.3g} times the one that is read) contradicts" if mistaken else ""

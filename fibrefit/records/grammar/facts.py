@@ -105,7 +105,8 @@ _ANY_RATE = re.compile(
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 #: A rate that needs no key: by its unit, of samples; or because nothing stands before it: "# 2 kHz; rope 17".
 _IN_SAMPLES = re.compile(
-    rf"(?<![\w/.,]){_NUMBER}\s*([kM]?)(?:Sa?/s|sps|(?:samples?|scans?|readings?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?)(?![^\W_])", re.I
+    rf"(?<![\w/.,]){_NUMBER}\s*([kM]?)(?:Sa?/s|sps|(?:samples?|scans?|readings?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?)(?![^\W_])",
+    re.I,
 )
 _FIRST_OF_ALL = re.compile(rf"[\W_]*{_NUMBER}\s*([kM]?)Hz\s*(?:$|[;,|\t])", re.I)
 
@@ -140,6 +141,8 @@ class Facts:
         What had to be decided.
     doubt : str
         A statement of the rate that can be read in two ways, and both of them; empty where there is none.
+    changes : str
+        What names a rate where the rows have begun, and another one than stands above them; empty for nothing.
     """
 
     rates: tuple[float, ...] = ()
@@ -147,6 +150,7 @@ class Facts:
     samples: int | None = None
     notes: tuple[str, ...] = ()
     doubt: str = ""
+    changes: str = ""
 
     @property
     def rate(self) -> float | None:
@@ -197,6 +201,24 @@ def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
     return replace(facts, doubt=f'"{open_ones[0].quoted}", which can be read as {readings}')
 
 
+def frequencies_in(line: str, mark: str) -> list[float]:
+    """Frequencies a line names, in Hz, that may be the rate of rows: each in all its readings.
+
+    Parameters
+    ----------
+    line : str
+        Beside a table.
+    mark : str
+        Decimal mark of the table.
+    """
+    found = () if OF_OTHER_RATES.search(line) else _FREQUENCY.finditer(line)
+    return [
+        {"k": 1e3, "m": 1e6}.get(m[3][:1].casefold(), 1.0) * n
+        for m in found
+        for n in _numbers(m[2], mark, in_groups=True)
+    ]
+
+
 def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
     """What is in doubt of a rate beside a statement that of so many samples one is kept; empty where nothing is."""
     for match in (
@@ -212,13 +234,10 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
             beside = turn[0] if turn else " and ".join(dict.fromkeys(others))
             return f'"{" ".join(line.split())[:60]}", of which "{beside}" leaves open which rate the rows have'
     for line in (line for line in lines if line not in stated and len(line) <= LONGEST_HEADING):
-        for match in _FREQUENCY.finditer(line) if len(facts.rates) == 1 and not OF_OTHER_RATES.search(line) else ():
-            if match[3].casefold().endswith("hz") and not _OF_ROWS.search(line):
-                continue
-            numbers = _numbers(match[2], mark, in_groups=True)
-            factor = {"k": 1e3, "m": 1e6}.get(match[3][:1].casefold(), 1.0)
-            if all(abs(factor * n / facts.rates[0] - 1.0) > SAME_RATE for n in numbers):
-                return f'"{facts.quoted}" and "{" ".join(line.split())[:60]}", which may be the rate of the rows'
+        told = frequencies_in(line, mark) if len(facts.rates) == 1 else []
+        of_rows = _OF_ROWS.search(line) or _IN_SAMPLES.search(line)
+        if told and of_rows and all(abs(rate / facts.rates[0] - 1.0) > SAME_RATE for rate in told):
+            return f'"{facts.quoted}" and "{" ".join(line.split())[:60]}", which may be the rate of the rows'
     for match in (match for line in lines for match in _THINNED.finditer(line)):
         numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
         if numbers and len(facts.rates) == 1:

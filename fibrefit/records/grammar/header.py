@@ -233,7 +233,9 @@ def is_unit_row(cells: Sequence[str]) -> bool:
         filled = filled[1:]
     filled = [cell for cell in filled if cell.casefold() not in _UNIT_MARKS]
     if len([cell for cell in filled if units.expression(cell) not in (None, "1")]) > 2:
-        filled = [cell for cell in filled if cell.casefold() not in ("no.", "time")]  # above the counter and the clock
+        filled = [
+            cell for cell in filled if cell.casefold() not in ("no.", "time", "date")
+        ]  # above the counter and the clock
     known = [cell for cell in filled if units.expression(cell) is not None or cell in ("S", "MM", "SEC")]
     if any(cell not in known and kinds_named(cell) for cell in filled):
         return False  # "Time,s,1": a row of a list of channels

@@ -7,9 +7,10 @@ from tests.records.exports.rounds.eighteenth import EIGHTEENTH
 from tests.records.exports.rounds.eleventh import ELEVENTH
 from tests.records.exports.rounds.fifteenth import FIFTEENTH
 from tests.records.exports.rounds.fortieth import FORTIETH
-from tests.records.exports.rounds.fourteenth import FOURTEENTH
+from tests.records.exports.rounds.fortyfifth import FORTYFIFTH
 from tests.records.exports.rounds.fortyfourth import FORTYFOURTH
 from tests.records.exports.rounds.fortyfourth_nasty import FORTYFOURTH_NASTY
+from tests.records.exports.rounds.fourteenth import FOURTEENTH
 from tests.records.exports.rounds.nineteenth import NINETEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
 from tests.records.exports.rounds.ninth_habits import HABITS as NINTH_HABITS
@@ -75,6 +76,7 @@ ROUNDS: dict[str, list[Export]] = {
     "thirty-eighth": THIRTYEIGHTH,
     "thirty-ninth": THIRTYNINTH,
     "fortieth": FORTIETH,
+    "forty-fifth": FORTYFIFTH,
     "forty-fourth": FORTYFOURTH + FORTYFOURTH_NASTY,
 }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import json
-import math
 from collections.abc import Callable
 from datetime import datetime, timedelta
 from typing import Any
@@ -197,8 +196,7 @@ d = Drop(1024.0, 64, 14)
 add(
     "ordinary: MTS TestSuite, a line of marks and an acquisition line",
     "MTS793|MPT|ENU|1|2|.|/|:|1|0|0|A\n\nData Header:\t\tTime:\t0.0634766\tSec\t5/14/2024 10:22:31 AM\nData Acquisition:\tTimed Data\n"
-    "Time\tAxial Displacement\tAxial Force\nSec\tmm\tN\n"
-    + d.rows(lambda i: f"{d.time[i]:.8f}\t{d.x(i)}\t{d.f(i)}"),
+    "Time\tAxial Displacement\tAxial Force\nSec\tmm\tN\n" + d.rows(lambda i: f"{d.time[i]:.8f}\t{d.x(i)}\t{d.f(i)}"),
     d,
     suffix=".dat",
     atol_time=1e-7,
@@ -207,15 +205,15 @@ d = Drop(100.0, 66, 15)
 add(
     "ordinary: Bluehill, specimen lines, quoted cells, a blank line",
     '"Specimen label","R17-3"\n"Length","599","mm"\n"Diameter","1.20","mm"\n"Test rate 1","500","mm/min"\n\n'
-    '"Time","Extension","Load"\n"(s)","(mm)","(N)"\n'
-    + d.rows(lambda i: f'"{d.t(i, 4)}","{d.x(i)}","{d.f(i)}"'),
+    '"Time","Extension","Load"\n"(s)","(mm)","(N)"\n' + d.rows(lambda i: f'"{d.t(i, 4)}","{d.x(i)}","{d.f(i)}"'),
     d,
 )
 d = Drop(50.0, 70, 16)
 add(
     "ordinary: testXpert, German, results above the curve",
     '"Prüfer";"K. Sommer"\n"Prüfnorm";"DIN EN ISO 2062"\n"Einspannlänge";"500,00";"mm"\n"Vorkraft";"0,5";"N"\n'
-    '"Prüfgeschwindigkeit";"250";"mm/min"\n\n"Prüfzeit";"Traversenweg";"Standardkraft"\n"s";"mm";"N"\n' + d.txf(";", de),
+    '"Prüfgeschwindigkeit";"250";"mm/min"\n\n"Prüfzeit";"Traversenweg";"Standardkraft"\n"s";"mm";"N"\n'
+    + d.txf(";", de),
     d,
     encoding="cp1252",
 )
@@ -258,7 +256,10 @@ d = Drop(3000.0, 90, 21)
 add(
     "ordinary: gzip of a table under percent signs",
     gzip.compress(
-        ("% drop 12, rope R17\n% fs = 3 kHz\n% columns: force [N], position [mm]\nforce [N];position [mm]\n" + d.fx(";")).encode()
+        (
+            "% drop 12, rope R17\n% fs = 3 kHz\n% columns: force [N], position [mm]\nforce [N];position [mm]\n"
+            + d.fx(";")
+        ).encode()
     ),
     d,
     suffix=".csv.gz",
@@ -285,7 +286,8 @@ add(
     "ordinary: Parquet with stamps in nanoseconds",
     parquet(
         {
-            "timestamp": np.datetime64("2024-05-14T10:22:31", "ns") + (np.arange(d.n) * 1000000).astype("timedelta64[ns]"),
+            "timestamp": np.datetime64("2024-05-14T10:22:31", "ns")
+            + (np.arange(d.n) * 1000000).astype("timedelta64[ns]"),
             "force": d.force,
             "position": d.position,
         },
@@ -310,7 +312,11 @@ add(
 d = Drop(200.0, 61, 25)
 add(
     "ordinary: one object a line, units in the names",
-    d.rows(lambda i: json.dumps({"t_ms": round(1000 * d.time[i], 3), "force_N": d.force[i], "position_mm": d.position[i], "ok": True})),
+    d.rows(
+        lambda i: json.dumps(
+            {"t_ms": round(1000 * d.time[i], 3), "force_N": d.force[i], "position_mm": d.position[i], "ok": True}
+        )
+    ),
     d,
     suffix=".jsonl",
 )
@@ -336,7 +342,11 @@ START = datetime(2024, 5, 14, 10, 22, 31)
 add(
     "ordinary: stamps with an offset of the clock",
     "timestamp,force [N],position [mm]\n"
-    + d.rows(lambda i: f"{(START + timedelta(milliseconds=10 * i)).isoformat(timespec='milliseconds')}+02:00,{d.f(i)},{d.x(i)}"),
+    + d.rows(
+        lambda i: (
+            f"{(START + timedelta(milliseconds=10 * i)).isoformat(timespec='milliseconds')}+02:00,{d.f(i)},{d.x(i)}"
+        )
+    ),
     d,
 )
 d = Drop(20.0, 64, 29)
@@ -344,7 +354,11 @@ add(
     "ordinary: TOA5, four rows of headings",
     '"TOA5","CR1000X","CR1000X","8842","CR1000X.Std.05.02","CPU:drop.CR1X","1234","Drop"\n"TIMESTAMP","RECORD","Force","Position"\n'
     '"TS","RN","N","mm"\n"","","Smp","Smp"\n'
-    + d.rows(lambda i: f'"{str(START + timedelta(milliseconds=50 * i))[:22].ljust(22, "0") if (50 * i) % 1000 else START + timedelta(milliseconds=50 * i)}",{i},{d.f(i)},{d.x(i)}'),
+    + d.rows(
+        lambda i: (
+            f'"{str(START + timedelta(milliseconds=50 * i))[:22].ljust(22, "0") if (50 * i) % 1000 else START + timedelta(milliseconds=50 * i)}",{i},{d.f(i)},{d.x(i)}'
+        )
+    ),
     d,
     suffix=".dat",
 )
@@ -422,7 +436,9 @@ add(
     zipped(
         {
             "run17/plot.png": b"\x89PNG\r\n\x1a\n" + bytes(40),
-            "run17/data.csv": ("Time [s];Load [kN];Stroke [mm]\n" + d.rows(lambda i: f"{d.t(i)};{d.f(i, 6, 1e-3)};{d.x(i)}")).encode(),
+            "run17/data.csv": (
+                "Time [s];Load [kN];Stroke [mm]\n" + d.rows(lambda i: f"{d.t(i)};{d.f(i, 6, 1e-3)};{d.x(i)}")
+            ).encode(),
         }
     ),
     d,
@@ -439,9 +455,13 @@ d = Drop(60.0, 70, 40)
 add(
     "ordinary: minutes, pounds and inches under headings in capitals",
     "ELAPSED TIME (min),LOAD (lbf),EXTENSION (in)\n"
-    + d.rows(lambda i: joined((f"{d.time[i] / 60:.9f}", f"{d.force[i] / 4.4482216152605:.9f}", f"{d.position[i] / 25.4:.9f}"))),
+    + d.rows(
+        lambda i: joined(
+            (f"{d.time[i] / 60:.9f}", f"{d.force[i] / 4.4482216152605:.9f}", f"{d.position[i] / 25.4:.9f}")
+        )
+    ),
     d,
     rtol=1e-5,
     atol_time=1e-6,
 )
-assert len(FORTYFOURTH) == 40 and math.isfinite(sum(export.time[-1] for export in FORTYFOURTH))
+assert len(FORTYFOURTH) == 40

@@ -63,7 +63,8 @@ add(
 d = Drop(1000.0, 90, 56)
 add(
     "rows missing by the row counter, rate said by the user",
-    "no,force [N],position [mm]\n" + d.rows(lambda i: f"{i},{d.f(i)},{d.x(i)}" if not 40 <= i < 55 else "#").replace("#\n", ""),
+    "no,force [N],position [mm]\n"
+    + d.rows(lambda i: f"{i},{d.f(i)},{d.x(i)}" if not 40 <= i < 55 else "#").replace("#\n", ""),
     Drop(1000.0, 90, 56),
     options={"rate": 1000.0},
     refused="no",
@@ -117,9 +118,9 @@ add(
     "Uhrzeit;Kraft [N];Weg [mm]\n"
     + d.rows(
         lambda i: de(
-            (START + timedelta(milliseconds=10 * i) - timedelta(hours=1 if i >= 40 else 0)).strftime("%d.%m.%Y %H:%M:%S.%f")[
-                11:-3
-            ]
+            (START + timedelta(milliseconds=10 * i) - timedelta(hours=1 if i >= 40 else 0)).strftime(
+                "%d.%m.%Y %H:%M:%S.%f"
+            )[11:-3]
             + f";{d.f(i)};{d.x(i)}"
         )
     ),
@@ -130,9 +131,13 @@ add(
     "the hour of winter begins, clock with offsets",
     "stamp,force_N,position_mm\n"
     + d.rows(
-        lambda i: (START + timedelta(milliseconds=10 * i) - timedelta(hours=1 if i >= 40 else 0)).isoformat(timespec="milliseconds")
-        + ("+01:00" if i >= 40 else "+02:00")
-        + f",{d.f(i)},{d.x(i)}"
+        lambda i: (
+            (START + timedelta(milliseconds=10 * i) - timedelta(hours=1 if i >= 40 else 0)).isoformat(
+                timespec="milliseconds"
+            )
+            + ("+01:00" if i >= 40 else "+02:00")
+            + f",{d.f(i)},{d.x(i)}"
+        )
     ),
     d,
 )
@@ -149,7 +154,9 @@ d = Drop(1000.0, 90, 63)
 add(
     "words and huge numbers where the amplifier was overdriven",
     "time_s;force_N;position_mm\n"
-    + d.rows(lambda i: f"{d.t(i)};{'OVLD' if i == 33 else '9.9E+37' if i == 34 else d.f(i)};{'n/a' if i == 60 else d.x(i)}"),
+    + d.rows(
+        lambda i: f"{d.t(i)};{'OVLD' if i == 33 else '9.9E+37' if i == 34 else d.f(i)};{'n/a' if i == 60 else d.x(i)}"
+    ),
     d,
 )
 d = Drop(500.0, 90, 64)
