@@ -25,10 +25,6 @@ MULTIPLIED = words(
     "|magnif*|amplification|vergr*|prefactor|[abck][01]|exponent|m[\u011be][\u0159r][i\u00ed]tko"
     "|zes[i\u00ed]len[i\u00ed]|facteur|fattore|ganancia|reduction"
 )
-#: What is added in per cent, and not multiplied by it.
-CORRECTION = words("korrektur*|correction")
-#: The end of a range, which is no factor of anything but counts.
-FULL_SCALE = re.compile(r"full[- ]?scale|(?<![^\W_])fs(?![^\W_])|endwert|messbereich", re.I)
 #: By which side they are counted.
 TURN = words(
     "invert*|inv|neg|negat(?:ed|e|ion)|revers(?:ed|e)|flip(?:ped)?|umgekehrt|umgedreht|invertier*|negier*|polari(?:ty|t\u00e4t|tat|sation)"
@@ -106,7 +102,6 @@ OF_OTHERS = words(
     "|pid|kp|ki|kd|controller|loop|regler|noise|tolerance|limit*|threshold|warn*|alarm|level|pixel*|px|image"
     "|microphone|mic"
 )
-DATES = words("dates?|datum|due|valid|until|expires?|next|last|certificate*|cert|number|nummer|no|nr|year|serial")
 STATISTIC = {
     "max": words("max*|peak|f_?max|h(?:\u00f6|oe)chst*|largest|highest"),
     "min": words("min|minimum|minimal*|valley|smallest|lowest"),
@@ -147,12 +142,6 @@ CHECKED = words(
 )
 #: What rows are made of, where they are counted by a rate that the head names.
 OF_ROWS = words("scans?|samples?|rows?|points?|readings?|values?|zeilen?|werte?|messwerte?|abtastwerte?")
-NO_ROWS = words(
-    "filter*|moving|gleitend*|smooth*|pre|post|trigger*|channels?|kan(?:\u00e4|ae)le|number|no|nr|specimen|header"
-    "|begin*|start*|size|bits?"
-    "|bytes?|buffer|display*|decimals?|oversampl*|per second|hz|clock|format|max*|first|zero|baseline|subtracted"
-    "|taken"
-)
 #: A load that is told to be below zero where it pulls.
 AGAINST = re.compile(
     r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\W*$))"
@@ -177,11 +166,6 @@ FOREIGN_FORCES = frozenset(
 )
 #: Of how numbers are kept.
 TYPE = words("format|type*|datentyp|datatype|precision|float*|real*|single")
-#: That something was set or noted as it should not have been.
-IN_ERROR = words(
-    "wrong*|instead of|in place of|should have been|mistake*|erroneous*|incorrect*|falsch*|irrt*|versehentlich"
-    "|accidental*"
-)
 #: Halves of something else.
 HALVES = re.compile(
     r"\b(?:half|quarter|full|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid\w*(?: rope)?|wire"
@@ -204,5 +188,3 @@ NEWEST = words(
     "newest|latest|most recent|neueste*|j\u00fcngste*|absteigend*|descending|desc|last (?:sample|row|reading)s? first"
     "|plus r\u00e9cent*|m\u00e1s reciente*|pi\u00f9 recent*|nejnov\u011bj*|najnow*|reversed? (?:order|in time)"
 )
-#: A rate in words.
-PER_SECOND = re.compile(r"\s?\b(?:samples?|scans?|readings?|values?|rows?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?\b", re.I)

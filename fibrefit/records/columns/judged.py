@@ -11,14 +11,9 @@ from fibrefit.records.columns.bearing import (
     AGAINST,
     BEFORE,
     CHECKED,
-    CONSTANT,
-    CORRECTION,
-    DATES,
     DONE,
     FORMULA,
-    FULL_SCALE,
     HALVES,
-    IN_ERROR,
     IN_STEPS,
     MISTAKEN,
     MULTIPLIED,
@@ -33,7 +28,6 @@ from fibrefit.records.columns.bearing import (
     SUBJECT,
     SWAPPED,
     TICKS_OF,
-    TO_BE,
     TURN,
     TYPE,
     UNDONE,
@@ -107,46 +101,13 @@ def _is_step(amount: Amount, read: ReadColumn) -> bool:
 
 
 def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
-    words = MULTIPLIED.search(claim.about)
-    of_times = words and (
-        words.group().casefold() in ("divider", "divisor") or SLOWED.search(line) or "time" in kinds_named(line)
-    )
-    if of_times and read.role != "time" and not read.named(line):
-        return ""  # of a clock: whether it is one is asked of the times
-    if not words:
-        bare = [a for a in claim.amounts if a.factor and a.value not in (0.0, 1.0)]
-        meant = read.named(claim.about) or any(a.ratio for a in bare)
-        return "may be a factor of" if bare and meant and not OF_OTHERS.search(claim.about) else ""
-    if DATES.search(claim.about) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
+    """A bare number beside a word that multiplies, which is of nothing but the column, or of its times."""
+    of_times = SLOWED.search(line) or "time" in kinds_named(line)
+    others = OF_OTHERS.search(f"{line} {claim.about}") or (of_times and read.role != "time")
+    if not MULTIPLIED.search(claim.about) or has_day(line) or (others and not read.named(claim.about)):
         return ""
-    if words.group().casefold().startswith("gain") and OF_OTHERS.search(line) and not read.named(line):
-        return ""  # of an amplifier or converter that is named elsewhere in the line
-    lengths = [a.value * registry.to_si(a.unit, "m") for a in claim.amounts if a.kind == "length"]
-    if words.group().casefold().startswith(("lever", "hebel", "ratio")) and len(lengths) > 1 and len(set(lengths)) > 1:
-        return "may be a factor of"
-    if FULL_SCALE.search(claim.about) and not are_whole(read.column.numbers.values):
-        return ""
-    dated = words.group().casefold().startswith(("cal", "kal")) and has_day(line) and not CONSTANT.search(claim.about)
-    for amount in read.own(claim):
-        year = dated or (words.group().casefold().startswith(("cal", "kal")) and 1950 <= amount.value <= 2100)
-        per_cent = amount.unit == "%" and not CORRECTION.search(claim.about) and amount.value / 100.0 == 1.0
-        if amount.value in (0.0, 1.0) or year or per_cent:
-            continue
-        if (
-            not amount.unit
-            or amount.unit in ("%", "\u2030")
-            or _is_ratio(amount.unit)
-            or ("/" in amount.unit and are_whole(read.column.numbers.values))
-        ):
-            return f"({claim.about.strip()[:40]}: {amount.value:g}) may still have to be applied to"
-    return ""
-
-
-def _is_ratio(unit: str) -> bool:
-    """Whether a unit is that of one quantity over the same: a factor between two of its units, and no sensor's mV/V."""
-    above, _, below = unit.strip("()").partition("/")
-    kinds = registry.kind_of(above), registry.kind_of(below.strip("()")) if below else None
-    return kinds[0] is not None and kinds[0] == kinds[1] and kinds[0] != "voltage"
+    factors = [a.value for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
+    return f"({claim.about.strip()[:40]}: {factors[0]:g}) may still have to be applied to" if factors else ""
 
 
 def _row(claim: Claim, read: ReadColumn) -> str:
@@ -211,15 +172,11 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     kinds = kinds_named(line)
     against = {"force": AGAINST, "length": UPWARDS}.get(read.kind)
     sides = against.search(line) if against and (read.kind in kinds or not kinds) else None
-    wrong = IN_ERROR.search(line)
-    if wrong and (one.of or read.named(line.replace("wrong way", "wrong"))):
-        return f"({wrong.group()}) may have changed"
     if sides:
         return f"({sides.group()}) may turn the sign of"
     meant = (
         (one.of and not one.place.startswith("heading"))
         or read.named(line)
-        or (TO_BE.search(line) and read.concerns(line, one))
     )
     others = OF_OTHERS.search(line) and not read.named(line)
     return f"({found}) may be a factor of" if found and meant and not others else ""

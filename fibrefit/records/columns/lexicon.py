@@ -111,13 +111,6 @@ OF_TIMES = lexicon(
     " seconds minute* jede* kazdy kazda row* rows zeile* hz khz",
     "shorter baud crystal",
 )
-#: Words of a claim that tells how often rows were taken, and nothing else.
-OF_THE_RATE = lexicon(
-    "sample* sampling rate frequency freq interval period scan scanning acquisition logging logger log data daq"
-    " recording record measuring measurement samplerate abtastrate abtastfrequenz abtastintervall abtastzeit abtastung"
-    " messrate messintervall messfrequenz fs dt ts delta t campionamento frequence frequenza frecuencia muestreo"
-    " echantillonnage vzorkovaci vzorkovani speed time step of at was the is with frames"
-)
 #: Words that beside what is measured tell that it is not as it should be, or is borne, moved or counted otherwise.
 BESIDE = lexicon(
     # a contrast, a mistake, something to be done
