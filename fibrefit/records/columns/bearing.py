@@ -25,11 +25,6 @@ MULTIPLIED = words(
     "|magnif*|amplification|vergr*|prefactor|[abck][01]|exponent|m[\u011be][\u0159r][i\u00ed]tko"
     "|zes[i\u00ed]len[i\u00ed]|facteur|fattore|ganancia|reduction"
 )
-#: By which side they are counted.
-TURN = words(
-    "invert*|inv|neg|negat(?:ed|e|ion)|revers(?:ed|e)|flip(?:ped)?|umgekehrt|umgedreht|invertier*|negier*|polari(?:ty|t\u00e4t|tat|sation)"
-    "|vorzeichen|sign|opposite|upside"
-)
 #: What they are before something is done to them.
 BEFORE = re.compile(
     r"\b(?:un(?:calibrated|scaled|corrected|converted)"
@@ -37,7 +32,7 @@ BEFORE = re.compile(
     r"|(?:before|without|prior to) (?:calibration|scaling|correction|conversion|applying)"
     r"|(?:adc|raw|in|as) (?:counts|digits|codes)|normali[sz]ed|a\.\s?u\.|arbitrary units"
     r"|(?:percent|%) (?:of )?(?:range|full|fs\b|fso\b)|(?:nicht|un)\s?(?:kalibriert|skaliert)|half[- ]bridge equivalent"
-    r"|per (?:rope|strand|cell|side|leg|cable|fibre|wire|bolt|hook|wheel|arm)|each of (?:two|2))",
+    r"|per (?:rope|strand|cell|side|leg|cable|fibre|wire|bolt|hook|wheel|arm)|each of (?:two|2))|\(inv\)",
     re.I,
 )
 #: The same, as what a switch says.
@@ -115,15 +110,6 @@ LASTING = words(
     "duration|total time|elapsed time|recording time|record time|test time|messdauer|dauer|aufnahmedauer|doba"
     "|lasted|length of record*"
 )
-NEUTRAL = re.compile(
-    r"(?:^|[\s:=;,\t(])(?:no|none|off|false|nein|aus|normal|positive|plus|standard|disabled|n/a|not|never|nicht)\b",
-    re.I,
-)
-SUBJECT = words(
-    "anzeige|display|indicator|all|values?|data|readings?|numbers|channels?|signals?|columns?|measure*|results?|werte|daten|kanal"
-    "|kan(?:\u00e4|ae)le|messwerte|signale"
-    "|sign|polari*|vorzeichen|load ?cell|loadcell|laser|encoder|ch\\d*|ai\\d*"
-)
 #: Quantities no column of a record is of.
 OTHER_QUANTITY = words(
     "temperature|temp|strain|dehnung|dms|pressure|druck|accel*|beschleunigung|voltage|spannung|current|strom"
@@ -154,10 +140,6 @@ AGAINST = re.compile(
 UPWARDS = re.compile(
     r"\bup(?:wards?)?\s*(?:is|=|:)?\s*(?:positive|plus|\+)|(?:\+|\bpositive|\bplus)\s*(?:is|=|:)?\s*up", re.I
 )
-#: What is still to be done.
-TO_BE = re.compile(
-    r"\b(?:to be|must be|should be|has to be|have to be|needs? to be|please|zu|m[u\u00fc]ss(?:en|t)?)\b", re.I
-)
 #: What makes a number beside a calibration that of the calibration.
 CONSTANT = words("factor*|faktor*|constant*|konstante|coeff*|koeff*|slope|value|wert|gain")
 #: Units no number of ours is in.
@@ -172,8 +154,6 @@ HALVES = re.compile(
     r"|point|phase)\w*",
     re.I,
 )
-#: That a sign, whose word stands beside, is another one.
-SWAPPED = re.compile(r"\b(?:vertauscht|gedreht|swapped|exchanged|wrong|falsch|opposite|changed)\b", re.I)
 #: What the words for a sensor say of the quantity it is for.
 OF_SENSORS = {
     "length": words("laser*|encoder*|lvdt|potentiometer|pot|wegaufnehmer|drum|wheel"),

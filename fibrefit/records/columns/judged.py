@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from fibrefit.core import units as registry
@@ -18,17 +16,13 @@ from fibrefit.records.columns.bearing import (
     MISTAKEN,
     MULTIPLIED,
     NEGATED,
-    NEUTRAL,
     NO_STATISTIC,
     NOT_YET,
     OF_OTHERS,
     OTHER_QUANTITY,
     SLOWED,
     STATISTIC,
-    SUBJECT,
-    SWAPPED,
     TICKS_OF,
-    TURN,
     TYPE,
     UNDONE,
     UPWARDS,
@@ -82,7 +76,7 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         about = claim.about
         answered = read.settled and not one.of and not read.named(about)
         if not done and not answered and read.concerns(about, one):
-            said = _factor(claim, read, line) or _turn(claim, line, read)
+            said = _factor(claim, read, line)
             if said:
                 return said
         said = _statistic(claim, read, one)
@@ -197,23 +191,6 @@ def _checked(line: str, read: ReadColumn, mark: str) -> str:
         if len(values) == 2 and max(map(abs, values)) > TOLD_ALIKE * min(map(abs, values))
         else ""
     )
-
-
-def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
-    match = TURN.search(claim.about)
-    if not match or NEUTRAL.search(line) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
-        return ""
-    values = [a.value for a in read.own(claim)]
-    if values:
-        named = match.group().casefold() in ("sign", "vorzeichen") or match.group().casefold().startswith("polari")
-        return "may turn the sign of" if any(v < 0 if named else v > 0 for v in values) else ""
-    swapped = SWAPPED.search(line)
-    stated = re.search(
-        r"(?:^|[\s:=;,\t(])(?:-|yes|on|true|ja|ein|neg\w*|minus|inver\w*|revers\w*|flipped)\W*$", line, re.I
-    )
-    said = match.group().casefold().endswith(("ed", "iert", "kehrt", "dreht", "inv", "neg"))
-    subject = read.named(line) or SUBJECT.search(line)
-    return "may turn the sign of" if stated or ((said or swapped) and subject) else ""
 
 
 def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:

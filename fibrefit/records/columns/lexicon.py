@@ -37,7 +37,7 @@ NOT_READ = lexicon(
 TECHNICAL = lexicon(
     "scal* skalier* factor* faktor* calib* cal kalib* kalibr* gain* verstarkung ratio* slope* intercept offset* zero*"
     " null* tare* tara balance* baseline bias drift* shift* delay* lag* latency skew compensat* coefficient* coeff*"
-    " koeff* correct* korrek* polarit* sign vorzeichen invert* conver* umrechn* attenuat* dampf* damping decimat*"
+    " koeff* correct* korrek* polarit* sign vorzeichen conver* umrechn* attenuat* dampf* damping decimat*"
     " averag* gemittelt raw unfiltered linear* autozero autoscale exponent shunt multiplier"
     " coefficient",
     # and what is said of them once they are done
@@ -94,7 +94,8 @@ PHRASES = re.compile(
     r"|no ?data value|(?:per|pro) (?:second|sekunde)|scale divisions?|and +\d+ more"
     r"|(?:night|day|late|early|morning|evening)[- ]?shift|shift\W+(?:night|day|late|early|morning|evening|[1-3a-d])"
     r"|(?-i:[A-Z]+\d\w*) plus|twice (?:in|during|before|after|a)"
-    r"|raw data|rohdaten|reading mode|every sample stored|all samples|some words|real[- ]?time|no averag\w*"
+    r"|raw data|rohdaten|inverted pendulum|reading mode|every sample stored|all samples|some words"
+    r"|real[- ]?time|no averag\w*"
     r"|(?:laboratory|kitchen|digital) scale|gain set by factory|offset of the laser from the axis|not used"
     r"|[\w-]+\.(?:jpe?g|png|mp4|mov|avi|csv|txt|dat|py|m|vi|log|xlsx?)|[a-z]+_\d+|(?-i:[A-Z]{1,6}-\d{2,}[A-Z]*)"
     r"|temperature coefficient of \w+\W+[\d.]+ ?\S*|since (?:19|20)\d\d|type?\W+(?:double|single)\b"
