@@ -8,7 +8,6 @@ from fibrefit.core import units as registry
 from fibrefit.records.columns.bearing import (
     AGAINST,
     BEFORE,
-    CHECKED,
     DONE,
     FORMULA,
     HALVES,
@@ -32,7 +31,7 @@ from fibrefit.records.columns.raw import Told
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole
-from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK, TOLD_ALIKE
+from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK
 
 
 def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
@@ -48,10 +47,9 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
             a.kind == "time" and not _is_step(a, read) for c in claims_of(line, mark) for a in c.amounts
         )
         told = next((told for c in claims if (told := _factor(c, read, line))), "")
-        told = told or _checked(line, read, mark)
         return told or ("may be what one number is worth of" if ticks else "")
     told = _in_steps(line, one, read) or _formula(line, one, read)
-    told = told or _worded(line, one, read) or _checked(line, read, mark)
+    told = told or _worded(line, one, read)
     if told:
         return told
     if one.row:
@@ -174,23 +172,6 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     )
     others = OF_OTHERS.search(line) and not read.named(line)
     return f"({found}) may be a factor of" if found and meant and not others else ""
-
-
-def _checked(line: str, read: ReadColumn, mark: str) -> str:
-    """Two amounts of a column's quantity of which one is what the other is shown as."""
-    if not CHECKED.search(line):
-        return ""
-    values = [
-        a.value * registry.to_si(a.unit, registry.si_unit(a.unit) or "")
-        for c in claims_of(line, mark)
-        for a in c.amounts
-        if a.unit and a.kind == read.kind
-    ]
-    return (
-        "is a check that does not agree, for"
-        if len(values) == 2 and max(map(abs, values)) > TOLD_ALIKE * min(map(abs, values))
-        else ""
-    )
 
 
 def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:

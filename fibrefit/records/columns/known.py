@@ -28,13 +28,11 @@ from fibrefit.records.columns.bearing import (
 from fibrefit.records.columns.lexicon import (
     BESIDE,
     CERTIFIED,
-    CHANGES,
     CONTRAST,
     COVARIES,
     DATED,
     IN_MASS,
     INACCURACY,
-    INITIALS,
     NEUTRAL,
     NO_UNITS,
     NOT_READ,
@@ -48,7 +46,6 @@ from fibrefit.records.columns.lexicon import (
     SIDED,
     SIZED,
     SLASH,
-    SOMEBODY,
     SWITCHED,
     SWITCHED_ON,
     TECHNICAL,
@@ -156,7 +153,7 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
         of_channel or ONE_OF.search(line) or any(may_bear(word, names) or "time" in kinds_named(word) for word in said)
     )
     bears = prose and any(_bears(word, names) for word in tokens(DESIGNATION.sub(" ", line)))
-    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, SOMEBODY.sub(" ", SLASH.sub("; ", line)))), mark))
+    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, SLASH.sub("; ", line))), mark))
     sensitivities = {a.value for claim in claims for a in claim.amounts if a.unit.casefold() == "mv/v"}
     if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
         return tuple((claim, True) for claim in claims)
@@ -170,8 +167,6 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
         if told_apart and any(_bears(word, names) for word in tokens(claim.about)):
             return tuple((claim, True) for claim in claims)
         about = without_units(DESIGNATION.sub(" ", claim.about))
-        if not claim.amounts and about != about.upper():
-            about = INITIALS.sub(lambda m: m[0] if CHANGES.fullmatch(m[0].casefold()) else " ", about)
         found = tokens(about)
         if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
             continue  # a row of numbers is told by where it stands; names of types change nothing

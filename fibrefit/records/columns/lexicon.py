@@ -209,8 +209,3 @@ IN_MASS = re.compile(
     r"^(?!.*(?:mass|weight|gewicht|peso|poids)).*\b(?:in|en|em|ve?|we?)\s+(?:lbs?|kgf?|kilo\w*|pounds?|libras?|livres?|gram\w*|pond\w*)\b",
     re.I,
 )
-#: A name with digits in it, such as U9C, S2M or drop_4.csv, and what stands in the place of a path.
-SOMEBODY = re.compile(
-    r"\b(?:by|von|par|por|da)\s+(?:(?:Dr|Mr|Ms|Prof|Ing)\.?\s+)?(?:[A-Z]\.?\s+)*[A-Z][a-z]+\b(?!\s*\d)"
-)
-INITIALS = re.compile(r"\b[A-Z]{2,4}\b")

@@ -79,7 +79,9 @@ def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     unit = ""
     for amount in (a for claim in claims for a in claim.amounts if a.unit or bare):
         unit = "" if amount.counted and not amount.unit else amount.unit or unit  # "2.0 mV/V (file made with 1.0)"
-        told.setdefault(unit, []).append(abs(amount.value))
+        si = registry.si_unit(unit) if unit else None
+        worth = registry.to_si(unit, si) if si else 1.0
+        told.setdefault(si or unit, []).append(abs(amount.value) * worth)
     return any(max(values) > TOLD_ALIKE * min(values) for values in told.values())
 
 
