@@ -40,23 +40,7 @@ _SPEEDS = ("m/s", "rad/s", "Hz")
 
 
 def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
-    """Table of a file.
-
-    Parameters
-    ----------
-    raw : Raw
-        Its columns as read.
-    path : Path
-        The file.
-    sha256 : str
-        Of its bytes.
-    options : ReadOptions
-        What the user says.
-
-    Returns
-    -------
-    Table
-        In SI where units are known.
+    """Table of a file: in SI where units are known.
 
     Raises
     ------

@@ -20,7 +20,7 @@ from fibrefit.records.columns import account, damage, declared, grouping, judged
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import Told, binary_column
 from fibrefit.records.copies import Fingerprint
-from fibrefit.records.files import decode, doubts, keyed, layouts, text
+from fibrefit.records.files import decode, doubts, keyed, text
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar import dialect, digits, facts, header, headings, numbers, rows, worth
 from fibrefit.records.grammar.claims import Amount
@@ -416,7 +416,7 @@ def cyrillic(share: float) -> bool:
 
 FILES = (
     Bracket("FEWEST_ROWS", text, table, 3, 2),
-    Bracket("LAYOUT_LINES", layouts, lambda x: '"1"' in layouts.requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
+    Bracket("LAYOUT_LINES", keyed, lambda x: '"1"' in keyed.requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
     Bracket("NAMED_ALIKE", keyed, named, 0.95, 0.8),
     Bracket("WORDS_BESIDE", keyed, beside, 2, 5),
     Bracket("CONTROLS", decode, lambda x: is_text(b"\x01", x), 0.007, 0.013),

@@ -38,15 +38,7 @@ def contradicted_length(told: Sequence[Told], lasting: float, mark: str = ".") -
 
 
 def first_row_told(raw: Raw, bases: Sequence[TimeBase]) -> list[Told]:
-    """The first row, where its time is none and its numbers are whole as those below are not, as factors are.
-
-    Parameters
-    ----------
-    raw : Raw
-        The file.
-    bases : sequence of TimeBase
-        Its times.
-    """
+    """The first row, where its time is none and its numbers are whole as those below are not, as factors are."""
     lost = len(raw.rows) > 1 and any(0 in rows for base in bases for rows in base.lost.values())
     numbers = [c.numbers.values for c in raw.columns if not c.clock and c.numbers.values.size > 1]
     whole = lost and all(v[0] == np.round(v[0]) for v in numbers)
@@ -55,17 +47,7 @@ def first_row_told(raw: Raw, bases: Sequence[TimeBase]) -> list[Told]:
 
 
 def newest_first(raw: Raw, bases: Sequence[TimeBase], where: str) -> dict[str, DataError]:
-    """Doubt about rows that are counted from the first one on, and of which the file says that the last comes first.
-
-    Parameters
-    ----------
-    raw : Raw
-        The file.
-    bases : sequence of TimeBase
-        Its times.
-    where : str
-        File to name in messages.
-    """
+    """Doubt about rows that are counted from the first one on, and of which the file says that the last comes first."""
     counted = all(base.header is None and base.unit == "counted" for base in bases)
     for one in raw.told if counted else ():
         if NEWEST.search(one.text) and OF_ROWS.search(one.text):
@@ -76,19 +58,7 @@ def newest_first(raw: Raw, bases: Sequence[TimeBase], where: str) -> dict[str, D
 
 
 def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> dict[str, DataError]:
-    """Doubt about times that contradict how long a record lasted, or how its rows came about; none where they do not.
-
-    Parameters
-    ----------
-    raw : Raw
-        The file.
-    bases : sequence of TimeBase
-        Its times.
-    where : str
-        File to name in messages.
-    mark : str
-        Decimal mark of its lines.
-    """
+    """Doubt about times that contradict how long a record lasted; none where they do not."""
     for base in bases:
         present = base.time[np.isfinite(base.time)]
         lasting = float(present[-1] - present[0]) + 1.0 / base.rate if base.unit is not None and present.size else 0.0

@@ -112,7 +112,8 @@ def in_seconds(base: TimeBase) -> TimeBase:
     base : TimeBase
         As read.
     """
-    likely = SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY < base.rate * 1e3 and round(base.rate / 60.0, 6) % 1.0
+    faster, slower = (base.rate * units.to_si("s", unit) for unit in ("ms", "min"))
+    likely = SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY < faster and round(slower, 6) % 1.0
     if base.unit is not None or not likely or not base.uniform or base.gaps or base.lost:
         return base
     note = f'Column "{base.header}" has no unit: taken as s, {format_number(base.rate, 6)} Hz.'

@@ -66,19 +66,16 @@ def unaccounted(
     unsure: dict[str, Told] = {}
     unlike = _told_apart(told, setting.mark)
     for one, claim, asked in _unknown(told, setting.mark, names):
-        if agrees(one.text, claim, setting):
+        confirmed = any(abs(told_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads)
+        if confirmed or agrees(one.text, claim, setting):
             continue
-        if any(abs(told_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads):
-            continue
-        if not (
-            asked or tuple(a for a in claim.amounts if a.unit) in unlike or any(_weighs(claim, read) for read in reads)
-        ):
+        apart = tuple(a for a in claim.amounts if a.unit) in unlike
+        of_times = is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}
+        moved = asked or apart or any(_weighs(claim, read) for read in reads)
+        if not moved or (of_times and roles.get("time", -1) in answered):
             unsure.setdefault(one.place, one)
-        elif is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}:
-            if roles.get("time", -1) in answered:
-                unsure.setdefault(one.place, one)
-            else:
-                found.setdefault("time", _of_times(one, roles, columns, where))
+        elif of_times:
+            found.setdefault("time", _of_times(one, roles, columns, where))
         else:
             kinds = kinds_of(claim, names)
             for read in reads:

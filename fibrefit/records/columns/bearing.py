@@ -54,8 +54,6 @@ IN_STEPS = re.compile(
     r"(\d+(?:[.,/]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
     re.I,
 )
-#: What one number of a column of times is worth, in words.
-TICKS_OF = re.compile(r"\b(?:ticks?|counts?|units?|steps?)\s*(?:of|=|is|are|in|:)\s*\d", re.I)
 #: A line by which numbers are to be turned into others.
 FORMULA = re.compile(
     r"([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"

@@ -21,17 +21,16 @@ from fibrefit.records.columns.bearing import (
     OTHER_QUANTITY,
     SLOWED,
     STATISTIC,
-    TICKS_OF,
     TYPE,
     UNDONE,
     UPWARDS,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
-from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
+from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole
-from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK
+from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
 
 
 def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
@@ -43,11 +42,7 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         if DONE.search(line) and not UNDONE.search(line):
             return ""
         claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
-        ticks = TICKS_OF.search(line) and any(
-            a.kind == "time" and not _is_step(a, read) for c in claims_of(line, mark) for a in c.amounts
-        )
-        told = next((told for c in claims if (told := _factor(c, read, line))), "")
-        return told or ("may be what one number is worth of" if ticks else "")
+        return next((told for c in claims if (told := _factor(c, read, line))), "")
     told = _in_steps(line, one, read) or _formula(line, one, read)
     told = told or _worded(line, one, read)
     if told:
@@ -81,15 +76,6 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         if said:
             return said
     return ""
-
-
-def _is_step(amount: Amount, read: ReadColumn) -> bool:
-    """Whether a time is the one from row to row, as the column itself has it."""
-    steps = np.diff(read.column.numbers.values[np.isfinite(read.column.numbers.values)])
-    if not steps.size or not read.unit:
-        return False
-    step = float(np.median(steps)) * registry.to_si(read.unit, "s")
-    return abs(amount.value * registry.to_si(amount.unit, "s") / step - 1.0) < SAME_LENGTH if step > 0 else False
 
 
 def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
@@ -166,10 +152,7 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     sides = against.search(line) if against and (read.kind in kinds or not kinds) else None
     if sides:
         return f"({sides.group()}) may turn the sign of"
-    meant = (
-        (one.of and not one.place.startswith("heading"))
-        or read.named(line)
-    )
+    meant = (one.of and not one.place.startswith("heading")) or read.named(line)
     others = OF_OTHERS.search(line) and not read.named(line)
     return f"({found}) may be a factor of" if found and meant and not others else ""
 

@@ -295,7 +295,11 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
     words = [word for word in words if word not in counted]
     technical = [w for w in words if TECHNICAL.fullmatch(w)]
     amounts = [a for a in claim.amounts if a.value != 0.0 and (a.value != 1.0 or a.unit) and not is_label(a)]
-    times = [w for w in words if (OF_TIMES.fullmatch(w) or "time" in kinds_named(w)) and not registry.kind_of(w)]
+    times = [
+        w
+        for w in words
+        if (OF_TIMES.fullmatch(w) or "time" in kinds_named(w)) and registry.kind_of(w) in (None, "number")
+    ]
     units = any(a.unit.casefold() in COUNTS for a in amounts) or (
         not claim.amounts
         and any(registry.kind_of(w.casefold()) in ("force", "length") for w in claim.about.split() if len(w) > 1)

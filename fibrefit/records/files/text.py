@@ -24,7 +24,7 @@ from fibrefit.records.files.doubts import (
     told_bad,
     with_remarks,
 )
-from fibrefit.records.files.layouts import (
+from fibrefit.records.files.keyed import (
     BESIDE,
     header_beside,
     requoted,
@@ -134,7 +134,7 @@ def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[
 
     What a statement says, its value and its unit are not all words.
     """
-    found = []
+    found: list[str] = []
     for i, line in enumerate(above, 1):
         cells = dialect.split(line) or []
         words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:BESIDE])

@@ -154,7 +154,7 @@ def _one_by_one(texts: Sequence[str], mark: str, lines: np.ndarray, where: str) 
         first = int(np.flatnonzero(other)[0])
         got = f'"{texts[first]}" beside numbers with a decimal "{mark}"'
         raise DataError(f"{where}, line {lines[first]}", got, "one decimal mark throughout", "Export the file again.")
-    behind = [i for i in np.flatnonzero(reasons == CODE["unreadable"]) if _MINUS_BEHIND.fullmatch(cleaned[i])]
+    behind = [i for i in np.flatnonzero(reasons == CODE["unreadable"]).tolist() if _MINUS_BEHIND.fullmatch(cleaned[i])]
     if len(behind) > max(2, OTHER_MARKS * len(texts)):
         got = f'"{texts[behind[0]]}", whose minus does not stand before it'
         raise DataError(f"{where}, line {lines[behind[0]]}", got, "plain numbers", "Export the file again.")
