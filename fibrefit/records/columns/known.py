@@ -37,6 +37,7 @@ from fibrefit.records.columns.lexicon import (
     NO_UNITS,
     NOT_READ,
     NOTHING,
+    OF_SIDES,
     OF_TIMES,
     ONE_OF,
     PHRASES,
@@ -352,6 +353,8 @@ def _counted(words: list[str]) -> frozenset[str]:
 def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -> bool:
     """Whether a change is none, was made before, or is of something else that is named."""
     changes = [w for w in words if TECHNICAL.fullmatch(w)]
+    if re.search(r"-\W*$", line) and any(map(OF_SIDES.fullmatch, changes)):
+        return False
     if (
         (NEUTRAL.search(line) and not _is_prose(line))
         or (has_day(line) and not claim.amounts)

@@ -88,6 +88,8 @@ SWITCHED = lexicon(
 )
 #: Of these, what a certificate tells of.
 CERTIFIED = lexicon("calib* kalib* cal kal")
+#: Of these, what a minus says is turned.
+OF_SIDES = lexicon("polarit* sign vorzeichen")
 #: What has a word of a change in it and is none.
 PHRASES = re.compile(
     r"(?:\+/-|\u00b1)\s*[\d.,]+\s*[^\s;,]*|\b(?:n[or](?=\.? ?\d)|missing values?"
