@@ -1,8 +1,7 @@
 """What a line beside the numbers may do to them: move them, which is asked about, or nothing that can be told.
 
 A claim is asked about where a word of it tells a change, a share, a side or another unit, or a number of it stands
-beside what is measured and is of nothing else. What is said of channels without that is no question: it is repeated
-beside the record, as not understood. What is of nothing that is measured is passed over.
+beside what is measured and is of nothing else. What else is said of channels is repeated beside the record.
 """
 
 from __future__ import annotations
@@ -85,7 +84,6 @@ from fibrefit.records.thresholds import (
     SHORTEST_SENTENCE,
 )
 
-#: That rows were taken.
 _RECORDED = re.compile(
     r"\b(?:sampl|record|logg|acqui|aufgezeichnet|aufgenommen|enregistr|registra|zazn|nagran)\w*", re.I
 )
@@ -314,6 +312,8 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
     changes = [w for w in words if tells_change(w) or w in WORDED] + technical
     changes += [w for w in words if BESIDE.fullmatch(w) and (touched or contrast or set(times) - {w})]
     inexact = any(map(INACCURACY.fullmatch, tokens(line))) and {a.unit for a in amounts} <= {"%", "\u2030"}
+    if re.search(r"-\W*$", line) and any(map(OF_SIDES.fullmatch, technical)):
+        return True
     if changes and not (inexact and changes == technical):
         return (False if _is_prose(line) else None) if _settled(claim, words, line, names) else True
     if changes or not (touched or times or amounts) or (not amounts and len(words) <= LONGEST_LABEL):
@@ -353,8 +353,6 @@ def _counted(words: list[str]) -> frozenset[str]:
 def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -> bool:
     """Whether a change is none, was made before, or is of something else that is named."""
     changes = [w for w in words if TECHNICAL.fullmatch(w)]
-    if re.search(r"-\W*$", line) and any(map(OF_SIDES.fullmatch, changes)):
-        return False
     if (
         (NEUTRAL.search(line) and not _is_prose(line))
         or (has_day(line) and not claim.amounts)
