@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,8 @@ from fibrefit.core.allowance import LARGEST_SIZE
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
 from fibrefit.records.clock.base import TimeBase
-from fibrefit.records.clock.claimed import first_row_told, wrong_times
-from fibrefit.records.clock.times import time_base
+from fibrefit.records.clock.claimed import first_row_told, newest_first, wrong_times
+from fibrefit.records.clock.times import in_seconds, time_base
 from fibrefit.records.columns.account import unaccounted
 from fibrefit.records.columns.bearing import THINNED
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
@@ -30,6 +31,7 @@ from fibrefit.records.grammar.numbers import REASONS, Numbers
 from fibrefit.records.grammar.phrases import count, not_understood
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.table import Column, Table, frozen, frozen_mapping
+from fibrefit.records.thresholds import CONTRADICTS
 
 #: SI units of signals that a full amplifier cuts off; a length that stops dead may be an end stop or a drive at rest.
 _CUT_OFF_BY_AMPLIFIERS = ("N", "V")
@@ -38,23 +40,7 @@ _SPEEDS = ("m/s", "rad/s", "Hz")
 
 
 def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Table:
-    """Table of a file.
-
-    Parameters
-    ----------
-    raw : Raw
-        Its columns as read.
-    path : Path
-        The file.
-    sha256 : str
-        Of its bytes.
-    options : ReadOptions
-        What the user says.
-
-    Returns
-    -------
-    Table
-        In SI where units are known.
+    """Table of a file: in SI where units are known.
 
     Raises
     ------
@@ -79,8 +65,12 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     scales = declared.scales(channels, columns, doubts)
     doubts |= declared.unapplied(columns, scales, said)
     timed = [_timed(raw, columns, group, options.rate, where, scales) for group in groups]
+    if all(columns[i].unit or i in scales for role, i in roles.items() if role != "time"):
+        timed = [in_seconds(base) for base in timed]
     settled = frozenset((*scales, *_timed_by_user(options, roles, said)))
-    questions, unsure = _questions(raw, columns, roles, settled, timed, where)
+    asked = partial(_questions, raw, columns, roles, where)
+    questions, unsure = asked(settled, timed)
+    doubts |= _against_header(raw, timed, options.rate, where, lambda told: asked(frozenset(scales), told)[0])
     doubts, notes = questions | doubts, [*notes, *unsure]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
@@ -135,9 +125,9 @@ def _questions(
     raw: Raw,
     columns: Sequence[RawColumn],
     roles: Mapping[str, int],
+    where: str,
     settled: frozenset[int],
     timed: Sequence[TimeBase],
-    where: str,
 ) -> tuple[dict[str, DataError], list[str]]:
     """What the file says beside its numbers and is neither used, nor harmless, nor answered: by role; and the rest."""
     mark = "," if raw.layout.get("decimal") == "comma" else "."
@@ -145,7 +135,24 @@ def _questions(
     times = {} if roles.get("time", -1) in settled else wrong_times(raw, timed, where, mark)
     setting = AsRead(mark, _rate(timed[0]), timed[0].time.size, any(THINNED.search(one.text) for one in told))
     found, unsure = unaccounted(told, columns, roles, settled, where, setting)
-    return times | found, not_understood([(one.place, one.text) for one in unsure])
+    return times | found | newest_first(raw, timed, where), not_understood([(one.place, one.text) for one in unsure])
+
+
+def _against_header(
+    raw: Raw,
+    timed: Sequence[TimeBase],
+    rate: float | None,
+    where: str,
+    asked: Callable[[Sequence[TimeBase]], Mapping[str, DataError]],
+) -> dict[str, DataError]:
+    """Doubt about a rate the user gives where the file, asked without it, tells another one beyond doubt."""
+    told = raw.facts.rate
+    if rate is None or told is None or timed[0].header is not None or abs(rate / told - 1.0) <= CONTRADICTS:
+        return {}
+    if "time" in asked([replace(base, time=base.time * rate / told, rate=told) for base in timed]):
+        return {}
+    got = f'the rate given is {registry.format_number(rate, 7)} Hz, and the file says "{raw.facts.quoted}"'
+    return {"time": DataError(where, got, "one rate", "Leave the rate out, or correct what the file says.")}
 
 
 def _rate(base: TimeBase) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeGap
+from fibrefit.records.clock.repeats import repeated_rows
 from fibrefit.records.record import Record
 from fibrefit.records.thresholds import IN_COMMON, ON_GRID, ON_TIME, SAME_RATE
 
@@ -51,6 +52,8 @@ def _followed_by(record: Record, part: Record) -> Record:
         raise DataError(where, got, "one rate", "Give the sampling rate, or take the part out.")
     step, end = 1.0 / record.rate, float(record.time[-1])
     begin, said = _begin(record, part)
+    if said.endswith("anew"):
+        _refuse_repeated(record, part)
     if begin <= end:
         got = f"it begins at {format_quantity(begin, 's', 6)}, and the part before it ends at "
         got += format_quantity(end, "s", 6)
@@ -68,6 +71,15 @@ def _followed_by(record: Record, part: Record) -> Record:
         gaps=(*record.gaps, *gap, *(TimeGap(g.after + shift, g.missing) for g in part.gaps)),
         history=(*record.history, f"{where} follows{said}; {lost}."),
     )
+
+
+def _refuse_repeated(record: Record, part: Record) -> None:
+    """Refuse a part that begins with what the part before it ends with: no time tells where it belongs."""
+    columns = [np.append(record.channels[role], part.channels[role]) for role in sorted(record.channels)]
+    for first, twice in repeated_rows(columns):
+        if first == len(record):
+            do = "Take out what is repeated, or export the times too."
+            raise DataError(part.path.name, f"where it begins {twice}", "each sample once", do)
 
 
 def _begin(record: Record, part: Record) -> tuple[float, str]:

@@ -157,6 +157,7 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
         raise DataError(where, f"no channel is known among {headers or 'the columns'}", "a force or a position", do)
     group = _group(found, channels or {}, where)
     kept = {role: column for role, column in found.items() if column.group == group}
+    _refuse_no_row_in_common(kept, where)
     base = table.times[group]
     _check_units(base, kept, where)
     usable = np.isfinite(base.time)
@@ -239,6 +240,15 @@ def _group(found: Mapping[str, Column], channels: Mapping[str, Any], where: str)
         do += "was sampled at other times is then left out."
         raise DataError(where, f"channels that were sampled at different times: {shown}", "one time base", do)
     return next(iter(found.values())).group
+
+
+def _refuse_no_row_in_common(kept: Mapping[str, Column], where: str) -> None:
+    """Refuse channels that take turns from row to row: each was measured while the others were not."""
+    valid = [column.valid for column in kept.values()]
+    if all(mask.any() for mask in valid) and not np.logical_and.reduce(valid).any():
+        headers = ", ".join(f'"{column.header}"' for column in kept.values())
+        do = "Export a value of each channel in each row."
+        raise DataError(where, f"no row has a value of each of {headers}", "channels that were sampled together", do)
 
 
 def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None:

@@ -138,6 +138,12 @@ NARROW_ZEROS = 0.1
 WHOLE_WORDS = 0.6
 """Share of the words with high bytes that are made of them throughout beyond which a text is Cyrillic: elsewhere
 letters with accents stand alone or in pairs."""
+FOLDED = 0.15
+"""Share of the largest number below which numbers touch zero where their sign, in a column of its own, changes."""
+NO_ACCIDENT = 10
+"""Numbers of a block of rows from which on it does not repeat the one before it by accident."""
+SAME_ALWAYS = 0.9
+"""Share of the rows that must stand as often as the others for all to have been written so often."""
 TWO_VALUED = 20
 """Readings among which two values only are no accident."""
 COUNTS_ON = 0.8

@@ -31,6 +31,17 @@ def test_parts_that_begin_anew(write) -> None:
     assert "p20.csv follows without a gap, as its times begin anew; no sample is missing between." in whole.history
 
 
+def test_a_part_that_repeats_the_end_of_the_one_before(write) -> None:
+    rows = [fu()(i) + "\n" for i in range(N)]
+    cut = [("p1", rows[:30]), ("p2", rows[22:]), ("p3", rows[30:])]
+    first, again, rest = (
+        read_record(write("force [N],position [mm]\n" + "".join(own), f"{name}.csv"), rate=2000.0) for name, own in cut
+    )
+    assert len(joined([first, rest])) == N
+    with pytest.raises(DataError, match="p2.csv: where it begins 8 rows repeat the 8 before them"):
+        joined([first, again])
+
+
 def test_parts_with_clocks_keep_the_gap_between_them(write) -> None:
     def stamped(i: int) -> str:
         return f"2024-05-12T14:22:{11 + i / 2000:07.4f}Z,{f(i)},{u(i)}"

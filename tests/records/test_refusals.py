@@ -60,7 +60,10 @@ REFUSED = {
         r'column "F": no unit; expected N, kN, mN or lbf. Declare it under \[units\]: force = "N"',
     ),
     "no units": ("t;F;u\n" + rows(german), 'columns "t", "F", "u": no units; expected one for each. Declare them'),
-    "time without unit": ("t;F [N];u [mm]\n" + rows(german), r'column "t": no unit; expected s, ms'),
+    "time without unit": (
+        "t;F [N];u [mm]\n" + rows(lambda i: de(f"{t(i, 10)};{f(i)};{u(i)}")),
+        r'column "t": no unit; expected s, ms',
+    ),
     "unit unknown": (
         "t [s];force [kp];u [mm]\n" + rows(german),
         'column "force .kp.": unit "kp"; expected N, kN, mN or lbf',

@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import copies, join, thresholds
-from fibrefit.records.clock import claimed, coarse, rates, timebase, times
+from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase, times
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
@@ -20,7 +20,7 @@ from fibrefit.records.columns import account, damage, declared, grouping, judged
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import Told, binary_column
 from fibrefit.records.copies import Fingerprint
-from fibrefit.records.files import decode, keyed, text
+from fibrefit.records.files import decode, doubts, keyed, text
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar import dialect, digits, facts, header, headings, numbers, rows, worth
 from fibrefit.records.grammar.claims import Amount
@@ -49,6 +49,30 @@ def by_chance(length: float, *, kept: float, before: tuple[int, ...] = (), after
     """Whether a run of equal readings may come by chance, with runs before it, and runs of one after it."""
     lengths = np.array([*before, int(length), *[1] * after])
     return length <= damage._longest_by_chance(lengths, len(before), kept)
+
+
+def repeated_block(length: float) -> bool:
+    """Whether a block of so many numbers that stands twice is told."""
+    numbers = np.sqrt(np.arange(60.0))
+    again = np.insert(numbers, 30, numbers[30 - int(length) : 30])
+    return any(True for _ in repeats.repeated_rows([again]))
+
+
+def sign_apart(least: float) -> bool:
+    """Whether numbers are refused that come so near to zero where a word beside them changes."""
+    beat = np.maximum(np.abs(np.sin(0.3 * np.arange(200))), least)
+    words = ["push" if np.sin(0.3 * i) < 0 else "pull" for i in range(200)]
+    try:
+        doubts.refuse_signs_apart([("column", words)], [binary_column("F [N]", "F", "N", beat)])
+    except DataError:
+        return True
+    return False
+
+
+def standing_twice(share: float) -> bool:
+    """Whether rows of which such a share stands twice are told."""
+    often = np.where(np.arange(200) % 20 < 20 * share, 2, 1)
+    return any(True for _ in repeats.repeated_rows([np.repeat(np.sqrt(np.arange(200.0)), often)]))
 
 
 def in_steps(period: float) -> bool:
@@ -392,7 +416,7 @@ def cyrillic(share: float) -> bool:
 
 FILES = (
     Bracket("FEWEST_ROWS", text, table, 3, 2),
-    Bracket("LAYOUT_LINES", text, lambda x: '"1"' in text._requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
+    Bracket("LAYOUT_LINES", keyed, lambda x: '"1"' in keyed.requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
     Bracket("NAMED_ALIKE", keyed, named, 0.95, 0.8),
     Bracket("WORDS_BESIDE", keyed, beside, 2, 5),
     Bracket("CONTROLS", decode, lambda x: is_text(b"\x01", x), 0.007, 0.013),
@@ -475,6 +499,9 @@ WHOLE = (
     Bracket("LONGEST_SAID", known, lambda x: not known_to_be_harmless(" " * round(x - 8) + "force x2"), 700, 1000),
     Bracket("SAME_PEAK", judged, claimed_peak, 3e-3, 7e-3),
     Bracket("SAME_LENGTH", claimed, claimed_length, 0.7e-2, 1.3e-2),
+    Bracket("FOLDED", doubts, sign_apart, 0.1, 0.2),
+    Bracket("NO_ACCIDENT", repeats, repeated_block, 14, 7),
+    Bracket("SAME_ALWAYS", repeats, standing_twice, 0.95, 0.8),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),
     Bracket(
         "COUNTS_ON",

@@ -11,6 +11,7 @@ from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
 from fibrefit.records.clock.base import Readings, TimeBase
+from fibrefit.records.clock.repeats import repeated_rows
 from fibrefit.records.clock.timebase import counted_times, from_readings
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group, counts_by
@@ -20,7 +21,7 @@ from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import counts_rows, score
-from fibrefit.records.thresholds import CENTURY_BEGINS, CENTURY_ENDS, CONTRADICTS
+from fibrefit.records.thresholds import CENTURY_BEGINS, CENTURY_ENDS, CONTRADICTS, FASTEST_LIKELY, SLOWEST_LIKELY
 
 #: Units a column of times without one may be in, if only one of them agrees with the rate in the header.
 _POSSIBLE_UNITS = ("s", "ms", "us", "min")
@@ -103,6 +104,22 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
     return (units.to_si(epoch, "s"), epoch) if epoch else (1.0, None)
 
 
+def in_seconds(base: TimeBase) -> TimeBase:
+    """Times; those without a unit in s, where ms would give a rate that no record has, and min none that anybody sets.
+
+    Parameters
+    ----------
+    base : TimeBase
+        As read.
+    """
+    faster, slower = (base.rate * units.to_si("s", unit) for unit in ("ms", "min"))
+    likely = SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY < faster and round(slower, 6) % 1.0
+    if base.unit is not None or not likely or not base.uniform or base.gaps or base.lost:
+        return base
+    note = f'Column "{base.header}" has no unit: taken as s, {format_number(base.rate, 6)} Hz.'
+    return replace(base, unit="s", notes=(*base.notes, note))
+
+
 def _epoch_unit(column: RawColumn, values: np.ndarray) -> str | None:
     """Unit of stamps that count from 1970: of this century in one unit only."""
     present = values[np.isfinite(values)]
@@ -119,6 +136,9 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
         base = counted_times(group.rows, own.rate, "counted at the rate in the header")
         return TimeBase(base.time + own.start, base.rate, base.source)
     found = rate or raw.facts.rate
+    if raw.facts.changes:
+        got = f"no column holds the time, and {raw.facts.changes} stands inside the table"
+        raise DataError(where, got, "one rate throughout", "Split the file there.")
     if rate is None and found is not None:
         _refuse_spectrum(columns, where)
     if found is None and raw.facts.doubt:
@@ -143,7 +163,7 @@ def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: fl
             (values - start) / found, 1 / found, rows, raw.lines, place, f"{source}, by {header}", raw.placed
         )
         return from_readings(readings, rate=found)
-    _refuse_uncertain_count(raw, group, where)
+    _refuse_uncertain_count(raw, columns, group, where)
     return counted_times(group.rows, found, source)
 
 
@@ -186,13 +206,21 @@ def _counter(columns: Sequence[RawColumn], group: Group) -> RawColumn | None:
     return next((column for column in found if counts_by(column.numbers.values)), None)
 
 
-def _refuse_uncertain_count(raw: Raw, group: Group, where: str) -> None:
+def _refuse_uncertain_count(raw: Raw, columns: Sequence[RawColumn], group: Group, where: str) -> None:
     """Without a time in each row, one row more or less moves all later samples."""
     do = "Export the file again, with a time column."
     if not raw.placed:
         bad = raw.layout.get("unreadable_lines") or []
         what = f"line {bad[0]} is not readable" if bad else "blank lines stand between the rows"
         raise DataError(where, f"no column holds the time, and {what}, so later times are uncertain", "", do)
+    down = next((c for c in columns if c.unit is None and not c.clock and counts_by(-c.numbers.values)), None)
+    if down is not None:
+        got = f'no column holds the time, and "{down.header}" counts down from row to row'
+        raise DataError(where, got, "the oldest row first", "Sort the rows, or export them with a time column.")
+    for first, twice in repeated_rows([columns[i].numbers.values[: group.rows] for i in group.members]):
+        at = f"{where}, line {raw.lines[first]}" if len(raw.lines) > first else where
+        do = "Take out what is repeated, or export the file again, with a time column."
+        raise DataError(at, f"no column holds the time, and {twice}", "each sample once", do)
     if raw.facts.samples is not None and raw.facts.samples != group.rows:
         got = f"no column holds the time; the header announces {raw.facts.samples} samples, and {group.rows} are there"
         raise DataError(where, got, "", do)

@@ -18,14 +18,14 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns
-from fibrefit.records.columns.judged import doubt_of, formula_in
+from fibrefit.records.columns.judged import doubt_of, formula_in, told_over_read
 from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, told_unit, unknown_in
 from fibrefit.records.columns.raw import RawColumn, Told
 from fibrefit.records.columns.unmoved import DESIGNATION, is_measured, opens_section
 from fibrefit.records.grammar.claims import Amount, Claim, claims_of
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import kinds_named, score, tokens
-from fibrefit.records.thresholds import TOLD_ALIKE
+from fibrefit.records.thresholds import SAME_PEAK, TOLD_ALIKE
 
 
 def unaccounted(
@@ -66,15 +66,16 @@ def unaccounted(
     unsure: dict[str, Told] = {}
     unlike = _told_apart(told, setting.mark)
     for one, claim, asked in _unknown(told, setting.mark, names):
-        if agrees(one.text, claim, setting):
+        confirmed = any(abs(told_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads)
+        if confirmed or agrees(one.text, claim, setting):
             continue
-        if not (
-            asked or tuple(a for a in claim.amounts if a.unit) in unlike or any(_weighs(claim, read) for read in reads)
-        ):
+        apart = tuple(a for a in claim.amounts if a.unit) in unlike
+        of_times = is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}
+        moved = asked or apart or any(_weighs(claim, read) for read in reads)
+        if not moved or (of_times and roles.get("time", -1) in answered):
             unsure.setdefault(one.place, one)
-        elif is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}:
-            if roles.get("time", -1) not in answered:
-                found.setdefault("time", _of_times(one, roles, columns, where))
+        elif of_times:
+            found.setdefault("time", _of_times(one, roles, columns, where))
         else:
             kinds = kinds_of(claim, names)
             for read in reads:

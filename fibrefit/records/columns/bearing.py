@@ -25,15 +25,6 @@ MULTIPLIED = words(
     "|magnif*|amplification|vergr*|prefactor|[abck][01]|exponent|m[\u011be][\u0159r][i\u00ed]tko"
     "|zes[i\u00ed]len[i\u00ed]|facteur|fattore|ganancia|reduction"
 )
-#: What is added in per cent, and not multiplied by it.
-CORRECTION = words("korrektur*|correction")
-#: The end of a range, which is no factor of anything but counts.
-FULL_SCALE = re.compile(r"full[- ]?scale|(?<![^\W_])fs(?![^\W_])|endwert|messbereich", re.I)
-#: By which side they are counted.
-TURN = words(
-    "invert*|inv|neg|negat(?:ed|e|ion)|revers(?:ed|e)|flip(?:ped)?|umgekehrt|umgedreht|invertier*|negier*|polari(?:ty|t\u00e4t|tat|sation)"
-    "|vorzeichen|sign|opposite|upside"
-)
 #: What they are before something is done to them.
 BEFORE = re.compile(
     r"\b(?:un(?:calibrated|scaled|corrected|converted)"
@@ -41,7 +32,7 @@ BEFORE = re.compile(
     r"|(?:before|without|prior to) (?:calibration|scaling|correction|conversion|applying)"
     r"|(?:adc|raw|in|as) (?:counts|digits|codes)|normali[sz]ed|a\.\s?u\.|arbitrary units"
     r"|(?:percent|%) (?:of )?(?:range|full|fs\b|fso\b)|(?:nicht|un)\s?(?:kalibriert|skaliert)|half[- ]bridge equivalent"
-    r"|per (?:rope|strand|cell|side|leg|cable|fibre|wire|bolt|hook|wheel|arm)|each of (?:two|2))",
+    r"|per (?:rope|strand|cell|side|leg|cable|fibre|wire|bolt|hook|wheel|arm)|each of (?:two|2))|\(inv\)",
     re.I,
 )
 #: The same, as what a switch says.
@@ -63,8 +54,6 @@ IN_STEPS = re.compile(
     r"(\d+(?:[.,/]\d+)?(?:[eE][+-]?\d+)?)\s?([^\W\d_][^\s,;)\]]*)",
     re.I,
 )
-#: What one number of a column of times is worth, in words.
-TICKS_OF = re.compile(r"\b(?:ticks?|counts?|units?|steps?)\s*(?:of|=|is|are|in|:)\s*\d", re.I)
 #: A line by which numbers are to be turned into others.
 FORMULA = re.compile(
     r"([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"
@@ -106,7 +95,6 @@ OF_OTHERS = words(
     "|pid|kp|ki|kd|controller|loop|regler|noise|tolerance|limit*|threshold|warn*|alarm|level|pixel*|px|image"
     "|microphone|mic"
 )
-DATES = words("dates?|datum|due|valid|until|expires?|next|last|certificate*|cert|number|nummer|no|nr|year|serial")
 STATISTIC = {
     "max": words("max*|peak|f_?max|h(?:\u00f6|oe)chst*|largest|highest"),
     "min": words("min|minimum|minimal*|valley|smallest|lowest"),
@@ -120,26 +108,10 @@ LASTING = words(
     "duration|total time|elapsed time|recording time|record time|test time|messdauer|dauer|aufnahmedauer|doba"
     "|lasted|length of record*"
 )
-NEUTRAL = re.compile(
-    r"(?:^|[\s:=;,\t(])(?:no|none|off|false|nein|aus|normal|positive|plus|standard|disabled|n/a|not|never|nicht)\b",
-    re.I,
-)
-SUBJECT = words(
-    "anzeige|display|indicator|all|values?|data|readings?|numbers|channels?|signals?|columns?|measure*|results?|werte|daten|kanal"
-    "|kan(?:\u00e4|ae)le|messwerte|signale"
-    "|sign|polari*|vorzeichen|load ?cell|loadcell|laser|encoder|ch\\d*|ai\\d*"
-)
-#: What shows the numbers, where nothing else is named.
-SHOWN = words("anzeige|display|indicator")
 #: Quantities no column of a record is of.
 OTHER_QUANTITY = words(
     "temperature|temp|strain|dehnung|dms|pressure|druck|accel*|beschleunigung|voltage|spannung|current|strom"
     "|torque|moment|humidity|speed|power"
-)
-#: A sentence on a unit.
-IN_UNIT = re.compile(
-    r"([^\W\d][^:=;,\t]{2,60}?)\s+(?:(?:are|is|given|stored|saved|recorded|logged|sind|ist)\s+){0,2}in\s+([^\s,;)]+)",
-    re.I,
 )
 #: Powers of ten, and what pounds, kiloponds, inches and degrees are worth: factors by which a unit is mistaken.
 MISTAKEN = (*(10.0**k for k in (-6, -4, -3, -2, -1, 1, 2, 3, 4, 6)), 9.80665, 4.4482216, 25.4, 2.54, 57.29578)
@@ -154,12 +126,6 @@ CHECKED = words(
 )
 #: What rows are made of, where they are counted by a rate that the head names.
 OF_ROWS = words("scans?|samples?|rows?|points?|readings?|values?|zeilen?|werte?|messwerte?|abtastwerte?")
-NO_ROWS = words(
-    "filter*|moving|gleitend*|smooth*|pre|post|trigger*|channels?|kan(?:\u00e4|ae)le|number|no|nr|specimen|header"
-    "|begin*|start*|size|bits?"
-    "|bytes?|buffer|display*|decimals?|oversampl*|per second|hz|clock|format|max*|first|zero|baseline|subtracted"
-    "|taken"
-)
 #: A load that is told to be below zero where it pulls.
 AGAINST = re.compile(
     r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\W*$))"
@@ -172,48 +138,20 @@ AGAINST = re.compile(
 UPWARDS = re.compile(
     r"\bup(?:wards?)?\s*(?:is|=|:)?\s*(?:positive|plus|\+)|(?:\+|\bpositive|\bplus)\s*(?:is|=|:)?\s*up", re.I
 )
-#: What is still to be done.
-TO_BE = re.compile(
-    r"\b(?:to be|must be|should be|has to be|have to be|needs? to be|please|zu|m[u\u00fc]ss(?:en|t)?)\b", re.I
-)
 #: What makes a number beside a calibration that of the calibration.
 CONSTANT = words("factor*|faktor*|constant*|konstante|coeff*|koeff*|slope|value|wert|gain")
-#: Units no number of ours is in, and words for counts.
+#: Units no number of ours is in.
 FOREIGN_FORCES = frozenset(
     ("kp", "kilopond", "kiloponds", "pond", "ponds", "dyn", "dyne", "dynes", "poundal", "poundals", "tf", "tonf", "ozf")
 )
-FOREIGN = FOREIGN_FORCES | frozenset(
-    ("ounces", "stone", "thou", "px", "pixels", "counts", "digits", "ticks", "steps", "bits", "lsb", "percent", "%")
-)
-#: A share of what is true.
-SHARE_OF = re.compile(
-    r"(\d+(?:[.,]\d+)?)\s?(?:%|per ?cent|prozent)\s+(?:of|des|der|vom|von)\b"
-    r"(?!.*(?:max|peak|limit|rated|range|break))",
-    re.I,
-)
-#: A unit told by a key.
-UNIT_OF = re.compile(
-    r"([^\d\W][^\d:=;,\t]{1,40}?)[\s_.]+(?:units?|einheit)\W{0,2}\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)"
-    r"|(?:units?|einheit) (?:of|der|des|von) ([^:=;,\t]{1,40}?)\s*[:=;,\t]\s*\W?([^\s;,\])\"]+)",
-    re.I,
-)
 #: Of how numbers are kept.
 TYPE = words("format|type*|datentyp|datatype|precision|float*|real*|single")
-#: That something was set or noted as it should not have been.
-IN_ERROR = words(
-    "wrong*|instead of|in place of|should have been|mistake*|erroneous*|incorrect*|falsch*|irrt*|versehentlich"
-    "|accidental*"
-)
 #: Halves of something else.
 HALVES = re.compile(
     r"\b(?:half|quarter|full|double|three|two)[- ](?:bridge|inch|sine|wave|duplex|sided|shear|braid\w*(?: rope)?|wire"
     r"|point|phase)\w*",
     re.I,
 )
-#: That a sign, whose word stands beside, is another one.
-SWAPPED = re.compile(r"\b(?:vertauscht|gedreht|swapped|exchanged|wrong|falsch|opposite|changed)\b", re.I)
-#: What the unit of a cell below a heading is called.
-UNIT_LABEL = re.compile(r"(?:\W*(?:units?|einheit(?:en)?)\W*)?", re.I)
 #: What the words for a sensor say of the quantity it is for.
 OF_SENSORS = {
     "length": words("laser*|encoder*|lvdt|potentiometer|pot|wegaufnehmer|drum|wheel"),
@@ -223,5 +161,8 @@ OF_SENSORS = {
 }
 #: What explains that rows are fewer than were sampled.
 THINNED = words("decimat*|thinn*|divider|skip*|every|averag*|downsampl*|resampl*|reduc*")
-#: A rate in words.
-PER_SECOND = re.compile(r"\s?\b(?:samples?|scans?|readings?|values?|rows?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?\b", re.I)
+#: That the last row was measured first.
+NEWEST = words(
+    "newest|latest|most recent|neueste*|j\u00fcngste*|absteigend*|descending|desc|last (?:sample|row|reading)s? first"
+    "|plus r\u00e9cent*|m\u00e1s reciente*|pi\u00f9 recent*|nejnov\u011bj*|najnow*|reversed? (?:order|in time)"
+)

@@ -9,6 +9,7 @@ from fibrefit.core import units as registry
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.bearing import OF_SENSORS, OTHER_QUANTITY
 from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.columns.unmoved import NO_QUANTITY
 from fibrefit.records.grammar.claims import Amount, Claim
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import kinds_named, tokens
@@ -72,14 +73,13 @@ class ReadColumn:
         mine = set(tokens(self.column.name))
         if set(tokens(about)) & self.others and not set(tokens(about)) & mine:
             return False
-        if not (kinds_named(about) - {"time"} or set(tokens(about)) & mine):
+        if not (kinds_named(_quantities(about, mine)) - {"time"} or set(tokens(about)) & mine):
             about = one.text
         sensors = {kind for kind, words in OF_SENSORS.items() if words.search(about)}
         if sensors:
             return self.kind in sensors or bool(set(tokens(about)) & mine)
-        if self.settled or kinds_named(about) - {"time"}:
-            return self.named(about)
-        return self.role != "time"
+        about = _quantities(about, mine)
+        return self.named(about) if self.settled or kinds_named(about) - {"time"} else self.role != "time"
 
     def named(self, about: str) -> bool:
         """Whether words name the column, or its quantity."""
@@ -99,6 +99,11 @@ class ReadColumn:
         return (
             claim.amounts[first : first + 1] if first >= 0 and len(claim.amounts) == self.beside + 1 else claim.amounts
         )
+
+
+def _quantities(text: str, mine: set[str]) -> str:
+    """Words of a text without those that in a sentence are of a part or of a supply, and not of a quantity."""
+    return " ".join(word for word in tokens(text) if word in mine or word not in NO_QUANTITY)
 
 
 def held_columns(columns: Sequence[RawColumn], roles: Mapping[str, int], answered: frozenset[int]) -> list[ReadColumn]:

@@ -2,55 +2,35 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.records.columns.bearing import (
     AGAINST,
     BEFORE,
-    CHECKED,
-    CONSTANT,
-    CORRECTION,
-    DATES,
     DONE,
-    FOREIGN,
     FORMULA,
-    FULL_SCALE,
     HALVES,
-    IN_ERROR,
     IN_STEPS,
-    IN_UNIT,
     MISTAKEN,
     MULTIPLIED,
     NEGATED,
-    NEUTRAL,
     NO_STATISTIC,
     NOT_YET,
     OF_OTHERS,
     OTHER_QUANTITY,
-    SHARE_OF,
-    SHOWN,
     SLOWED,
     STATISTIC,
-    SUBJECT,
-    SWAPPED,
-    TICKS_OF,
-    TO_BE,
-    TURN,
     TYPE,
     UNDONE,
-    UNIT_LABEL,
-    UNIT_OF,
     UPWARDS,
 )
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Told
-from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of, has_day
+from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.grammar.worth import OF_COUNTS, are_whole, contradicted
-from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH, SAME_PEAK
+from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole
+from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
 
 
 def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
@@ -62,30 +42,20 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         if DONE.search(line) and not UNDONE.search(line):
             return ""
         claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
-        ticks = TICKS_OF.search(line) and any(
-            a.kind == "time" and not _is_step(a, read) for c in claims_of(line, mark) for a in c.amounts
-        )
-        told = next((told for c in claims if (told := _factor(c, read, line) or _slowed(c))), "")
-        told = told or _checked(line, read, mark)
-        return told or ("may be what one number is worth of" if ticks else "")
-    unit = _other_kind(line, one, read) or _other_unit(line, one, read)
-    if unit:
-        return f"({unit}) is no unit of"
+        return next((told for c in claims if (told := _factor(c, read, line))), "")
     told = _in_steps(line, one, read) or _formula(line, one, read)
-    told = told or _worded(line, one, read) or _checked(line, read, mark)
+    told = told or _worded(line, one, read)
     if told:
         return told
     if one.row:
         told = next((_row(c, read) for c in claims_of(line, mark) if not c.about.strip(" -#")), "")
         if told:
             return told
-    if OF_COUNTS.search(line) and are_whole(read.column.numbers.values) and read.concerns(line, one):
+    places = PLACES.search(line)
+    if (places or OF_COUNTS.search(line)) and are_whole(read.column.numbers.values) and read.concerns(line, one):
         numbers = [a.value for c in claims_of(line, mark) for a in c.amounts]
-        if not read.settled and any(value not in (0.0, 1.0) for value in numbers) and not has_day(line):
+        if not read.settled and any(v not in (0.0, 0.0 if places else 1.0) for v in numbers) and not has_day(line):
             return "may be what one number is worth of"
-    share = SHARE_OF.search(line)
-    if share and float(share[1].replace(",", ".")) / 100.0 != 1.0 and read.named(line) and not FULL_SCALE.search(line):
-        return f"({share[0]}) may be what is there of"
     before = BEFORE.search(line) or NOT_YET.search(line)
     if (
         before
@@ -99,65 +69,23 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         about = claim.about
         answered = read.settled and not one.of and not read.named(about)
         if not done and not answered and read.concerns(about, one):
-            said = _factor(claim, read, line) or _turn(claim, line, read)
+            said = _factor(claim, read, line)
             if said:
                 return said
-        said = _statistic(claim, read)
+        said = _statistic(claim, read, one)
         if said:
             return said
     return ""
 
 
-def _is_step(amount: Amount, read: ReadColumn) -> bool:
-    """Whether a time is the one from row to row, as the column itself has it."""
-    steps = np.diff(read.column.numbers.values[np.isfinite(read.column.numbers.values)])
-    if not steps.size or not read.unit:
-        return False
-    step = float(np.median(steps)) * registry.to_si(read.unit, "s")
-    return abs(amount.value * registry.to_si(amount.unit, "s") / step - 1.0) < SAME_LENGTH if step > 0 else False
-
-
 def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
-    words = MULTIPLIED.search(claim.about)
-    of_times = words and (
-        words.group().casefold() in ("divider", "divisor") or SLOWED.search(line) or "time" in kinds_named(line)
-    )
-    if of_times and read.role != "time" and not read.named(line):
-        return ""  # of a clock: whether it is one is asked of the times
-    if not words:
-        bare = [a for a in claim.amounts if a.factor and a.value not in (0.0, 1.0)]
-        meant = read.named(claim.about) or any(a.ratio for a in bare)
-        return "may be a factor of" if bare and meant and not OF_OTHERS.search(claim.about) else ""
-    if DATES.search(claim.about) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
+    """A bare number beside a word that multiplies, which is of nothing but the column, or of its times."""
+    of_times = SLOWED.search(line) or "time" in kinds_named(line)
+    others = OF_OTHERS.search(f"{line} {claim.about}") or (of_times and read.role != "time")
+    if not MULTIPLIED.search(claim.about) or has_day(line) or (others and not read.named(claim.about)):
         return ""
-    if words.group().casefold().startswith("gain") and OF_OTHERS.search(line) and not read.named(line):
-        return ""  # of an amplifier or converter that is named elsewhere in the line
-    lengths = [a.value * registry.to_si(a.unit, "m") for a in claim.amounts if a.kind == "length"]
-    if words.group().casefold().startswith(("lever", "hebel", "ratio")) and len(lengths) > 1 and len(set(lengths)) > 1:
-        return "may be a factor of"
-    if FULL_SCALE.search(claim.about) and not are_whole(read.column.numbers.values):
-        return ""
-    dated = words.group().casefold().startswith(("cal", "kal")) and has_day(line) and not CONSTANT.search(claim.about)
-    for amount in read.own(claim):
-        year = dated or (words.group().casefold().startswith(("cal", "kal")) and 1950 <= amount.value <= 2100)
-        per_cent = amount.unit == "%" and not CORRECTION.search(claim.about) and amount.value / 100.0 == 1.0
-        if amount.value in (0.0, 1.0) or year or per_cent:
-            continue
-        if (
-            not amount.unit
-            or amount.unit in ("%", "\u2030")
-            or _is_ratio(amount.unit)
-            or ("/" in amount.unit and are_whole(read.column.numbers.values))
-        ):
-            return f"({claim.about.strip()[:40]}: {amount.value:g}) may still have to be applied to"
-    return ""
-
-
-def _is_ratio(unit: str) -> bool:
-    """Whether a unit is that of one quantity over the same: a factor between two of its units, and no sensor's mV/V."""
-    above, _, below = unit.strip("()").partition("/")
-    kinds = registry.kind_of(above), registry.kind_of(below.strip("()")) if below else None
-    return kinds[0] is not None and kinds[0] == kinds[1] and kinds[0] != "voltage"
+    factors = [a.value for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
+    return f"({claim.about.strip()[:40]}: {factors[0]:g}) may still have to be applied to" if factors else ""
 
 
 def _row(claim: Claim, read: ReadColumn) -> str:
@@ -207,35 +135,6 @@ def _formula(line: str, one: Told, read: ReadColumn) -> str:
     return "may still have to be applied to" if own and not made else ""
 
 
-def _other_kind(line: str, one: Told, read: ReadColumn) -> str:
-    """Unit that a line says a column's numbers are in, where it measures another quantity; empty where it says none."""
-    for words, unit in IN_UNIT.findall(line) if read.unit and not (read.settled and not read.named(line)) else ():
-        bare = unit.strip("()[].")
-        kind = registry.kind_of(bare) or ("no unit" if bare.casefold() in FOREIGN else "")
-        about = read.named(words) or (SUBJECT.search(words) and not kinds_named(words) and kind not in read.kinds)
-        if kind and about and kind not in (read.kind, "time", "frequency") and not _is_of_others(words):
-            return unit
-    return ""
-
-
-def _is_of_others(words: str) -> bool:
-    """Whether words are of other things than the numbers; what a display alone shows is the numbers."""
-    return OF_OTHERS.search(words) is not None and SHOWN.fullmatch(words.strip()) is None
-
-
-def _other_unit(line: str, one: Told, read: ReadColumn) -> str:
-    """Unit that is told of a column by a key, where it is another one than that of its heading."""
-    match = UNIT_OF.search(line)
-    about, unit = (match[1] or match[3], match[2] or match[4]) if match else ("", "")
-    if one.of and read.unit is not None and not one.place.startswith("heading"):
-        label, _, cell = line.rpartition(":" if ":" in line else "=")
-        own = UNIT_LABEL.fullmatch(label.strip()) and registry.kind_of(cell.strip())
-        return cell.strip() if own and contradicted([read.unit, cell.strip()]) else ""
-    if read.unit is None or one.of or not about or not read.named(about):
-        return ""
-    return unit if registry.kind_of(unit) and contradicted([read.unit, unit]) else ""
-
-
 def _worded(line: str, one: Told, read: ReadColumn) -> str:
     """A number in words that is said of a column, or is to be applied."""
     if (
@@ -251,74 +150,44 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     kinds = kinds_named(line)
     against = {"force": AGAINST, "length": UPWARDS}.get(read.kind)
     sides = against.search(line) if against and (read.kind in kinds or not kinds) else None
-    wrong = IN_ERROR.search(line)
-    if wrong and (one.of or read.named(line.replace("wrong way", "wrong"))):
-        return f"({wrong.group()}) may have changed"
     if sides:
         return f"({sides.group()}) may turn the sign of"
-    meant = (
-        (one.of and not one.place.startswith("heading"))
-        or read.named(line)
-        or (TO_BE.search(line) and read.concerns(line, one))
-    )
+    meant = (one.of and not one.place.startswith("heading")) or read.named(line)
     others = OF_OTHERS.search(line) and not read.named(line)
     return f"({found}) may be a factor of" if found and meant and not others else ""
 
 
-def _checked(line: str, read: ReadColumn, mark: str) -> str:
-    """Two amounts of a column's quantity of which one is what the other is shown as."""
-    if not CHECKED.search(line):
-        return ""
-    values = [
-        a.value * registry.to_si(a.unit, registry.si_unit(a.unit) or "")
-        for c in claims_of(line, mark)
-        for a in c.amounts
-        if a.unit and a.kind == read.kind
-    ]
-    return (
-        "is a check that does not agree, for"
-        if len(values) == 2 and abs(values[0] - values[1]) > 1e-9 * abs(values[0])
-        else ""
-    )
+def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:
+    """A largest, smallest or mean value that is claimed, over the one that is read; 0 where none is claimed.
 
-
-def _turn(claim: Claim, line: str, read: ReadColumn) -> str:
-    match = TURN.search(claim.about)
-    if not match or NEUTRAL.search(line) or (OF_OTHERS.search(claim.about) and not read.named(claim.about)):
-        return ""
-    values = [a.value for a in read.own(claim)]
-    if values:
-        named = match.group().casefold() in ("sign", "vorzeichen") or match.group().casefold().startswith("polari")
-        return "may turn the sign of" if any(v < 0 if named else v > 0 for v in values) else ""
-    swapped = SWAPPED.search(line)
-    stated = re.search(
-        r"(?:^|[\s:=;,\t(])(?:-|yes|on|true|ja|ein|neg\w*|minus|inver\w*|revers\w*|flipped)\W*$", line, re.I
-    )
-    said = match.group().casefold().endswith(("ed", "iert", "kehrt", "dreht", "inv", "neg"))
-    subject = read.named(line) or SUBJECT.search(line)
-    return "may turn the sign of" if stated or ((said or swapped) and subject) else ""
-
-
-def _slowed(claim: Claim) -> str:
-    """A factor by which time was stretched, or what one tick of a clock is worth."""
-    ratio = any(a.factor and a.value not in (0.0, 1.0) for a in claim.amounts)
-    return "may be a factor of" if ratio and SLOWED.search(claim.about) else ""
-
-
-def _statistic(claim: Claim, read: ReadColumn) -> str:
-    """A largest, smallest or mean value that is claimed and is another one by a factor for which units are mistaken."""
+    Parameters
+    ----------
+    claim : Claim
+        Of `one`.
+    read : ReadColumn
+        The column.
+    one : Told
+        What is said; of the column itself also without a unit.
+    """
     if NO_STATISTIC.search(claim.about) or not (read.named(claim.about) or not kinds_named(claim.about)):
-        return ""
+        return 0.0
     values = read.column.numbers.values[np.isfinite(read.column.numbers.values)]
     if not values.size or read.unit is None:
-        return ""
+        return 0.0
+    bare = one.of == read.column.header
     for name, words in STATISTIC.items():
-        amounts = [a for a in claim.amounts if a.kind == read.kind and a.value]
+        amounts = [a for a in claim.amounts if (a.kind == read.kind or (bare and not a.unit)) and a.value]
         if not words.search(claim.about) or len(amounts) != 1:
             continue
         own = {"max": values.max(), "min": values.min(), "mean": values.mean()}[name]
-        si = registry.si_unit(read.unit) or ""
-        stated = amounts[0].value * registry.to_si(amounts[0].unit, si) / registry.to_si(read.unit, si)
-        if own and any(abs(stated / own / factor - 1.0) < SAME_PEAK for f in MISTAKEN for factor in (f, 1.0 / f)):
-            return f"({stated / own:.3g} times the one that is read) contradicts"
-    return ""
+        worth = registry.to_si(amounts[0].unit or read.unit, registry.si_unit(read.unit) or "")
+        stated = amounts[0].value * worth / registry.to_si(read.unit, registry.si_unit(read.unit) or "")
+        return float(stated / own) if own else 0.0
+    return 0.0
+
+
+def _statistic(claim: Claim, read: ReadColumn, one: Told) -> str:
+    """A largest, smallest or mean value that is claimed and is another one by a factor for which units are mistaken."""
+    ratio = told_over_read(claim, read, one)
+    mistaken = any(abs(ratio / factor - 1.0) < SAME_PEAK for f in MISTAKEN for factor in (f, 1.0 / f))
+    return f"({ratio:.3g} times the one that is read) contradicts" if mistaken else ""

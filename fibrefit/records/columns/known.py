@@ -1,8 +1,7 @@
 """What a line beside the numbers may do to them: move them, which is asked about, or nothing that can be told.
 
 A claim is asked about where a word of it tells a change, a share, a side or another unit, or a number of it stands
-beside what is measured and is of nothing else. What is said of channels without that is no question: it is repeated
-beside the record, as not understood. What is of nothing that is measured is passed over.
+beside what is measured and is of nothing else. What else is said of channels is repeated beside the record.
 """
 
 from __future__ import annotations
@@ -21,23 +20,23 @@ from fibrefit.records.columns.bearing import (
     FOREIGN_FORCES,
     HALVES,
     OF_OTHERS,
+    OF_SENSORS,
     OTHER_QUANTITY,
     UNDONE,
 )
 from fibrefit.records.columns.lexicon import (
     BESIDE,
     CERTIFIED,
-    CHANGES,
     CONTRAST,
     COVARIES,
     DATED,
     IN_MASS,
     INACCURACY,
-    INITIALS,
     NEUTRAL,
     NO_UNITS,
     NOT_READ,
     NOTHING,
+    OF_SIDES,
     OF_TIMES,
     ONE_OF,
     PHRASES,
@@ -47,7 +46,6 @@ from fibrefit.records.columns.lexicon import (
     SIDED,
     SIZED,
     SLASH,
-    SOMEBODY,
     SWITCHED,
     SWITCHED_ON,
     TECHNICAL,
@@ -64,6 +62,7 @@ from fibrefit.records.columns.unmoved import (
     is_measured,
     is_name_behind_key,
     is_quantity,
+    is_told_alike,
     is_told_twice,
     may_bear,
     moves_nothing,
@@ -85,7 +84,6 @@ from fibrefit.records.thresholds import (
     SHORTEST_SENTENCE,
 )
 
-#: That rows were taken.
 _RECORDED = re.compile(
     r"\b(?:sampl|record|logg|acqui|aufgezeichnet|aufgenommen|enregistr|registra|zazn|nagran)\w*", re.I
 )
@@ -154,16 +152,20 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
         of_channel or ONE_OF.search(line) or any(may_bear(word, names) or "time" in kinds_named(word) for word in said)
     )
     bears = prose and any(_bears(word, names) for word in tokens(DESIGNATION.sub(" ", line)))
-    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, SOMEBODY.sub(" ", SLASH.sub("; ", line)))), mark))
+    claims = tuple(claims_of(PHRASES.sub(" ", HALVES.sub(_noun, SLASH.sub("; ", line))), mark))
     sensitivities = {a.value for claim in claims for a in claim.amounts if a.unit.casefold() == "mv/v"}
     if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
         return tuple((claim, True) for claim in claims)
-    if CHECKED.search(line) and is_told_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
-        return tuple((claim, True) for claim in claims)
+    if CHECKED.search(line):
+        if is_told_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
+            return tuple((claim, True) for claim in claims)
+        if is_told_alike(claims) and not any(of.search(line) for of in OF_SENSORS.values()):
+            return ()
     for claim in claims:
+        told_apart = any(a.factor for a in claim.amounts) and is_told_twice([claim], bare=True)
+        if told_apart and any(_bears(word, names) for word in tokens(claim.about)):
+            return tuple((claim, True) for claim in claims)
         about = without_units(DESIGNATION.sub(" ", claim.about))
-        if not claim.amounts and about != about.upper():
-            about = INITIALS.sub(lambda m: m[0] if CHANGES.fullmatch(m[0].casefold()) else " ", about)
         found = tokens(about)
         if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
             continue  # a row of numbers is told by where it stands; names of types change nothing
@@ -292,7 +294,11 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
     words = [word for word in words if word not in counted]
     technical = [w for w in words if TECHNICAL.fullmatch(w)]
     amounts = [a for a in claim.amounts if a.value != 0.0 and (a.value != 1.0 or a.unit) and not is_label(a)]
-    times = [w for w in words if (OF_TIMES.fullmatch(w) or "time" in kinds_named(w)) and not registry.kind_of(w)]
+    times = [
+        w
+        for w in words
+        if (OF_TIMES.fullmatch(w) or "time" in kinds_named(w)) and registry.kind_of(w) in (None, "number")
+    ]
     units = any(a.unit.casefold() in COUNTS for a in amounts) or (
         not claim.amounts
         and any(registry.kind_of(w.casefold()) in ("force", "length") for w in claim.about.split() if len(w) > 1)
@@ -306,6 +312,8 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
     changes = [w for w in words if tells_change(w) or w in WORDED] + technical
     changes += [w for w in words if BESIDE.fullmatch(w) and (touched or contrast or set(times) - {w})]
     inexact = any(map(INACCURACY.fullmatch, tokens(line))) and {a.unit for a in amounts} <= {"%", "\u2030"}
+    if re.search(r"-\W*$", line) and any(map(OF_SIDES.fullmatch, technical)):
+        return True
     if changes and not (inexact and changes == technical):
         return (False if _is_prose(line) else None) if _settled(claim, words, line, names) else True
     if changes or not (touched or times or amounts) or (not amounts and len(words) <= LONGEST_LABEL):

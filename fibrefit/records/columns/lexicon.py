@@ -37,7 +37,7 @@ NOT_READ = lexicon(
 TECHNICAL = lexicon(
     "scal* skalier* factor* faktor* calib* cal kalib* kalibr* gain* verstarkung ratio* slope* intercept offset* zero*"
     " null* tare* tara balance* baseline bias drift* shift* delay* lag* latency skew compensat* coefficient* coeff*"
-    " koeff* correct* korrek* polarit* sign vorzeichen invert* conver* umrechn* attenuat* dampf* damping decimat*"
+    " koeff* correct* korrek* polarit* sign vorzeichen conver* umrechn* attenuat* dampf* damping decimat*"
     " averag* gemittelt raw unfiltered linear* autozero autoscale exponent shunt multiplier"
     " coefficient",
     # and what is said of them once they are done
@@ -88,13 +88,16 @@ SWITCHED = lexicon(
 )
 #: Of these, what a certificate tells of.
 CERTIFIED = lexicon("calib* kalib* cal kal")
+#: Of these, what a minus says is turned.
+OF_SIDES = lexicon("polarit* sign vorzeichen")
 #: What has a word of a change in it and is none.
 PHRASES = re.compile(
     r"(?:\+/-|\u00b1)\s*[\d.,]+\s*[^\s;,]*|\b(?:n[or](?=\.? ?\d)|missing values?"
     r"|no ?data value|(?:per|pro) (?:second|sekunde)|scale divisions?|and +\d+ more"
     r"|(?:night|day|late|early|morning|evening)[- ]?shift|shift\W+(?:night|day|late|early|morning|evening|[1-3a-d])"
     r"|(?-i:[A-Z]+\d\w*) plus|twice (?:in|during|before|after|a)"
-    r"|raw data|rohdaten|reading mode|every sample stored|all samples|some words|real[- ]?time|no averag\w*"
+    r"|raw data|rohdaten|inverted pendulum|reading mode|every sample stored|all samples|some words"
+    r"|real[- ]?time|no averag\w*"
     r"|(?:laboratory|kitchen|digital) scale|gain set by factory|offset of the laser from the axis|not used"
     r"|[\w-]+\.(?:jpe?g|png|mp4|mov|avi|csv|txt|dat|py|m|vi|log|xlsx?)|[a-z]+_\d+|(?-i:[A-Z]{1,6}-\d{2,}[A-Z]*)"
     r"|temperature coefficient of \w+\W+[\d.]+ ?\S*|since (?:19|20)\d\d|type?\W+(?:double|single)\b"
@@ -110,13 +113,6 @@ OF_TIMES = lexicon(
     " datenrate bildrate scanrate framerate baudrate scan* frame* fps clock tick* timer time* zeit* playback slow*"
     " seconds minute* jede* kazdy kazda row* rows zeile* hz khz",
     "shorter baud crystal",
-)
-#: Words of a claim that tells how often rows were taken, and nothing else.
-OF_THE_RATE = lexicon(
-    "sample* sampling rate frequency freq interval period scan scanning acquisition logging logger log data daq"
-    " recording record measuring measurement samplerate abtastrate abtastfrequenz abtastintervall abtastzeit abtastung"
-    " messrate messintervall messfrequenz fs dt ts delta t campionamento frequence frequenza frecuencia muestreo"
-    " echantillonnage vzorkovaci vzorkovani speed time step of at was the is with frames"
 )
 #: Words that beside what is measured tell that it is not as it should be, or is borne, moved or counted otherwise.
 BESIDE = lexicon(
@@ -215,8 +211,3 @@ IN_MASS = re.compile(
     r"^(?!.*(?:mass|weight|gewicht|peso|poids)).*\b(?:in|en|em|ve?|we?)\s+(?:lbs?|kgf?|kilo\w*|pounds?|libras?|livres?|gram\w*|pond\w*)\b",
     re.I,
 )
-#: A name with digits in it, such as U9C, S2M or drop_4.csv, and what stands in the place of a path.
-SOMEBODY = re.compile(
-    r"\b(?:by|von|par|por|da)\s+(?:(?:Dr|Mr|Ms|Prof|Ing)\.?\s+)?(?:[A-Z]\.?\s+)*[A-Z][a-z]+\b(?!\s*\d)"
-)
-INITIALS = re.compile(r"\b[A-Z]{2,4}\b")

@@ -27,7 +27,7 @@ _MEASURED = lexicon(
 #: Numbers in words that are shares or factors wherever they stand.
 SHARES = frozenset(("double", "doubled", "doubles", "twice", "doppelt", "doppelte", "verdoppelt", "both", "pair"))
 #: Words of a quantity that in a head are those of a part or of a supply.
-_NO_QUANTITY = frozenset(("gauge", "excitation", "motor", "rotation"))
+NO_QUANTITY = frozenset(("gauge", "excitation", "motor", "rotation"))
 #: Units of counts, which as words say more.
 COUNTS = frozenset(("pulses", "pulse", "counts", "ticks", "digits", "increments", "edges", "steps"))
 #: Whole numbers without a unit that are years.
@@ -79,8 +79,17 @@ def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     unit = ""
     for amount in (a for claim in claims for a in claim.amounts if a.unit or bare):
         unit = "" if amount.counted and not amount.unit else amount.unit or unit  # "2.0 mV/V (file made with 1.0)"
-        told.setdefault(unit, []).append(abs(amount.value))
+        si = registry.si_unit(unit) if unit else None
+        worth = registry.to_si(unit, si) if si else 1.0
+        told.setdefault(si or unit, []).append(abs(amount.value) * worth)
     return any(max(values) > TOLD_ALIKE * min(values) for values in told.values())
+
+
+def is_told_alike(claims: Sequence[Claim]) -> bool:
+    """Whether all amounts are of one unit and hardly differ: one thing that is told and was measured."""
+    amounts = [amount for claim in claims for amount in claim.amounts]
+    one = len(amounts) > 1 and len({amount.unit for amount in amounts}) == 1 and amounts[0].unit
+    return bool(one) and not is_told_twice(claims, bare=False)
 
 
 def is_long(amount: Amount) -> bool:
@@ -144,7 +153,7 @@ def is_label(amount: Amount) -> bool:
 @functools.lru_cache(maxsize=8192)
 def is_quantity(word: str, names: frozenset[str]) -> bool:
     """Whether a word is of a column's name, or of a quantity but time."""
-    return word in names or (bool(kinds_named(word) - {"time"}) and word not in _NO_QUANTITY)
+    return word in names or (bool(kinds_named(word) - {"time"}) and word not in NO_QUANTITY)
 
 
 def _is_unit(word: str) -> bool:

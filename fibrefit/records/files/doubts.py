@@ -10,10 +10,12 @@ import numpy as np
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
+from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.dialect import Dialect
-from fibrefit.records.grammar.facts import Facts, find_facts
+from fibrefit.records.grammar.facts import Facts, find_facts, frequencies_in
 from fibrefit.records.grammar.headings import PLAIN_KINDS
-from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.tokens import clean, kind_of_cell
+from fibrefit.records.thresholds import FOLDED, SAME_RATE
 
 #: What MATLAB shows above a matrix whose numbers it shows divided by it.
 _COMMON_FACTOR = re.compile(r"^\W*\d(?:\.\d+)?e[+-]?\d+\s*\*\W*$", re.I)
@@ -29,7 +31,12 @@ _OF_UNITS = re.compile(
 
 
 def with_remarks(
-    facts: Facts, remarks: Sequence[tuple[int, str]], above: Sequence[str], dialect: Dialect, where: str
+    facts: Facts,
+    remarks: Sequence[tuple[int, str]],
+    above: Sequence[str],
+    dialect: Dialect,
+    where: str,
+    rate: float | None,
 ) -> Facts:
     """Facts with what remarks inside the table say against them.
 
@@ -45,6 +52,8 @@ def with_remarks(
         Of the table.
     where : str
         File to name in messages.
+    rate : float or None
+        What the user gives, in Hz.
 
     Raises
     ------
@@ -60,9 +69,10 @@ def with_remarks(
             raise DataError(
                 f"{where}, line {number}", f'"{line.strip()[:60]}" inside the table', "one unit throughout", do
             )
-        other = find_facts([line], dialect.mark)
-        if facts.rate is not None and other.rates and other.rate != facts.rate:
-            facts = replace(facts, doubt=f'"{facts.quoted}" above the table, and "{other.quoted}" in line {number}')
+        told = [*find_facts([line], dialect.mark).rates, *frequencies_in(line, dialect.mark)]
+        known = rate or facts.rate
+        if told and known and all(abs(one / known - 1.0) > SAME_RATE for one in told):
+            facts = replace(facts, changes=f'"{line.strip()[:60]}" in line {number}')
     return facts
 
 
@@ -106,9 +116,9 @@ def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str
     DataError
         If most of its text holds figures.
     """
+    filled = [cell.strip() for cell in cells if cell.strip()]
     if unit is None or units.kind_of(unit) not in PLAIN_KINDS:
         return
-    filled = [cell.strip() for cell in cells if cell.strip()]
     odd = [cell for cell in filled if kind_of_cell(cell, mark) == "text"]
     if sum(any(sign.isdigit() for sign in cell) for cell in odd) > 0.5 * len(odd):
         do, why = "Export plain numbers, negative ones with a minus before them.", ""
@@ -117,6 +127,29 @@ def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str
                 return  # both marks in one column: told with the lines, further on
             do, why = "Export all columns with one decimal mark.", " under the decimal mark of the other columns"
         raise DataError(place, f'"{odd[0][:30]}" is no number{why}', f"numbers in {unit}", do)
+
+
+def refuse_signs_apart(words: Sequence[tuple[str, Sequence[str]]], columns: Sequence[RawColumn]) -> None:
+    """Refuse numbers without signs that touch zero wherever a column of two words changes, as where it has their signs.
+
+    Parameters
+    ----------
+    words : sequence of (str, sequence of str)
+        Columns of words, each with its place for messages.
+    columns : sequence of RawColumn
+        Those of numbers.
+    """
+    for place, cells in words:
+        kinds = sorted({clean(cell) for cell in set(cells)})
+        first = np.array([clean(cell) == kinds[0] for cell in cells])
+        turns = np.flatnonzero(first[1:] != first[:-1])
+        for column in columns if len(kinds) == 2 and turns.size > 1 else ():
+            values = column.numbers.values / (np.fmax.reduce(column.numbers.values) or 1.0)
+            touches = np.fmin(values[turns], values[turns + 1])
+            tops = np.fmax.reduce(values[first]), np.fmax.reduce(values[~first])
+            if np.fmin.reduce(values) >= 0.0 and np.fmax.reduce(touches) < FOLDED < 0.5 * min(tops):
+                got = f'"{kinds[0]}" and "{kinds[1]}" that take turns where "{column.header}" touches zero'
+                raise DataError(place, got, "numbers with their signs", "Put the sign before each number.")
 
 
 def told_bad(cells: Sequence[str], mark: str) -> np.ndarray:

@@ -17,12 +17,26 @@ from fibrefit.records.columns.raw import Raw, RawColumn, Told
 from fibrefit.records.columns.said import listed_channels, told_beside
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
-from fibrefit.records.files.doubts import refuse_common_factor, refuse_figures, told_bad, with_remarks
+from fibrefit.records.files.doubts import (
+    refuse_common_factor,
+    refuse_figures,
+    refuse_signs_apart,
+    told_bad,
+    with_remarks,
+)
+from fibrefit.records.files.keyed import (
+    BESIDE,
+    header_beside,
+    requoted,
+    separator_told,
+    step_beside,
+    with_thousandths,
+)
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
 from fibrefit.records.grammar.digits import cut_short, masked_with
 from fibrefit.records.grammar.facts import find_facts
-from fibrefit.records.grammar.header import Header, find_header, header_cells, with_keyed_units
+from fibrefit.records.grammar.header import STATEMENT, Header, find_header, header_cells, with_keyed_units
 from fibrefit.records.grammar.headings import bracketed_units, split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
@@ -32,17 +46,9 @@ from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
 from fibrefit.records.grammar.worth import contradicted, unit_told
 from fibrefit.records.options import ReadOptions
-from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES
-
-#: A cell in single quotes.
-_SINGLE_QUOTED = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\t|]|$))")
-
-#: Columns of a header that stands beside the first rows: what, its value, its unit.
-_BESIDE = 3
+from fibrefit.records.thresholds import FEWEST_ROWS
 
 _WORD = re.compile(r"[^\W\d_]{3}")
-
-_SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
 
 def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
@@ -67,9 +73,9 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     DataError
         If the layout is not understood, or can be read in two ways.
     """
-    lines, delimiter = _separator_told(text.lines, options.delimiter)
-    lines, told = _header_beside(_requoted(lines))
-    lines, stated = _step_beside(lines)
+    lines, delimiter = separator_told(text.lines, options.delimiter)
+    lines, told = header_beside(requoted(lines))
+    lines, stated = step_beside(lines)
     told = told or stated
     voted = vote(lines, delimiter=delimiter, mark=options.decimal)
     if voted is None:
@@ -90,7 +96,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     skipped = [(i, lines[i - 1]) for i in rows.skipped]
     return Raw(
         columns=columns,
-        facts=with_remarks(find_facts(said, dialect.mark), skipped, above, dialect, where),
+        facts=with_remarks(find_facts(said, dialect.mark), skipped, above, dialect, where, options.rate),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
@@ -102,16 +108,6 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
             *_elsewhere(text, beside, columns),
         ],
     )
-
-
-def _separator_told(lines: Sequence[str], delimiter: str | None) -> tuple[list[str], str | None]:
-    """Lines without the one that tells spreadsheets the separator, and that separator."""
-    found = list(lines)
-    for i in range(min(3, len(found))):
-        match = _SEP_LINE.fullmatch(found[i])
-        if match is not None:
-            delimiter, found[i] = delimiter or match.group(1), ""
-    return found, delimiter
 
 
 def _elsewhere(text: Text, header: Sequence[str], columns: Sequence[RawColumn]) -> list[Told]:
@@ -138,12 +134,15 @@ def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[
 
     What a statement says, its value and its unit are not all words.
     """
-    found = []
+    found: list[str] = []
     for i, line in enumerate(above, 1):
         cells = dialect.split(line) or []
-        words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:_BESIDE])
-        if i == header.line or (words and cells[_BESIDE:]):
-            line = "; ".join(cell for cell in re.split(r"[,;\t]", line) if re.search(r"[=:]\s*[\d.+-]", cell))
+        words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:BESIDE])
+        if i == header.line or (words and cells[BESIDE:]):
+            cells = [cell.strip() for cell in re.split(r"[,;\t]", line)]
+            line = "; ".join(c for c in cells if re.search(r"[=:]\s*[\d.+-]", c) or STATEMENT.fullmatch(c))
+        elif found and re.fullmatch(r"[^:=]*[^\W\d][^:=]*[:=]\s*", found[-1]) and len(set(cells)) == 1:
+            line = f"{found[-1]} {cells[0]}"  # the same of each channel, below its key
         found.append(line)
     return found
 
@@ -160,45 +159,6 @@ def _unused(header: Header, rows: Rows, empty: Sequence[bool], above: Sequence[s
         for i, name in enumerate(header.names)
         if empty[i] and name and cells[i]
     ]
-
-
-def _requoted(lines: list[str]) -> list[str]:
-    """Lines with double quotes where the file puts its cells in single ones."""
-    framed = sum(_SINGLE_QUOTED.search(line) is not None for line in lines[-LAYOUT_LINES:])
-    if framed <= 0.5 * min(len(lines), LAYOUT_LINES):
-        return lines
-    return [_SINGLE_QUOTED.sub(r'\1"\2"', line) for line in lines]
-
-
-def _step_beside(lines: list[str]) -> tuple[list[str], list[str]]:
-    """Lines without a start and a step that stand beside the headings alone, rows being shorter; and what they say."""
-    rows = [[cell.strip() for cell in line.rstrip(", ").split(",")] for line in lines[:3]]
-    if (
-        len(rows) < 3
-        or len(rows[0]) != len(rows[1])
-        or tuple(map(str.casefold, rows[0][-2:])) != ("start", "increment")
-    ):
-        return lines, []
-    if len(rows[2]) >= len(rows[0]) or any(kind_of_cell(cell, ".") != "number" for cell in rows[1][-2:]):
-        return lines, []
-    told = [f"{name} = {cell}" for name, cell in zip(rows[0][-2:], rows[1][-2:], strict=True)]
-    behind = "," * (len(lines[2]) - len(lines[2].rstrip(",")))
-    return [",".join(rows[0][:-2]), ",".join(rows[1][:-2]), *(line.removesuffix(behind) for line in lines[2:])], told
-
-
-def _header_beside(lines: list[str]) -> tuple[list[str], list[str]]:
-    """Lines without the header that older scopes write to the left of the first rows, and what that header says."""
-    rows = [line.split(",") for line in lines[:LAYOUT_LINES]]
-    told = [",".join(cells[:_BESIDE]) for cells in rows]
-    number = next((i for i, text in enumerate(told) if not text.strip(" ,")), 0)
-    measured = all(
-        cells[_BESIDE + 1 :] and all(kind_of_cell(cell.strip(), ".") == "number" for cell in cells[_BESIDE:][:2])
-        for cells in rows
-    )
-    if not (number and measured and all(kind_of_cell(cells[0], ".") == "text" for cells in rows[:number])):
-        return lines, []
-    empty = "," * _BESIDE
-    return [*(empty + ",".join(cells[_BESIDE:]) for cells in rows[:number]), *lines[number:]], told[:number]
 
 
 def _unbroken(above: Sequence[str]) -> list[str]:
@@ -298,14 +258,15 @@ def _columns(
     columns: list[RawColumn] = []
     notes: list[str] = []
     bad: list[tuple[str, np.ndarray]] = []
+    words: list[tuple[str, Sequence[str]]] = []
     last = len(rows.cells) - 1
-    for i, cells in enumerate(rows.cells):
+    for i, cells in enumerate(with_thousandths(rows.cells, kinds, header)):
         title = header.names[i]
         name, unit = split_heading(title)
         told = contradicted([unit, header.units[i], *bracketed_units(title)])
         unit = unit or header.units[i]
         shown = title or f"column {i + 1}"
-        kind = kinds[i] if kinds[i] != "empty" else _kind_of_sparse(cells, rows.dialect.mark)
+        kind = kinds[i] if kinds[i] != "empty" and any(cells) else _kind_of_sparse(cells, rows.dialect.mark)
         place = f'{where}, column "{shown}"'
         if kind == "clock" and any(_has_time(cell) for cell in cells[:20]):
             columns.append(replace(_clock_column(title, name, cells, place, notes), number=i + 1))
@@ -319,6 +280,7 @@ def _columns(
         elif title or kind != "empty":
             if kind == "text":
                 refuse_figures(cells, unit, rows.dialect.mark, place)
+                words.append((place, cells))
                 bad.append((name, told_bad(cells, rows.dialect.mark)))
                 beside = unit_told(cells, rows.numbers, place)
                 if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
@@ -327,6 +289,7 @@ def _columns(
             notes.append(f'Column "{shown}" {what} and is left out.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
+    refuse_signs_apart(words, columns)
     return without_bad(columns, bad, notes), notes, aside
 
 

@@ -62,7 +62,7 @@ _SHARED = re.compile(
 _IN_TURN = re.compile(
     r"\b(?:in turn|alternat\w*|interleav\w*|abwechselnd|nacheinander|sequential\w*)\b"
     r"|\b(?:shared|split|divided) (?:by|among|between|over|across)\b|\b(?:across|over|for) (?:all|both|the) channels\b"
-    r"|\b(?:before|prior to|after|vor|nach)\b",
+    r"|\b(?:before|prior to|after|vor|nach)\b|\(\s?\d+ ?(?:ch|inputs|kan)\w*",
     re.IGNORECASE,
 )
 #: A frequency, with the words before it; and words for one that is not of the samples.
@@ -103,6 +103,12 @@ _ANY_RATE = re.compile(
     rf"[\W_]*(?:frequen(?:cy|z|ce|cia|za)|f|frekvence)\"?\s*{_BREAK}{_NUMBER}\s*(k?hz)\b", re.IGNORECASE
 )
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
+#: A rate that needs no key: by its unit, of samples; or because nothing stands before it: "# 2 kHz; rope 17".
+_IN_SAMPLES = re.compile(
+    rf"(?<![\w/.,]){_NUMBER}\s*([kM]?)(?:Sa?/s|sps|(?:samples?|scans?|readings?)\s?(?:per|/)\s?s(?:ec(?:onds?)?)?)(?![^\W_])",
+    re.I,
+)
+_FIRST_OF_ALL = re.compile(rf"[\W_]*{_NUMBER}\s*([kM]?)Hz\s*(?:$|[;,|\t])", re.I)
 
 
 #: What an instrument could do is not what it did.
@@ -112,6 +118,7 @@ _AT_MOST = re.compile(r"\b(?:max(?:imum|imal)?|maximale?r?|highest|up to|bis)\b[
 _FRACTION = re.compile(r"(?<![\d/.,])(\d+)\s*/\s*(\d+)(?=\s*(?:[mun]?s|[mu]?sec|seconds?|hz|khz)\b)", re.IGNORECASE)
 
 _RATE, _STEP, _COUNT = _pattern(_RATE_KEYS), _pattern(_STEP_KEYS), _pattern(_COUNT_KEYS)
+_STATE_IT = (_RATE.search, _BARE_RATE.match, _IN_SAMPLES.search, _FIRST_OF_ALL.match)
 _THINNED = re.compile(
     rf"(?<![\w/])(?:{_THINNED_KEYS})(?:[ ]?(?:factor|ratio|rate|by|of))?\"?\s*{_BREAK}{_NUMBER}", re.IGNORECASE
 )
@@ -134,6 +141,8 @@ class Facts:
         What had to be decided.
     doubt : str
         A statement of the rate that can be read in two ways, and both of them; empty where there is none.
+    changes : str
+        What names a rate where the rows have begun, and another one than stands above them; empty for nothing.
     """
 
     rates: tuple[float, ...] = ()
@@ -141,6 +150,7 @@ class Facts:
     samples: int | None = None
     notes: tuple[str, ...] = ()
     doubt: str = ""
+    changes: str = ""
 
     @property
     def rate(self) -> float | None:
@@ -191,6 +201,24 @@ def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
     return replace(facts, doubt=f'"{open_ones[0].quoted}", which can be read as {readings}')
 
 
+def frequencies_in(line: str, mark: str) -> list[float]:
+    """Frequencies a line names, in Hz, that may be the rate of rows: each in all its readings.
+
+    Parameters
+    ----------
+    line : str
+        Beside a table.
+    mark : str
+        Decimal mark of the table.
+    """
+    found = () if OF_OTHER_RATES.search(line) else _FREQUENCY.finditer(line)
+    return [
+        {"k": 1e3, "m": 1e6}.get(m[3][:1].casefold(), 1.0) * n
+        for m in found
+        for n in _numbers(m[2], mark, in_groups=True)
+    ]
+
+
 def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
     """What is in doubt of a rate beside a statement that of so many samples one is kept; empty where nothing is."""
     for match in (
@@ -198,7 +226,7 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
     ):
         if match[0][-2:].strip() and match[0].split()[1].rstrip("ndrsth.") != "1":
             return f'"{facts.quoted}" beside "{match[0]}", which may be a rate of more samples than are here'
-    stated = [line for line in lines if len(facts.rates) == 1 and (_RATE.search(line) or _BARE_RATE.match(line))]
+    stated = [line for line in lines if len(facts.rates) == 1 and any(is_at(line) for is_at in _STATE_IT)]
     for line in (line for line in stated if len(line) <= LONGEST_HEADING):
         turn = _IN_TURN.search(line)
         others = [m[2] + m[3] for m in _FREQUENCY.finditer(line) if not OF_OTHER_RATES.search(m[1])]
@@ -206,13 +234,10 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
             beside = turn[0] if turn else " and ".join(dict.fromkeys(others))
             return f'"{" ".join(line.split())[:60]}", of which "{beside}" leaves open which rate the rows have'
     for line in (line for line in lines if line not in stated and len(line) <= LONGEST_HEADING):
-        for match in _FREQUENCY.finditer(line) if len(facts.rates) == 1 and not OF_OTHER_RATES.search(line) else ():
-            if match[3].casefold().endswith("hz") and not _OF_ROWS.search(line):
-                continue
-            numbers = _numbers(match[2], mark, in_groups=True)
-            factor = {"k": 1e3, "m": 1e6}.get(match[3][:1].casefold(), 1.0)
-            if all(abs(factor * n / facts.rates[0] - 1.0) > SAME_RATE for n in numbers):
-                return f'"{facts.quoted}" and "{" ".join(line.split())[:60]}", which may be the rate of the rows'
+        told = frequencies_in(line, mark) if len(facts.rates) == 1 else []
+        of_rows = _OF_ROWS.search(line) or _IN_SAMPLES.search(line)
+        if told and of_rows and all(abs(rate / facts.rates[0] - 1.0) > SAME_RATE for rate in told):
+            return f'"{facts.quoted}" and "{" ".join(line.split())[:60]}", which may be the rate of the rows'
     for match in (match for line in lines for match in _THINNED.finditer(line)):
         numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
         if numbers and len(facts.rates) == 1:
@@ -247,6 +272,11 @@ def _said(line: str, mark: str, axis: str) -> Iterator[_Said]:
             other = _numbers(match.group(3), "," if mark == "." else ".", in_groups=True)
             numbers = list(dict.fromkeys([*numbers, *other]))
         yield from _meant(numbers, unit or (axis if is_step else ""), quoted, is_step)
+    first = _FIRST_OF_ALL.match(line)
+    for match in (*_IN_SAMPLES.finditer(line), *([first] if first else ())):
+        told = any(a.start() <= match.start() < a.end() for a, _ in matches)
+        if not told and not _AT_MOST.search(line[: match.start()]):
+            yield from _meant(_numbers(match[1], mark, in_groups=True), f"{match[2]}Hz", match[0].strip(), False)
     for match in _PER_SAMPLE.finditer(line):
         if units.kind_of(match.group(2)) == "time":
             yield from _meant(_numbers(match.group(1), mark, in_groups=False), match.group(2), match.group(0), True)
@@ -323,9 +353,9 @@ def _unit(match: re.Match[str]) -> str | None:
         return "Hz"
     if after and units.expression(after) is not None:
         return after
-    if after and not gap.strip():
+    if after and not gap.strip(" "):
         return after.casefold() if units.expression(after.casefold()) is not None else None
-    if after and re.search(r"hz$|sps$|/s|sampl|sec$|^[kmun]?s$", after, re.IGNORECASE):
+    if after and re.search(r"hz$|sps$|/s|^samples$|sec$|^[kmun]?s$", after, re.IGNORECASE):
         return None  # a unit, but none that is known
     # A word in the next cell is another matter; a word in brackets may be a remark: "Interval (Time)".
     known = in_key and next((u for u in (in_key.strip(), _capitals(in_key.strip())) if units.expression(u)), None)

@@ -33,6 +33,8 @@ _UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky",
 _OF_ABSCISSA = re.compile(r"x[-_ ]?(?:axis[-_ ]?)?(?:unit|einheit|jednotk|dimension)", re.I)
 #: The same in front of each unit: "Unit: N".
 _UNIT_WORD = re.compile(r"(?:units?|einheit)\s*:\s*", re.I)
+#: What says something by itself among headings: "tInc = 1e-4", "2 kHz".
+STATEMENT = re.compile(r"[^=]+=\s*[+-]?[\d.,]+(?:[eE][+-]?\d+)?\s*\w*|\W*[\d.,]+\s*[kM]?Hz")
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
 
@@ -127,7 +129,7 @@ def _all_named(cells: Sequence[str]) -> bool:
 
 def _is_prose(line: str, cells: Sequence[str], wanted: Collection[str]) -> bool:
     """Whether a line further up was cut into its words, and hardly one of these is the heading of a column."""
-    if list(cells) != REMARK.sub("", line, count=1).split() or set(cells) & set(wanted):
+    if list(cells) != REMARK.sub("", line, count=1).lstrip("; ").split() or set(cells) & set(wanted):
         return False
     named = [split_heading(cell) for cell in cells]
     said = sum(unit is not None or bool(kinds_named(name)) or counts_rows(name) for name, unit in named)
@@ -163,6 +165,8 @@ def header_cells(line: str, dialect: Dialect, empty: Sequence[bool]) -> list[str
     """
     remark = REMARK.match(line)
     text = line[remark.end() :] if remark else line
+    if dialect.delimiter == WHITESPACE:
+        text = text.lstrip("; ")
     if dialect.width == 1:
         return [text.strip(f' "{dialect.delimiter}')]
     # A header may separate its cells otherwise than the table, but then it does so throughout.
@@ -198,6 +202,8 @@ def _fitted(cells: list[str], width: int, empty: Sequence[bool]) -> list[str] | 
         return cells[1:]
     if len(cells) > width and not any(cells[width:]):
         return cells[:width]
+    if len(cells) > width and any(map(STATEMENT.fullmatch, cells)):
+        return _fitted([cell for cell in cells if not STATEMENT.fullmatch(cell)], width, empty)
     if len(cells) == width + 1 and is_remark(cells[-1]):
         return cells[:width]
     # Data rows end with a delimiter and the header does not: the last column is empty. A column of remarks is
@@ -227,7 +233,9 @@ def is_unit_row(cells: Sequence[str]) -> bool:
         filled = filled[1:]
     filled = [cell for cell in filled if cell.casefold() not in _UNIT_MARKS]
     if len([cell for cell in filled if units.expression(cell) not in (None, "1")]) > 2:
-        filled = [cell for cell in filled if cell.casefold() not in ("no.", "time")]  # above the counter and the clock
+        filled = [
+            cell for cell in filled if cell.casefold() not in ("no.", "time", "date")
+        ]  # above the counter and the clock
     known = [cell for cell in filled if units.expression(cell) is not None or cell in ("S", "MM", "SEC")]
     if any(cell not in known and kinds_named(cell) for cell in filled):
         return False  # "Time,s,1": a row of a list of channels
@@ -259,7 +267,7 @@ def _points(cells: Sequence[str], wanted: Collection[str]) -> float:
         elif unit is not None and known_unit(name, unit) is not None:
             points += 3
         else:
-            points += 2 if kinds_named(name) else 0.5
+            points += 2 if kinds_named(name) else 1 if cell.casefold() in _NAME_LABELS else 0.5
     filled = [cell for cell in cells if cell]
     points -= 1.0 * (len(filled) - len(set(filled)))
     return points if len(filled) > len(cells) / 2 or len(cells) <= 2 else points - 3

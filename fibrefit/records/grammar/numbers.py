@@ -96,6 +96,10 @@ EXPONENT, EMPTY_WHOLE = 1000, 100
 _APOSTROPHE = re.compile(r"(?<=\d)['\u2019](?=\d{3}(?!\d))")
 
 
+#: A negative number as book-keepers write it.
+_MINUS_BEHIND = re.compile(r"\(\d[\d.,]*\)|\d[\d.,]*\s?-")
+
+
 def parse_column(texts: Sequence[str], mark: str, lines: np.ndarray, where: str) -> Numbers:
     """Numbers of a column of cells.
 
@@ -150,6 +154,10 @@ def _one_by_one(texts: Sequence[str], mark: str, lines: np.ndarray, where: str) 
         first = int(np.flatnonzero(other)[0])
         got = f'"{texts[first]}" beside numbers with a decimal "{mark}"'
         raise DataError(f"{where}, line {lines[first]}", got, "one decimal mark throughout", "Export the file again.")
+    behind = [i for i in np.flatnonzero(reasons == CODE["unreadable"]).tolist() if _MINUS_BEHIND.fullmatch(cleaned[i])]
+    if len(behind) > max(2, OTHER_MARKS * len(texts)):
+        got = f'"{texts[behind[0]]}", whose minus does not stand before it'
+        raise DataError(f"{where}, line {lines[behind[0]]}", got, "plain numbers", "Export the file again.")
     return _numbers(values, reasons, cleaned, mark)
 
 

@@ -30,8 +30,9 @@ _HARMLESS = re.compile(
     r"|version|fill|valid|missing|step|interval|delay|mean|std|rms|level|order|class|type|width",
     re.I,
 )
-#: How many decimals are to be counted off.
-_PLACES = re.compile(_WORD.format("(?:decimals?|digits|exponent|power|precision|nachkommastellen)"), re.I)
+PLACES = re.compile(_WORD.format("(?:decimals?|digits|exponent|power|precision|nachkommastellen)"), re.I)
+"""Words for how many decimals are to be counted off."""
+
 #: Words for the side from which numbers are counted: below zero they were turned round. And words that say so.
 _SIDES = re.compile(_WORD.format("(?:polarity|sign|direction|polarit[a\u00e4]t|vorzeichen)"), re.I)
 _TURNED = re.compile(_WORD.format("(?:inverted|negated|reversed|invertiert|negiert|flipped)"), re.I)
@@ -82,7 +83,7 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
         # Beside whole numbers, which may be counts, any number not known to be of something else may be a factor.
         if idle is None and (_PER.search(key) or (whole and number not in (0.0, -1.0) and not _HARMLESS.search(key))):
             idle = 1.0
-        if idle is None and whole and _PLACES.search(key):
+        if idle is None and whole and PLACES.search(key):
             idle = 0.0
         if number is None and _PER.search(key) and np.size(value) > 1 and np.asarray(value).dtype.kind in "iuf":
             told.append(f"{key} = {np.asarray(value).ravel()[:4].tolist()}")

@@ -45,6 +45,8 @@ class Export:
     position: np.ndarray | None = field(default_factory=lambda: POSITION * 1e-3)
     rtol: float = 1e-9
     atol_time: float = 1e-9
+    #: Share of the samples that must be there at least.
+    valid: float = 0.9
     #: Roles that no column of the file has.
     absent: tuple[str, ...] = ()
 

@@ -47,7 +47,7 @@ def differences(export: Export, record: Record) -> list[str]:
         rows = np.searchsorted(0.5 * (times[1:] + times[:-1]), record.time - record.time[0])
         expected = truth[rows]
         valid = record.valid[role]
-        if valid.mean() < 0.9 or not np.allclose(
+        if valid.mean() < export.valid or not np.allclose(
             record.channels[role][valid], expected[valid], rtol=export.rtol, atol=1e-12
         ):
             found.append(f"{role}: {record.channels[role][:3]} for {expected[:3]}, {valid.mean():.0%} valid")
