@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.workflow.batches import batch
-from fibrefit.workflow.batches.item import Job, Outcome
+from fibrefit.workflow.batches.item import Job, Outcome, outcome_of
 from tests.cli.conftest import Run
 from tests.study.test_summaries import FIT
 
@@ -23,7 +23,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
         made.append(job)
         if Path("stop").exists():
             raise DataError(job.name, "nothing", "something", "")
-        return Outcome(FIT.model_dump_json(by_alias=True), 1.0)
+        return outcome_of(job, FIT)
 
     monkeypatch.setattr(batch, "identified", identified)
     return made

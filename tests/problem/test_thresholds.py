@@ -42,7 +42,7 @@ def standing(speed: float) -> bool:
     guide = SimpleNamespace(net_force=lambda drive, direction, sliding: drive - 2.0 * direction)
     system = SimpleNamespace(gain=1.0, offset=0.0, mass=3.0, guide=guide)
     one = np.ones(1)
-    return bool(inverse_dynamics._asked(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
+    return bool(inverse_dynamics._required_force(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
 
 
 ORDINATES = 100

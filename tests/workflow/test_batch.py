@@ -205,7 +205,7 @@ def test_progress_tells_how_far_and_how_long(series: Path, asked: list[str], tmp
 
 def test_what_is_done_is_on_disk_until_all_are(series: Path, asked: list[str], tmp_path: Path) -> None:
     def alive() -> int:
-        return sum(isinstance(one, BatchItem) for one in gc.get_objects())
+        return sum(type(one) is BatchItem for one in gc.get_objects())
 
     work, before, seen = jobs(series, *"abcdefgh"), alive(), list[int]()
     for _ in range(2):  # identified, and taken up
