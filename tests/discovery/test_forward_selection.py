@@ -18,11 +18,11 @@ from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noi
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine import remaining
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.forward_selection import (
     Limits,
     Selection,
@@ -287,8 +287,8 @@ def test_what_records_do_not_tell_apart_is_said_though_it_was_not_tried() -> Non
 def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[..., Case]) -> None:
     made = case(0.0)
     assert (made.base.moved_to(-1.0).log, made.base.moved_to(-1.0).names) == (-1.0, ())
-    twice = [noise.scaled(2.0) for noise in made.search.scales.yardstick.noise]
-    wrong = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, twice))
+    twice = [noise.scaled(2.0) for noise in made.search.scales.common_noise.noise]
+    wrong = Scales(made.search.context, made.search.scales.reference, common_noise_of(made.base.supermodel, twice))
     right = Scales(made.search.context, made.search.scales.reference, wrong.refined(wrong.again(made.base)))
     fresh, stale = right.innovations(right.again(made.base)), wrong.innovations(wrong.again(made.base))
     valid = fresh != 0.0
@@ -322,8 +322,8 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
     others = ("sensor.force_gain", "sensor.force_drift", "guide.stribeck_friction")
     effects = (*made.search.effects, *(CATALOGUE[name] for name in others))
     for factor in (1.0, 0.8):
-        noise = [one.scaled(factor) for one in made.search.scales.yardstick.noise]
-        scales = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, noise))
+        noise = [one.scaled(factor) for one in made.search.scales.common_noise.noise]
+        scales = Scales(made.search.context, made.search.scales.reference, common_noise_of(made.base.supermodel, noise))
         search = replace(made.search, effects=effects).weighed_with(scales)
         look = comparison_of(search, scales.again(made.base), "trying")
         found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])

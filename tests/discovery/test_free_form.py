@@ -25,12 +25,12 @@ from fibrefit.discovery.curves.probes import (
     PositionErrorOfPosition,
     TensionOfRate,
 )
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.inputs import About
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
@@ -72,8 +72,8 @@ def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
     # What is planted has white noise, of the level the weights stand for.
     weights, band = task.problem.observations.weight, 0.5 / float(np.diff(task.traces[0].times).mean())
     white = [Noise(float(weights[c].max()) ** -2 / band, 0.0, 0.0, 1000) for c in task.problem.model.rig.channels]
-    yardstick = yardstick_of(search.base.supermodel, white)
-    return search.weighed_with(Scales(search.context, search.scales.reference, yardstick))
+    common_noise = common_noise_of(search.base.supermodel, white)
+    return search.weighed_with(Scales(search.context, search.scales.reference, common_noise))
 
 
 def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:

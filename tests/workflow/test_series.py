@@ -207,7 +207,8 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
     at, whole = found.law.evidence.mode, found.search.context.whole
     for r in range(len(LIFTS)):
         gram = SecantGram(
-            found.search.scales.yardstick.on(found.law.supermodel), np.where(np.arange(len(LIFTS)) == r, 0, whole)
+            found.search.scales.common_noise.whitened(found.law.supermodel),
+            np.where(np.arange(len(LIFTS)) == r, 0, whole),
         )
         alone = laplace(mode(at.unknowns, at.place, gram, at.sigma))
         said = found.law.log - lawful.verdict.left_out["speed_law"].foresight[r]

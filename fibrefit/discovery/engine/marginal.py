@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried, strengthened
+from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import astray, descent, fading, first_steps
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
@@ -18,7 +19,6 @@ from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import Yardstick, steps_at, yardstick_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -38,18 +38,18 @@ from fibrefit.problem.noise.spectrum import Noise
 
 
 class Scales:
-    """Weighs hypotheses against one yardstick.
+    """Modes and marginal likelihoods of hypotheses, all in one noise.
 
     Parameters
     ----------
     context : SearchContext
     reference : mapping of name to float
         Base parameters of the first fit, in SI units.
-    yardstick : Yardstick
+    common_noise : CommonNoise
     """
 
-    def __init__(self, context: SearchContext, reference: dict[str, float], yardstick: Yardstick) -> None:
-        self.context, self.reference, self.yardstick = context, reference, yardstick
+    def __init__(self, context: SearchContext, reference: dict[str, float], common_noise: CommonNoise) -> None:
+        self.context, self.reference, self.common_noise = context, reference, common_noise
 
     def weigh(
         self,
@@ -76,7 +76,7 @@ class Scales:
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
-        return SecantGram(self.yardstick.on(supermodel), self.context.whole, seed)
+        return SecantGram(self.common_noise.whitened(supermodel), self.context.whole, seed)
 
     def promise_of(
         self, curve: Heights, parent: Weighed, supermodel: Supermodel, local: np.ndarray, gram: Gram
@@ -193,7 +193,7 @@ class Scales:
         A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
         """
         unknowns, found = parent.evidence.mode.unknowns, parent.evidence.mode
-        seen, kept = self.yardstick.on(parent.supermodel), []
+        seen, kept = self.common_noise.whitened(parent.supermodel), []
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             kept.append(seen.slopes(local, columns, targets, self.context.whole))
@@ -294,18 +294,18 @@ class Scales:
         return self.without(at, kept)
 
     def again(self, weighed: Weighed) -> Weighed:
-        """A hypothesis weighed with another yardstick, from where it is."""
+        """A hypothesis weighed in another noise, from where it is."""
         found = weighed.evidence.mode
         return self.weigh(weighed.supermodel, weighed.effects, weighed.local, found.sigma, found.place.eta)
 
-    def refined(self, weighed: Weighed) -> Yardstick:
-        """Yardstick of the noise a hypothesis leaves."""
+    def refined(self, weighed: Weighed) -> CommonNoise:
+        """The noise a hypothesis leaves, to compare hypotheses in."""
         steps = steps_at(weighed.supermodel, weighed.local, self.context.whole)
-        return yardstick_of(weighed.supermodel, self.noise(weighed), steps)
+        return common_noise_of(weighed.supermodel, self.noise(weighed), steps)
 
     def noise(self, weighed: Weighed) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
-        return remaining_noise(self.yardstick, weighed, self.context.whole)
+        return remaining_noise(self.common_noise, weighed, self.context.whole)
 
     def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
         """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
@@ -324,7 +324,7 @@ class Scales:
         White, Econometrica 50 (1982).
         """
         found, kept = weighed.evidence.mode, []
-        unknowns, supermodel = found.unknowns, self.yardstick.on(weighed.supermodel)
+        unknowns, supermodel = found.unknowns, self.common_noise.whitened(weighed.supermodel)
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole)[0])
@@ -347,12 +347,12 @@ class Scales:
 
     def innovations(self, weighed: Weighed) -> np.ndarray:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
-        left = jnp.asarray(residuals_of(self.yardstick, weighed, self.context.whole)[0])
-        return np.asarray(innovations_of(self.yardstick.whitening, left[None])[0])
+        left = jnp.asarray(residuals_of(self.common_noise, weighed, self.context.whole)[0])
+        return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
 
     def _beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
         """Products of known slopes of a parent's unknowns and of further columns of a supermodel."""
-        seen, number = self.yardstick.on(supermodel), known.rows.shape[1] - 1
+        seen, number = self.common_noise.whitened(supermodel), known.rows.shape[1] - 1
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             further = seen.slopes(local, columns[number:], targets[:, number:], self.context.whole)

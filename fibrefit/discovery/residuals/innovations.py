@@ -87,13 +87,13 @@ def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: S
     if len(best.evidence.mode.unknowns.scattering):
         scores = _scores(scales, best)
         tested += [_windows(*scores), _drifts(*scores, names=_names(best))]
-    steps = scales.yardstick.steps
-    residuals, counts = residuals_of(scales.yardstick, best, scales.context.whole)[0], scales.context.whole
+    steps = scales.common_noise.steps
+    residuals, counts = residuals_of(scales.common_noise, best, scales.context.whole)[0], scales.context.whole
     fine = [c for c, channel in enumerate(channels) if channel not in steps]
-    seen = [one for one in level_shifts(scales.yardstick.whitening, residuals, counts) if one.channel in fine]
+    seen = [one for one in level_shifts(scales.common_noise.whitening, residuals, counts) if one.channel in fine]
     if seen:
         tested.append(_jumping(seen, traces, channels))
-    pairs = [(c, noise) for c, noise in zip(channels, scales.yardstick.noise, strict=True) if c not in steps]
+    pairs = [(c, noise) for c, noise in zip(channels, scales.common_noise.noise, strict=True) if c not in steps]
     return (*tested, *(alarm for c, noise in pairs if (alarm := against_rest(traces, c, noise)) is not None))
 
 
@@ -111,7 +111,7 @@ def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     columns = unknowns.shared[unknowns.scattering]
     local = best.local
     targets = local[:, columns] * np.exp(DIFFERENCE_STEP)
-    supermodel = scales.yardstick.on(best.supermodel)
+    supermodel = scales.common_noise.whitened(best.supermodel)
     products, squares = stretch_products(supermodel, local, columns, targets, scales.context.whole)
     information, score = products[:, :, :-1, :-1] / DIFFERENCE_STEP**2, products[:, :, :-1, -1] / DIFFERENCE_STEP
     assert place.eta.shape[1] == len(columns)

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
@@ -72,7 +72,7 @@ def linearised_about(search: Search, weighed: Weighed) -> About | None:
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, weighed.effects, sensitivities) if weighed.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
-    scales = Scales(search.context, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
+    scales = Scales(search.context, search.scales.reference, common_noise_of(own, search.scales.common_noise.noise))
     anew = replace(
         search,
         base=Hypothesis((), base, supermodel),

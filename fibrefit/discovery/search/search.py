@@ -111,8 +111,8 @@ class Search:
         if isinstance(parent, Hypothesis):
             return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
         found = parent.evidence.mode
-        noise = [repr(of) for of in self.scales.yardstick.noise]
-        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in self.scales.yardstick.steps.items()]
+        noise = [repr(of) for of in self.scales.common_noise.noise]
+        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in self.scales.common_noise.steps.items()]
         return digest(
             parent.names, parent.local, found.place.eta, found.sigma, parent.log, noise, *map(np.asarray, seen)
         )

@@ -11,12 +11,12 @@ import numpy as np
 
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, carried
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import TOO_FAR, slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.checks import AGREED, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
@@ -145,5 +145,5 @@ def _search(
 ) -> Search:
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     reference = {name: float(np.mean(fit.local[:, supermodel.names.index(name)])) for name in context.base}
-    scales = Scales(context, reference, yardstick_of(supermodel, noise))
+    scales = Scales(context, reference, common_noise_of(supermodel, noise))
     return Search(task, wanted, context, Hypothesis((), fit, supermodel), scales, tell, [supermodel])

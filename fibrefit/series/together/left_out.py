@@ -52,7 +52,7 @@ class LeftOut:
 def left_out(search: Search, found: Weighed, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
     """Predictions of a model whose parameters all records share."""
     number, gaps, said, at = len(found.local), [], [], found.evidence.mode
-    seen = search.scales.yardstick.on(found.supermodel)
+    seen = search.scales.common_noise.whitened(found.supermodel)
     grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
     for r in range(number):
         tell(r / number)
@@ -84,7 +84,7 @@ def _without(scales: Scales, found: Weighed, grams: np.ndarray, record: int) -> 
     """
     kept, at = np.arange(len(grams)) != record, found.evidence.mode
     start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))
-    gram = SecantGram(scales.yardstick.on(found.supermodel), np.where(kept, scales.context.whole, 0))
+    gram = SecantGram(scales.common_noise.whitened(found.supermodel), np.where(kept, scales.context.whole, 0))
     evidence = laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
     return at.unknowns.value(evidence.mean), evidence.log
 
