@@ -12,7 +12,7 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.discovery.design.plan import Worth, _errors, told_apart
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.model.finding import Choice
-from fibrefit.plots import plan_figures
+from fibrefit.plots.plan import plan_figures
 from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.study.summaries.design import PlanSummary

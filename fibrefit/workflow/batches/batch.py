@@ -145,7 +145,7 @@ class Batch(AnyResult):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write all but the items, which are there already, into a folder that is being made."""
-        from fibrefit.plots import save_figures
+        from fibrefit.plots.save import save_figures
 
         write_summary(directory.path, self.summary())
         write_whole(directory.path / TABLE, csv_text(self.table()))
@@ -182,7 +182,7 @@ def batch_studies(
     UsageError
         If a scheduler does not answer.
     """
-    from fibrefit.plots import file_names
+    from fibrefit.plots.save import file_names
 
     began, follow = time.perf_counter(), progress or quiet
     folder, *others = (folders,) if isinstance(folders, Path) else folders
