@@ -14,7 +14,7 @@ from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PRO
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
 from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.search.inputs import Confirmation, inflation_of, sobered, weighed_about
+from fibrefit.discovery.search.inputs import Confirmation, overdispersion_corrected, overdispersion_of, weighed_about
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
@@ -164,11 +164,11 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
         if one.evidence.mode.steps and all(one.names != other.names for other in again):
             again.append(scales.again(one))
     # Innovations that scatter more with the best one do so with all: of two that explain the same, the one that happens
-    # to be sobered less would win.
-    own = {one.names: inflation_of(scales, parent, one) for one in again}
+    # to have less overdispersion would win.
+    own = {one.names: overdispersion_of(scales, parent, one) for one in again}
     best = max(again, key=lambda one: one.log).names if again else ()
     factors = {names: max(factor, own[best]) for names, factor in own.items()}
-    weighed = {one.names: sobered(parent, one, factors[one.names]) for one in again}
+    weighed = {one.names: overdispersion_corrected(parent, one, factors[one.names]) for one in again}
     # The others keep what they were found to be behind.
     others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
@@ -205,7 +205,9 @@ def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
 def _about(seen: Confirmation, other: Weighed) -> Weighed:
     """Another candidate where readings are linearised about the best one."""
     found = weighed_about(seen.search, other)
-    return sobered(seen.parent, found, max(seen.inflation, inflation_of(seen.search.scales, seen.parent, found)))
+    return overdispersion_corrected(
+        seen.parent, found, max(seen.overdispersion, overdispersion_of(seen.search.scales, seen.parent, found))
+    )
 
 
 def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:

@@ -71,8 +71,8 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
 
     own = comparison.compared_about
     monkeypatch.setattr(comparison, "weighed_about", about)
-    monkeypatch.setattr(comparison, "inflation_of", lambda scales, parent, one: 1.0)
-    monkeypatch.setattr(comparison, "sobered", lambda parent, one, inflation: one)
+    monkeypatch.setattr(comparison, "overdispersion_of", lambda scales, parent, one: 1.0)
+    monkeypatch.setattr(comparison, "overdispersion_corrected", lambda parent, one, overdispersion: one)
     monkeypatch.setattr(forward_selection, "compared_about", compared)
 
 

@@ -113,11 +113,11 @@ def chosen(*gains: tuple[float, int]) -> Any:
     return forward_selection._chosen(look, cast(Any, SimpleNamespace(choose=None)))
 
 
-def sobered(gain: float) -> bool:
+def overdispersion_corrected(gain: float) -> bool:
     """Whether a gain counts for less in innovations that scatter twice as much as they should."""
-    scales: Any = SimpleNamespace(inflation=lambda one, names: 2.0)
+    scales: Any = SimpleNamespace(overdispersion=lambda one, names: 2.0)
     parent, one = weighed(0.0), weighed(gain, (effect(1),))
-    return inputs.sobered(parent, one, inputs.inflation_of(scales, parent, one)).log < gain
+    return inputs.overdispersion_corrected(parent, one, inputs.overdispersion_of(scales, parent, one)).log < gain
 
 
 EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range(5)))
@@ -134,7 +134,7 @@ def believed(lost: float, gain: float = 50.0) -> bool:
     parent, one = of_records(0.0, 100.0, 100.0), of_records(gain, 100.0 + 2.0 * lost, 100.0 - 2.0 * (gain + lost))
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(inputs, "occam", lambda before, after: 4.0)
-        return inputs.sobered(parent, one, 1.0).log > 0.0
+        return inputs.overdispersion_corrected(parent, one, 1.0).log > 0.0
 
 
 def test_a_gain_that_one_record_objects_to_is_none() -> None:
@@ -144,7 +144,7 @@ def test_a_gain_that_one_record_objects_to_is_none() -> None:
     assert believed(17.0, 500.0)
 
 
-def test_of_two_that_explain_the_same_none_wins_by_being_sobered_less(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypatch: pytest.MonkeyPatch) -> None:
     factors = {1: 1.4, 2: 1.0}
     one, other = weighed(50.0, (effect(1),)), weighed(48.0, (effect(2),))
     for each in (one, other):
@@ -154,7 +154,7 @@ def test_of_two_that_explain_the_same_none_wins_by_being_sobered_less(monkeypatc
         again=lambda one: one,
         refined=lambda one: None,
         reference={},
-        inflation=lambda one, names: factors[len(one.effects[0].parameters)],
+        overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
         without=lambda one, kept: weighed(0.0),
         first_steps_without=lambda one, kept: weighed(-1.0),
     )
@@ -249,7 +249,7 @@ def as_at_rest(slow: float) -> bool:
 
 def unremarked(gap: float) -> bool:
     """Whether such a gap is taken for noise where detection limits are told."""
-    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, inflation=1.0)
+    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, overdispersion=1.0)
     return limits._beyond_noise(fit) == ((), 1.0)
 
 
@@ -274,7 +274,7 @@ CASES = (
     Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),
     Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
     Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
-    Bracket("BEYOND_DOUBT", inputs, sobered, 90.0, 110.0),
+    Bracket("BEYOND_DOUBT", inputs, overdispersion_corrected, 90.0, 110.0),
     Bracket("OBJECTS", inputs, believed, 6.0, 10.0),
     Bracket("ENOUGH", comparison, nothing_left, 1.01, 1.03),
     Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),

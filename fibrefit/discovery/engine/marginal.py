@@ -307,11 +307,12 @@ class Scales:
         """Noise a hypothesis leaves, in SI units."""
         return remaining_noise(self.common_noise, weighed, self.context.whole)
 
-    def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
-        """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
+    def overdispersion(self, weighed: Weighed, names: Iterable[str]) -> float:
+        """Overdispersion of the scores: sandwich variance over inverse information, at least 1.
 
-        It exceeds one where innovations are not what they are taken for: heavy tails, slopes that predict little, a
-        spectrum that is not quite right. A gain counts for as much less.
+        The sandwich variance is that by how scores of parts of the records scatter. It exceeds the other where
+        innovations are not what they are taken for: heavy tails, slopes that predict little, a spectrum that is not
+        quite right. A gain counts for as much less.
 
         Parameters
         ----------

@@ -21,7 +21,7 @@ SIMPLER = 3.0
 """Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals. Up to
 there evidence is not called strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995); their scale is twice this one)."""
 BEYOND_DOUBT = 100.0
-"""Nats that no inflation of the scores' variance makes doubtful."""
+"""Nats that no overdispersion of the scores makes doubtful."""
 OBJECTS = 8.0
 """Nats that a single record may lose to a model without an effect: one in which the effect acts loses so many with a
 probability of one in three thousand at the most (Markov's inequality of a likelihood ratio). Of seven true ones, some

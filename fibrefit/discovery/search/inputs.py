@@ -121,14 +121,14 @@ class Confirmation:
     found : Weighed
     parent : Weighed
         The more probable of what it is without what was added, and of its parent from where that was.
-    inflation : float
+    overdispersion : float
         By which its gain was divided.
     """
 
     search: Search
     found: Weighed
     parent: Weighed
-    inflation: float = 1.0
+    overdispersion: float = 1.0
 
     @property
     def gain(self) -> float:
@@ -136,8 +136,8 @@ class Confirmation:
         return self.found.log - self.parent.log
 
 
-def inflation_of(scales: Scales, parent: Weighed, one: Weighed) -> float:
-    """Factor by which a candidate's gain counts for less, as innovations scatter more than they are taken to.
+def overdispersion_of(scales: Scales, parent: Weighed, one: Weighed) -> float:
+    """Overdispersion of the scores of what a candidate adds; 1 where its gain is none, or beyond doubt.
 
     Parameters
     ----------
@@ -148,11 +148,11 @@ def inflation_of(scales: Scales, parent: Weighed, one: Weighed) -> float:
     if not 0.0 < one.log - parent.log < BEYOND_DOUBT:
         return 1.0
     added = [effect for effect in one.effects if effect not in parent.effects]
-    return scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    return scales.overdispersion(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
 
 
-def sobered(parent: Weighed, one: Weighed, inflation: float) -> Weighed:
-    """A candidate whose gain counts for less by a factor, and for nothing where records object.
+def overdispersion_corrected(parent: Weighed, one: Weighed, overdispersion: float) -> Weighed:
+    """A candidate with its gain divided by the overdispersion of the scores, and none where records object.
 
     Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
     """
@@ -162,7 +162,7 @@ def sobered(parent: Weighed, one: Weighed, inflation: float) -> Weighed:
     if one.lost_to(parent) > OBJECTS:
         return one.moved_to(parent.log)
     cost = max(occam(parent.evidence, one.evidence), 0.0)
-    return one.moved_to(parent.log + (gain + cost) / inflation - cost)
+    return one.moved_to(parent.log + (gain + cost) / overdispersion - cost)
 
 
 def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
@@ -181,8 +181,8 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
         there.scales.weigh(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
     )
     best = max(lesser, key=lambda one: one.log)
-    inflation = inflation_of(there.scales, best, own)
-    return Confirmation(there, sobered(best, own, inflation), best, inflation)
+    overdispersion = overdispersion_of(there.scales, best, own)
+    return Confirmation(there, overdispersion_corrected(best, own, overdispersion), best, overdispersion)
 
 
 def weighed_about(about: Search, other: Weighed) -> Weighed:
