@@ -149,9 +149,9 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
         better = [one for one in again[:COMPARED] if one.log > parent.log]
         # From the one that may get its name to the end; from others as long as it takes to see where they lead.
         ways = [partial(scales.without, one, parent.effects) for one in better[:1]]
-        ways += [partial(_led, scales, one, parent) for one in better[1:]]
+        ways += [partial(_warm_started, scales, one, parent) for one in better[1:]]
         if parent.evidence.mode.sigma.any():
-            ways.append(partial(_agreeing, scales, parent))
+            ways.append(partial(_pooled, scales, parent))
         here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)
         moved |= parent.log > here + NAMED
         if not again or again[0].names == ranked[0].names:
@@ -170,7 +170,7 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
     factors = {names: max(factor, own[best]) for names, factor in own.items()}
     weighed = {one.names: overdispersion_corrected(parent, one, factors[one.names]) for one in again}
     # The others keep what they were found to be behind.
-    others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
+    others = [one.with_log(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
     ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
     return Comparison(search, parent, tuple(ranked), frozenset(weighed), moved=moved)
 
@@ -193,7 +193,7 @@ def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
     if any(one is None for one in there):
         return None
     weighed = {mine: seen.found} | {one.names: one for one in there}
-    others = [one.moved_to(seen.parent.log + look.gain(one)) for one in look.found if one.names not in weighed]
+    others = [one.with_log(seen.parent.log + look.gain(one)) for one in look.found if one.names not in weighed]
     found = tuple(sorted([*weighed.values(), *others], key=lambda one: -one.log))
     before = look.gap_of(look.parent)
     shares = {one.names: look.gap_of(one) / before for one in look.found if one.names not in weighed}
@@ -224,12 +224,12 @@ def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:
     return found
 
 
-def _led(scales: Scales, one: Weighed, parent: Weighed) -> Weighed:
+def _warm_started(scales: Scales, one: Weighed, parent: Weighed) -> Weighed:
     """A parent refitted from where a candidate led: in full only if that begins better."""
-    begun = scales.first_steps_without(one, parent.effects)
+    begun = scales.warm_started_without(one, parent.effects)
     return scales.again(begun) if begun.log > parent.log else begun
 
 
-def _agreeing(scales: Scales, parent: Weighed) -> Weighed:
+def _pooled(scales: Scales, parent: Weighed) -> Weighed:
     """A parent refitted from where its records do not differ."""
-    return scales.again(scales.agreeing(parent))
+    return scales.again(scales.pooled(parent))

@@ -15,8 +15,8 @@ from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
-from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
-from fibrefit.discovery.engine.effort import TOO_FAR, lost, time_for_gls, time_for_starts
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
+from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls, time_for_starts
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
@@ -154,7 +154,7 @@ def _fitted(
         after = _final(search, best, starts, limits.seed, budget)
         gaps = total(before.gap), total(after.gap)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
-        if cut or limits.choose is not None or not lost(*gaps):
+        if cut or limits.choose is not None or not motion_lost(*gaps):
             return best, after, said
         if best.supermodel.sensitivities is None:
             followed = search.gap(search.plain(best))
@@ -250,7 +250,7 @@ def _outdone(
 ) -> tuple[Weighed, list[Reading]] | None:
     """The base and its curves, where one of them makes the records more probable than what was named."""
     if best.supermodel.sensitivities is not base.supermodel.sensitivities:
-        local = carried(search.base.supermodel, base.supermodel, base.local, search.base.fit.local)
+        local = transferred(search.base.supermodel, base.supermodel, base.local, search.base.fit.local)
         base = search.scales.weigh(search.base.supermodel, (), local)
     else:
         base = search.scales.again(base)

@@ -82,14 +82,14 @@ def _broken(before: Identification) -> tuple[Check, ...]:
     A model that lacks much comes to no rest where bounces begin or cease. What it has yet to gain is little beside what
     it lacks, and every candidate is held against a base that is fitted again from where the candidate ended.
     """
-    astray = AT_A_KINK * before.problem.n_measured
+    limit = AT_A_KINK * before.problem.n_measured
     return tuple(
         check
         for check in before.checks
         if check.fatal
         and not check.passed
         and check.identifier not in (EXPLAINED, OTHERWISE, DOUBTFUL)
-        and not (check.identifier == CONVERGED and (check.statistic or 0.0) <= astray)
+        and not (check.identifier == CONVERGED and (check.statistic or 0.0) <= limit)
     )
 
 

@@ -186,7 +186,7 @@ def _believed(look: Comparison, limits: Limits) -> _Believed:
             return _Believed(look, chosen, seen)
         if seen.gain > NAMED:
             return _among_rivals(_Believed(look, chosen, seen), limits)
-        less = chosen.moved_to(look.parent.log + seen.gain)
+        less = chosen.with_log(look.parent.log + seen.gain)
         others = [one for one in look.found if one is not chosen]
         look = replace(look, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
     return _Believed(look, None)

@@ -1,4 +1,4 @@
-"""Two effects at once, where one after the other they gain too little or lead astray; and what says that they may."""
+"""Two effects at once, where one after the other they gain too little or end in wrong minima; what says so."""
 
 from __future__ import annotations
 

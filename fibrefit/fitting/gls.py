@@ -67,7 +67,7 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
         seen = replace(seen, beforehand=seen)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
-    return _looked(task, bars, _settled(bars, unknowns, place, seen), apart_already)
+    return _looked(task, bars, _at_mode(bars, unknowns, place, seen), apart_already)
 
 
 class _Look(NamedTuple):
@@ -100,7 +100,7 @@ def _looked(task: Task, bars: ErrorBars, found: GlsEstimate | None, searched: bo
         if time_left() <= took or not _tells_more(looks, searched):
             break
         began, mode = time.monotonic(), found.evidence.mode
-        found = _settled(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
+        found = _at_mode(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
         took = time.monotonic() - began
     return min(looks, key=lambda look: look.left).found if looks else found
 
@@ -136,7 +136,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     return replace(linearised_in_errors(whole, known, local, coefficients, roots), beforehand=seen.beforehand)
 
 
-def _settled(
+def _at_mode(
     bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None = None
 ) -> GlsEstimate | None:
     """The mode in the noise that is left there; standard deviations between records begin at `sigma`."""

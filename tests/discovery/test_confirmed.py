@@ -20,13 +20,13 @@ A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)})
 FIRST: dict[Any, float] = {A: 60.0, B: 40.0, C: 2.0}
 
 
-def moved_to(self: Model, log: float) -> Model:
+def with_log(self: Model, log: float) -> Model:
     return replace(self, log=log)
 
 
 @pytest.fixture(autouse=True)
 def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Model, "moved_to", moved_to, raising=False)
+    monkeypatch.setattr(Model, "with_log", with_log, raising=False)
     followed = SimpleNamespace(mode=SimpleNamespace(steps=1))
     monkeypatch.setattr(Model, "evidence", followed, raising=False)
 

@@ -286,7 +286,7 @@ def test_what_records_do_not_tell_apart_is_said_though_it_was_not_tried() -> Non
 
 def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[..., Case]) -> None:
     made = case(0.0)
-    assert (made.base.moved_to(-1.0).log, made.base.moved_to(-1.0).names) == (-1.0, ())
+    assert (made.base.with_log(-1.0).log, made.base.with_log(-1.0).names) == (-1.0, ())
     twice = [noise.scaled(2.0) for noise in made.search.scales.common_noise.noise]
     wrong = Scales(made.search.context, made.search.scales.reference, common_noise_of(made.base.supermodel, twice))
     right = Scales(made.search.context, made.search.scales.reference, wrong.refined(wrong.again(made.base)))

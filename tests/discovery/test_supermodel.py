@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.discovery.engine.candidates import carried
+from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
@@ -93,7 +93,7 @@ def test_an_absent_effect_changes_nothing(task: Task) -> None:
     bare = supermodel_of(task, (), sensitivities)
     supermodel = supermodel_of(task, (find_effect("guide.viscous_friction"),), sensitivities)
     local = np.asarray(task.problem.layout.local(task.start))
-    wider = carried(supermodel, Supermodel(task), local)
+    wider = transferred(supermodel, Supermodel(task), local)
     costs = [bare.costs(local, task.counts[-1]), supermodel.costs(wider, task.counts[-1])]
     np.testing.assert_allclose(*costs, rtol=SINGLE)
 

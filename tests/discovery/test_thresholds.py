@@ -98,7 +98,7 @@ def weighed(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     supermodel = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
     return SimpleNamespace(
         log=log, effects=effects, shared=shared, supermodel=supermodel, evidence=SimpleNamespace(log=log, mode=mode),
-        moved_to=lambda other: weighed(other, effects), lost_to=lambda other: 0.0,
+        with_log=lambda other: weighed(other, effects), largest_loss_to=lambda other: 0.0,
     )  # fmt: skip
 
 
@@ -156,7 +156,7 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
         reference={},
         overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
         without=lambda one, kept: weighed(0.0),
-        first_steps_without=lambda one, kept: weighed(-1.0),
+        warm_started_without=lambda one, kept: weighed(-1.0),
     )
     monkeypatch.setattr(comparison, "Scales", lambda *of: scales)
     monkeypatch.setattr(inputs, "occam", lambda before, after: 4.0)

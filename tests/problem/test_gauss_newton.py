@@ -168,7 +168,7 @@ def test_the_promised_fall_is_the_fall() -> None:
     of, sigma = unknowns(), np.array([0.05])
     linear = Linear.drawn(8, TRUTH, scatter=0.05)
     # Settled at any promise: nothing is done, and the first step's promise is told.
-    begin = mode(of, begun(of), linear.gram, sigma, settled=np.inf)
+    begin = mode(of, begun(of), linear.gram, sigma, tolerance=np.inf)
     assert begin.steps == 1
     # The damping of the first step, 1e-4, costs its square.
     assert begin.promised == pytest.approx(begin.objective - dense(linear, of, sigma)[1], rel=1e-4)
@@ -286,7 +286,7 @@ def test_a_step_that_leads_nowhere_is_not_taken() -> None:
     found = mode(of, begun(of), gram_of(walled), np.zeros(0))
     assert np.isfinite(found.objective)
     assert found.place.z[0] <= 0.2
-    assert found.objective < mode(of, begun(of), gram_of(walled), np.zeros(0), settled=np.inf).objective
+    assert found.objective < mode(of, begun(of), gram_of(walled), np.zeros(0), tolerance=np.inf).objective
 
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf])

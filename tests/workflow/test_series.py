@@ -218,5 +218,5 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
 def test_constant_parameters_beside_a_law_are_no_worse_than_the_law_left_out_at_once(lawful: SeriesResult) -> None:
     found = lawful.verdict.models
     scales, at_once = found.search.scales, found.search.scales.without(found.law, ())
-    assert scales.faded(found.law, ()).log > at_once.log - 0.5
+    assert scales.without_by_continuation(found.law, ()).log > at_once.log - 0.5
     assert found.constant.log > at_once.log - 0.5

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
-from fibrefit.discovery.engine.candidates import Hypothesis, carried, fit_all
+from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import may_be_worth
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import Seed
@@ -123,10 +123,10 @@ def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Cu
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), about.supermodel.sensitivities)
     scales, old = about.search.scales, parent.evidence.mode
     # The ranges of the variables stay: a curve without any is no curve of no height.
-    with_it = carried(supermodel, end.weighed.supermodel, end.weighed.local)
+    with_it = transferred(supermodel, end.weighed.supermodel, end.weighed.local)
     flat = with_it.copy()
     flat[:, [supermodel.names.index(f"{end.probe.name}.{height}") for height in end.probe.heights]] = 0.0
-    local = carried(supermodel, parent.supermodel, parent.local, flat)
+    local = transferred(supermodel, parent.supermodel, parent.local, flat)
     lesser = scales.weigh(supermodel, parent.effects, local, old.sigma, old.place.eta)
     return (
         scales.with_curve(lesser, supermodel, with_it, end.probe, end.curve, scales.secant(supermodel)).log - lesser.log
@@ -199,7 +199,7 @@ def _fit(
 def _prepared(
     supermodel: Supermodel, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
 ) -> np.ndarray:
-    values = carried(supermodel, parent.supermodel, parent.local)
+    values = transferred(supermodel, parent.supermodel, parent.local)
     for probe in probes:
         for name in probe.heights:
             values[:, supermodel.names.index(f"{probe.name}.{name}")] = 0.0

@@ -8,9 +8,9 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried, strengthened
+from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
-from fibrefit.discovery.engine.effort import astray, descent, fading, first_steps
+from fibrefit.discovery.engine.effort import continuation_steps, descent, in_wrong_minimum, warm_start
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
@@ -72,7 +72,7 @@ class Scales:
             Deviations to begin with.
         """
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        return Weighed(effects, supermodel, self._settled(unknowns, place_of(unknowns, local, eta), supermodel, sigma))
+        return Weighed(effects, supermodel, self._at_mode(unknowns, place_of(unknowns, local, eta), supermodel, sigma))
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
@@ -102,35 +102,23 @@ class Scales:
         start = place_of(unknowns, local, found.place.eta)
         return Weighed((*parent.effects, probe), supermodel, weigh(unknowns, start, gram, found.sigma, **descent()))
 
-    def glance(
-        self,
-        supermodel: Supermodel,
-        effects: tuple[type[Effect], ...],
-        local: np.ndarray,
-        sigma: np.ndarray,
-        eta: np.ndarray,
-    ) -> MarginalLikelihood:
-        """What the slopes at given values promise: evidence without a descent."""
-        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        place = place_of(unknowns, local, eta)
-        normal = arrowhead(unknowns, place, self.secant(supermodel))
-        return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
-
-    def at_once(
+    def without_descent(
         self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed
     ) -> Weighed:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
-        seen = Weighed(
-            effects, supermodel, self.glance(supermodel, effects, local, found.sigma, np.zeros_like(found.place.eta))
-        )
+        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+        place = place_of(unknowns, local, np.zeros_like(found.place.eta))
+        normal = arrowhead(unknowns, place, self.secant(supermodel))
+        evidence = laplace(PosteriorMode(unknowns, place, normal, found.sigma, np.inf, 1))
+        seen = Weighed(effects, supermodel, evidence)
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
-        return seen if seen.log > least else seen.moved_to(least)
+        return seen if seen.log > least else seen.with_log(least)
 
     def absent(self, parent: Weighed, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
         """A parent with further effects at their nulls, and the gain that slopes promise of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
-        local = carried(supermodel, parent.supermodel, parent.local)
+        local = transferred(supermodel, parent.supermodel, parent.local)
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
         place, old = place_of(unknowns, local, found.place.eta), parent.evidence
         size = len(unknowns.shared)
@@ -139,8 +127,8 @@ class Scales:
         at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
         return Weighed(effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
 
-    def agreeing(self, parent: Weighed) -> Weighed:
-        """A parent at its mode if records do not differ: what differs between them may be what an effect would do.
+    def pooled(self, parent: Weighed) -> Weighed:
+        """A parent at its mode if records do not differ (complete pooling): differences may be what an effect would do.
 
         Differences between records and a missing effect stand in for each other. From where differences account for
         what is missing, slopes promise nothing of the effect.
@@ -172,7 +160,7 @@ class Scales:
             Of the parent, see `slopes`.
         """
         found = parent.evidence.mode
-        local = carried(supermodel, parent.supermodel, parent.local)
+        local = transferred(supermodel, parent.supermodel, parent.local)
         ends: list[Weighed] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
         for values in promise.starts:
@@ -181,9 +169,9 @@ class Scales:
             effects = (*parent.effects, effect)
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            evidence = self._settled(unknowns, start, supermodel, found.sigma, slopes, found.objective)
+            evidence = self._at_mode(unknowns, start, supermodel, found.sigma, slopes, found.objective)
             ends.append(Weighed(effects, supermodel, evidence))
-            if not astray(ends[-1].log, parent.log):
+            if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
 
@@ -221,7 +209,7 @@ class Scales:
         unknowns, found = unknowns_of(supermodel, self.context, parent.effects, self.reference), parent.evidence.mode
         slopes = self.slopes(parent) if slopes is None else slopes
         gram = self._beside(supermodel, slopes.slopes)
-        base = carried(supermodel, parent.supermodel, parent.local)
+        base = transferred(supermodel, parent.supermodel, parent.local)
         promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
         for number in range(max((len(ways) for ways in shapes.values()), default=0)):
@@ -264,21 +252,21 @@ class Scales:
             found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
-    def first_steps_without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
-        """The first steps of a hypothesis without some of its effects, from where it is."""
+    def warm_started_without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+        """The first steps of a hypothesis without some of its effects, warm started from where it is."""
         unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
         found = weighed.evidence.mode
         start = place_of(unknowns, _with_absent(weighed, kept), found.place.eta)
         gram = self.secant(weighed.supermodel)
-        return Weighed(kept, weighed.supermodel, weigh(unknowns, start, gram, found.sigma, **first_steps()))
+        return Weighed(kept, weighed.supermodel, weigh(unknowns, start, gram, found.sigma, **warm_start()))
 
     def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
         """A hypothesis without some of its effects, from where it is."""
         found = weighed.evidence.mode
         return self.weigh(weighed.supermodel, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
 
-    def faded(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
-        """A hypothesis without some of its effects, which fade out step by step while the others are led along.
+    def without_by_continuation(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+        """A hypothesis without some of its effects, by continuation (homotopy) in their strengths, the others refitted.
 
         Where a motion bounces, a strong effect cannot be left out at once: bounces come at other times, and what is
         left lies in a minimum of its own. Records may differ by ever more on the way.
@@ -286,10 +274,10 @@ class Scales:
         unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
         gram = self.secant(weighed.supermodel)
         gone, at = [effect for effect in weighed.effects if effect not in kept], weighed
-        for share in fading():
+        for share in continuation_steps():
             start = place_of(unknowns, strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
-            led = weigh(unknowns, start, gram, at.evidence.mode.sigma, **first_steps())
-            at = replace(at, evidence=led)
+            evidence = weigh(unknowns, start, gram, at.evidence.mode.sigma, **warm_start())
+            at = replace(at, evidence=evidence)
             gram.renew()
         return self.without(at, kept)
 
@@ -361,7 +349,7 @@ class Scales:
 
         return gram
 
-    def _settled(
+    def _at_mode(
         self,
         unknowns: Unknowns,
         start: Place,

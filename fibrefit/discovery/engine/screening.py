@@ -46,7 +46,7 @@ class Promise(NamedTuple):
 
     @property
     def starts(self) -> list[dict[str, float]]:
-        """Where it is followed from, each only if the one before led astray.
+        """Where it is followed from, each only if the one before ends in a wrong minimum.
 
         A strength that slopes promise may lose a bounce at once; where they were taken the model is hardly another one.
         """

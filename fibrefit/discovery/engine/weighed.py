@@ -43,12 +43,12 @@ class Weighed:
         """Logarithm of the marginal likelihood."""
         return self.evidence.log
 
-    def moved_to(self, log: float) -> Weighed:
-        """The same, told with another marginal likelihood: that of a noise in which it was not weighed."""
+    def with_log(self, log: float) -> Weighed:
+        """The same with another marginal likelihood: that in a noise in which it was not fitted."""
         return replace(self, evidence=replace(self.evidence, log=log))
 
-    def lost_to(self, other: Weighed) -> float:
-        """Nats by which the record that speaks most for another hypothesis does, weighed in the same noise."""
+    def largest_loss_to(self, other: Weighed) -> float:
+        """Nats of the record that loses most to another hypothesis, both in the same noise."""
         mine, others = self.evidence.mode.normal.costs, other.evidence.mode.normal.costs
         return 0.5 * float(np.max(mine - others, initial=0.0))
 

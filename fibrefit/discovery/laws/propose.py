@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
-from fibrefit.discovery.engine.candidates import carried, fit_all
+from fibrefit.discovery.engine.candidates import fit_all, transferred
 from fibrefit.discovery.engine.effort import FAR_BEHIND
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
@@ -84,7 +84,7 @@ def _composed(readings: Sequence[Reading]) -> list[Composed]:
 
 def _weighed(search: Search, supermodel: Supermodel, parent: Weighed, law: Composed) -> Weighed:
     """A parent with a law, from where the regression left it."""
-    local = carried(supermodel, parent.supermodel, parent.local)
+    local = transferred(supermodel, parent.supermodel, parent.local)
     for name, value in start_of_law(law).items():
         declared = supermodel.declared[name]
         local[:, supermodel.names.index(name)] = np.clip(value, declared.lower, declared.upper)

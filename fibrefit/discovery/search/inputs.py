@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
-from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, lost
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
@@ -91,9 +91,9 @@ def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | N
     if (about := linearised_about(search, weighed)) is None:
         return None
     anew, own, old = about.search, about.supermodel, weighed.evidence.mode
-    local = carried(own, weighed.supermodel, weighed.local)
+    local = transferred(own, weighed.supermodel, weighed.local)
     found = anew.scales.weigh(own, weighed.effects, local, old.sigma, old.place.eta)
-    if lost(search.gap(search.plain(weighed)), anew.gap(anew.plain(found))):
+    if motion_lost(search.gap(search.plain(weighed)), anew.gap(anew.plain(found))):
         return None
     return anew, found
 
@@ -159,10 +159,10 @@ def overdispersion_corrected(parent: Weighed, one: Weighed, overdispersion: floa
     gain = one.log - parent.log
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
-    if one.lost_to(parent) > OBJECTS:
-        return one.moved_to(parent.log)
+    if one.largest_loss_to(parent) > OBJECTS:
+        return one.with_log(parent.log)
     cost = max(occam(parent.evidence, one.evidence), 0.0)
-    return one.moved_to(parent.log + (gain + cost) / overdispersion - cost)
+    return one.with_log(parent.log + (gain + cost) / overdispersion - cost)
 
 
 def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
@@ -174,7 +174,7 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
     if (anew := relinearised(search, found)) is None:
         return None
     there, own = anew
-    local = carried(own.supermodel, parent.supermodel, parent.local)
+    local = transferred(own.supermodel, parent.supermodel, parent.local)
     old = parent.evidence.mode
     lesser = (
         there.scales.without(own, parent.effects),
@@ -188,5 +188,5 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
 def weighed_about(about: Search, other: Weighed) -> Weighed:
     """A hypothesis where readings are linearised about another one, from where it is."""
     supermodel, old = about.supermodel_with(other.supermodel.effects), other.evidence.mode
-    local = carried(supermodel, other.supermodel, other.local)
+    local = transferred(supermodel, other.supermodel, other.local)
     return about.scales.weigh(supermodel, other.effects, local, old.sigma, old.place.eta)

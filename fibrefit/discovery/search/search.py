@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
-from fibrefit.discovery.engine.effort import astray, is_searched_widely, promising, slopes_tell
+from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising, slopes_tell
 from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.marginal import Scales
 from fibrefit.discovery.engine.refit import Refit
@@ -151,7 +151,7 @@ class Search:
         cost = float(weighed.supermodel.costs(weighed.local, self.context.whole).sum())
         return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.supermodel)
 
-    def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
+    def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
 
         One effect by itself is tried with its group, which is quick to run. On top of others it is tried with all: that
@@ -161,16 +161,16 @@ class Search:
         Parameters
         ----------
         effect : Effect class
-        kin : sequence of Effect classes
+        others : sequence of Effect classes
             All that may be present beside it.
         """
         # What changes with time would slow down all others.
         kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
-        stiff = any(other.stiff for other in kin)
+        stiff = any(other.stiff for other in others)
         quick = not (stiff or effect.stiff or extends(effect))
-        reused = kin and quick and self.base.supermodel.sensitivities is None
+        reused = others and quick and self.base.supermodel.sensitivities is None
         group = kept if reused else group_of(effect, self.effects, stiff)
-        return self.supermodel_with((*kin, *group))
+        return self.supermodel_with((*others, *group))
 
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
         """The supermodel that holds these effects and no others; made where there is none yet."""
@@ -225,7 +225,7 @@ class Search:
         """A parent with each effect whose slopes promise something, from where it is weak."""
         views = [parent]
         if parent.evidence.mode.sigma.any():
-            views.append(self.scales.agreeing(parent))
+            views.append(self.scales.pooled(parent))
         slopes = [self.scales.slopes(view) for view in views]
         promised = [self._promises(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
         if len(views) > 1:
@@ -345,12 +345,12 @@ class Search:
 
     def _weighed(self, parent: Weighed, promises: Promises, end: Hypothesis, near: bool) -> Weighed:
         """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
-        lead = self.scales.weigh if near else partial(self.scales.at_once, parent=parent)
+        lead = self.scales.weigh if near else partial(self.scales.without_descent, parent=parent)
         found = lead(end.supermodel, end.effects, end.fit.local)
         effect = end.effects[-1]
         # What is over within a few samples is nothing in plain squares, and much where noise is slow.
         missed = promises[effect].gain > NAMED and found.log <= parent.log
-        if not missed and not (near and astray(found.log, parent.log)):
+        if not missed and not (near and in_wrong_minimum(found.log, parent.log)):
             return found
         promise = self.scales.screened(parent, end.supermodel, [effect])[effect]
         if not np.isfinite(promise.gain):

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.progress import Progress
-from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import TOO_FAR, slopes_tell
 from fibrefit.discovery.engine.marginal import Scales
@@ -55,7 +55,7 @@ def prepared_search(
     base = search.scales.weigh(supermodel, (), search.base.fit.local)
     if before.gls is not None or before.plain.differ:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
-        apart = carried(supermodel, Supermodel(task), before.local)
+        apart = transferred(supermodel, Supermodel(task), before.local)
         base = max(base, search.scales.weigh(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):
@@ -132,7 +132,7 @@ def _context(task: Task) -> SearchContext:
 
 def _local(supermodel: Supermodel, task: Task, values: np.ndarray) -> np.ndarray:
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
-    return carried(supermodel, Supermodel(task), local)
+    return transferred(supermodel, Supermodel(task), local)
 
 
 def _search(

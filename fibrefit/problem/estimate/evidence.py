@@ -99,7 +99,7 @@ def weigh(
     start: Place,
     gram: Gram,
     sigma: np.ndarray | None = None,
-    settled: float = SETTLED_FALL,
+    tolerance: float = SETTLED_FALL,
     effort: Effort = EVERYTHING,
 ) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.
@@ -108,14 +108,14 @@ def weigh(
     ----------
     sigma : (n_scattering,), optional
         Standard deviations to begin with.
-    settled, effort
+    tolerance, effort
         Of `mode`.
     """
     sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
     at: Place | PosteriorMode = start
     seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
-        found = mode(unknowns, at, gram, sigma, settled, effort)
+        found = mode(unknowns, at, gram, sigma, tolerance, effort)
         evidence = laplace(found)
         if found.objective > effort.worthless:
             return evidence

@@ -77,7 +77,7 @@ def mode(
     start: Place | PosteriorMode,
     gram: Gram,
     sigma: np.ndarray,
-    settled: float = SETTLED_FALL,
+    tolerance: float = SETTLED_FALL,
     effort: Effort = EVERYTHING,
 ) -> PosteriorMode:
     """Minimise Q from a place.
@@ -90,7 +90,7 @@ def mode(
         See `Gram` and `Corrected` in `gram`.
     sigma : (n_scattering,)
         Standard deviations of the deviations between records.
-    settled : float
+    tolerance : float
         Promised fall of Q at which it stops.
     """
     if isinstance(start, PosteriorMode):
@@ -105,7 +105,7 @@ def mode(
     while np.isfinite(found.normal.cost) and effort.goes_on(found, lowest):
         lowest.append(found.objective)
         step = step_within(found, radius)
-        arrived = not step.promised > settled
+        arrived = not step.promised > tolerance
         if arrived and exact:
             break
         if not arrived:

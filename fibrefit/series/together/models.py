@@ -15,7 +15,7 @@ import numpy as np
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.discover import FIRST_STARTS
-from fibrefit.discovery.engine.candidates import carried
+from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
@@ -193,9 +193,10 @@ def _constant(look: Comparison, law: Weighed, base: Weighed) -> Weighed:
     if not look.parent.effects:
         return look.parent
     scales = look.search.scales
-    faded, local = scales.faded(law, ()), carried(law.supermodel, base.supermodel, base.local, law.local)
-    from_base = scales.weigh(law.supermodel, (), np.where(_of_laws(law.supermodel), faded.local, local))
-    return max(faded, from_base, key=lambda one: one.log)
+    local = transferred(law.supermodel, base.supermodel, base.local, law.local)
+    continued = scales.without_by_continuation(law, ())
+    from_base = scales.weigh(law.supermodel, (), np.where(_of_laws(law.supermodel), continued.local, local))
+    return max(continued, from_base, key=lambda one: one.log)
 
 
 def _of_laws(supermodel: Supermodel) -> np.ndarray:
@@ -215,7 +216,7 @@ def own_values(search: Search, supermodel: Supermodel, constant: Weighed) -> Own
     lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
     lower[held] = upper[held] = 0.0
     unknowns = replace(unknowns, lower=lower, upper=upper)
-    local = _alone(search, supermodel, carried(supermodel, constant.supermodel, constant.local))
+    local = _alone(search, supermodel, transferred(supermodel, constant.supermodel, constant.local))
     free = replace(unknowns, lower=np.full_like(lower, -np.inf), upper=np.full_like(upper, np.inf))
     eta = free.coordinate(local[:, unknowns.shared])[:, held]
     start = place_of(unknowns, local, eta)

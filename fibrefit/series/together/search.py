@@ -31,7 +31,7 @@ class SpeedSearch(Search):
         parameters = dict.fromkeys(map(parameter_of, ranked))
         return [[effect for effect in ranked if parameter_of(effect) == name] for name in parameters]
 
-    def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
+    def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """The one supermodel that holds all laws: they are few and quick, and one program serves every round."""
         with self.lock:
             for supermodel in self.supermodels:
