@@ -52,7 +52,7 @@ def inflation(problem: Problem, bars: ErrorBars) -> float:
     return ratio(problem, bars.errors[bars.method], bars.errors["white"])
 
 
-def settling_unit(problem: Problem, bars: ErrorBars) -> float:
+def convergence_unit(problem: Problem, bars: ErrorBars) -> float:
     """The same, at least one and finite: the unit in which it is judged whether a search has come to its end."""
     found = inflation(problem, bars)
     return max(found, 1.0) if math.isfinite(found) else 1.0

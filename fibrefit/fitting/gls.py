@@ -165,7 +165,7 @@ def _weighed(unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | N
             found = weigh(unknowns, place, seen.gram(unknowns), sigma)
         except np.linalg.LinAlgError:
             return None
-    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.promised < MODE_REACHED
+    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.predicted_reduction < MODE_REACHED
     return found if sound else None
 
 

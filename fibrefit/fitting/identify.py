@@ -18,7 +18,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
+from fibrefit.fitting.error_bars import convergence_unit, error_bars, estimates, inflation
 from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
@@ -36,7 +36,7 @@ from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
-from fibrefit.fitting.thresholds import SETTLED_FIT
+from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
@@ -239,7 +239,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
-        *(() if how.known else (_agreed(second, settling_unit(problem, bars)),)),
+        *(() if how.known else (_agreed(second, convergence_unit(problem, bars)),)),
         judge.starts_agree(starts, *_undecided_starts(task, starts, plain, bars, sound.gap.passed, how.rivals)),
         sound.inside,
         judge.determined(weak),
@@ -312,7 +312,7 @@ def _undecided_starts(
     """
     if not judge.undecided(starts, noise):
         return noise, 0.0
-    unit = settling_unit(best.problem, bars)
+    unit = convergence_unit(best.problem, bars)
     if not best.input_errors:
         # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
         return noise, 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / unit**2
@@ -347,7 +347,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
         errors = rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
         gain = cost - other.cost
-        if not gain > SETTLED_FIT:
+        if not gain > FIT_TOLERANCE:
             break
         found = descend(problem, problem.layout.free(other.values), width(), whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)

@@ -66,9 +66,9 @@ def all_known(minima: int) -> bool:
     return judge.starts_agree(starts(basin, [1.0 if b == 0 else 2.0 for b in basin])).passed
 
 
-def reached(promised: float) -> bool:
-    """Whether a mode from which such a fall is promised is the estimate."""
-    found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(promised=promised))
+def reached(predicted_reduction: float) -> bool:
+    """Whether a mode of which such a reduction is predicted is the estimate."""
+    found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(predicted_reduction=predicted_reduction))
     seen: Any = SimpleNamespace(gram=lambda _: None)
     with patch.object(gls, "weigh", lambda *_: found):
         return gls._weighed(cast(Any, None), cast(Any, None), seen, None) is not None
@@ -161,7 +161,7 @@ def more_counts(number: int) -> bool:
 
 CASES = (
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
-    Bracket("SETTLED_FIT", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
+    Bracket("FIT_TOLERANCE", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
     Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
     Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),
     Bracket(

@@ -15,7 +15,7 @@ from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of, with_rows
 from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
-from fibrefit.fitting.thresholds import SAME_PLACE, SETTLED_FIT
+from fibrefit.fitting.thresholds import FIT_TOLERANCE, SAME_PLACE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem, gram_root
 
@@ -49,7 +49,7 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         if not active.any():
             break
         found = _ends(problem, free, width, counts, active, layout.free(values))
-        lower = cost - np.asarray(found.cost).min() > SETTLED_FIT
+        lower = cost - np.asarray(found.cost).min() > FIT_TOLERANCE
         if not lower and not look:
             return starts
         starts = _joined(starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found)))
@@ -115,7 +115,7 @@ def _lower_of_few(
     ends, costs = np.asarray(others.free), np.asarray(others.cost)
     lowest = int(np.argmin(costs))
     same = np.max(np.abs(ends - ends[lowest]) / wider, axis=-1) < SAME_PLACE
-    lower = float(np.asarray(own.cost).min()) - costs > SETTLED_FIT / every
+    lower = float(np.asarray(own.cost).min()) - costs > FIT_TOLERANCE / every
     return ends, lower & (~same | (np.arange(STARTS_AT_ONCE) == lowest))
 
 

@@ -24,7 +24,7 @@ STRIDE = 10.0
 BOLDNESS = {"high_cutoff": 0.75, "low_cutoff": 0.1, "high_constant": 10.0, "low_constant": 0.1}
 """Of the trust region: measured on drops, a third fewer steps than with what the solver brings."""
 ROUNDING = 1e-12
-"""Share of the cost below which its changes are rounding: a step that promises no more is not held to its promise."""
+"""Share of the cost below which its changes are rounding: of a step, a predicted reduction of no more is not tested."""
 DIFFERENCE = 1e-6
 """Step in a free coordinate for the slope of its value: widths need few digits."""
 
