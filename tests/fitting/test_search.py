@@ -196,7 +196,7 @@ def test_rounding_of_the_cost_holds_no_descent_up(task: Task, found: Identificat
     np.testing.assert_allclose(np.asarray(ended.free), np.tile(free, (8, 1)), atol=1e-2 * width.min())
 
 
-def test_a_step_that_promises_less_than_rounding_is_taken_and_the_next_is_shorter() -> None:
+def test_a_step_predicted_to_gain_less_than_rounding_is_taken_and_the_next_is_shorter() -> None:
     flat = optx.FunctionInfo.ResidualJac(jnp.array([1e2]), lx.MatrixLinearOperator(jnp.array([[1e-12]])))
     higher = optx.FunctionInfo.Eval(flat.as_min() * (1.0 + 1e-14))
     for rounding, taken in ((0.0, False), (1e-12, True)):

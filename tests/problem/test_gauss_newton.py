@@ -49,7 +49,7 @@ def test_the_mode_is_that_of_a_dense_solve(scattering: tuple[int, ...]) -> None:
     assert found.steps <= 4
 
 
-def test_where_slopes_are_no_numbers_nothing_is_promised() -> None:
+def test_where_slopes_are_no_numbers_nothing_is_predicted() -> None:
     # Those that were predicted on the way are; those simulated at its end are not, though the motion has a cost.
     of, linear = unknowns(()), Linear.drawn(1, TRUTH)
 
@@ -164,10 +164,10 @@ def test_a_start_outside_its_bounds_is_brought_in() -> None:
     assert found.place.z[1] == 0.5
 
 
-def test_the_promised_fall_is_the_fall() -> None:
+def test_the_predicted_reduction_is_the_fall() -> None:
     of, sigma = unknowns(), np.array([0.05])
     linear = Linear.drawn(8, TRUTH, scatter=0.05)
-    # Settled at any promise: nothing is done, and the first step's promise is told.
+    # At any tolerance nothing is done, and the predicted reduction of the first step is returned.
     begin = mode(of, begun(of), linear.gram, sigma, tolerance=np.inf)
     assert begin.steps == 1
     # The damping of the first step, 1e-4, costs its square.
@@ -302,7 +302,7 @@ def test_a_motion_that_is_lost_at_the_start_is_told_and_not_raised(lost: float) 
 
 
 @pytest.mark.parametrize("share", [1e-6, 1e-3, 0.1, 0.5, 0.8])
-def test_a_step_has_the_size_of_the_radius_and_promises_less_the_shorter_it_is(share: float) -> None:
+def test_a_step_has_the_size_of_the_radius_and_is_predicted_to_gain_less_the_shorter_it_is(share: float) -> None:
     of, linear = unknowns(), Linear.drawn(11, TRUTH)
     at = PosteriorMode(of, begun(of), arrowhead(of, begun(of), linear.gram), np.array([0.05]), np.inf, 1)
     whole = step_within(at, 1e9)

@@ -215,7 +215,7 @@ def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
         )
 
 
-def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:
+def test_the_best_errors_lower_the_cost_as_predicted(task: Task, known: dict[str, InputErrors]) -> None:
     parts = expanded(task.problem, known, task.start, no_errors(known))
     residuals = np.stack([residuals for residuals, _, _ in parts])
     seen = weighted_sensitivities(no_errors(known), [rows for _, _, rows in parts], np.ones(residuals.shape))

@@ -105,7 +105,7 @@ def test_where_it_was_linearised_does_not_matter_to_a_linear_model() -> None:
     np.testing.assert_allclose(away.spread, found.spread, rtol=1e-3)
 
 
-def test_what_slopes_promise_and_no_step_brings_is_no_evidence() -> None:
+def test_what_slopes_predict_and_no_step_brings_is_no_evidence() -> None:
     """Q with a kink: slopes say that it falls, and it rises wherever one goes."""
     of, linear = unknowns(()), Linear.drawn(2, TRUTH, loud=10.0)
     start = begun(of)
