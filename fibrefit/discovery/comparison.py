@@ -120,7 +120,7 @@ def _as_found(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comp
 
 
 def _worth_following(look: Comparison) -> float:
-    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found.
+    """Nats that slopes have to predict of an effect that takes long to simulate: not far less than was found.
 
     Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
     """

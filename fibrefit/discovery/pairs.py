@@ -87,7 +87,7 @@ def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
     def partners(first: Weighed, later: Sequence[Weighed]) -> list[Weighed]:
         allowed = set(search.extensions(first)) & {one.effects[-1] for one in later}
         ordered = [one.effects[-1] for one in later if one.effects[-1] in allowed]
-        # A pair has to gain more than what was found one by one: slopes promise a fair share of that.
+        # A pair has to gain more than what was found one by one: slopes predict a fair share of that.
         return search.tried(first, ordered, "trying effects in pairs", PROMISING * (reached - first.log)).found
 
     for i, first in enumerate(best):

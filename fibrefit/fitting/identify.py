@@ -18,7 +18,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.error_bars import convergence_unit, error_bars, estimates, inflation
+from fibrefit.fitting.error_bars import convergence_unit, error_bars, error_inflation, estimates
 from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
@@ -260,7 +260,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         values=best.values,
         covariance=best.bars.covariance,
         method=best.bars.method,
-        inflation=inflation(problem, best.bars),
+        error_inflation=error_inflation(problem, best.bars),
         estimates=estimates(problem, best.values, best.bars, None if best.gls is None else aside, best.gls),
         gap=seen.gap,
         expected_gap=best.expected_gap,
@@ -356,9 +356,9 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
     return values, _Second(float(np.max(np.abs(other.values - values) / errors)), gain / variance)
 
 
-def _agreed(second: _Second | None, inflation: float) -> Check:
+def _agreed(second: _Second | None, unit: float) -> Check:
     """Whether both solvers agree, in units of the reported standard errors."""
-    return judge.no_second_solver() if second is None else judge.second_solver(second.distance / inflation, second.gain)
+    return judge.no_second_solver() if second is None else judge.second_solver(second.distance / unit, second.gain)
 
 
 SECOND_CHANCES = 3

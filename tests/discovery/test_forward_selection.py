@@ -129,7 +129,7 @@ def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], sca
         assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
 
 
-def test_costly_effects_that_slopes_promise_nothing_of_are_not_weighed_again(
+def test_costly_effects_that_slopes_predict_nothing_of_are_not_weighed_again(
     case: Callable[..., Case], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made, weighed = case(FAINT), list[int]()
@@ -168,7 +168,7 @@ def both(made: Case) -> Weighed:
 
 
 def with_effect(made: Case, parent: Weighed, effect: type[Effect]) -> Weighed:
-    """An effect on a parent, from where slopes promise most of it."""
+    """An effect on a parent, from where slopes predict most of it."""
     scales, supermodel = made.search.scales, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
     return scales.extended(parent, supermodel, effect, scales.screened(parent, supermodel, [effect])[effect])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -166,7 +167,7 @@ def test_no_curve_is_worth_anything_where_there_is_nothing(task: Task, found: Id
         assert curve.gap_after == pytest.approx(1.0, abs=NOISE), curve.says
 
 
-def test_slopes_of_the_parent_promise_what_simulated_ones_do(task: Task, found: Identification) -> None:
+def test_slopes_of_the_parent_predict_what_simulated_ones_do(task: Task, found: Identification) -> None:
     search, probe = (
         begun_at(planted(task, found, FrictionOfPosition, 0.4 * np.ones(FrictionOfPosition.knots))),
         PROBES[0],
@@ -180,7 +181,8 @@ def test_slopes_of_the_parent_promise_what_simulated_ones_do(task: Task, found: 
     known, simulated = search.scales.secant(supermodel, search.scales.slopes(parent)), search.scales.secant(supermodel)
     for walk in WALKS:
         curve = Heights(names, probe.size, walk)
-        one, other = (search.scales.promise_of(curve, parent, supermodel, start, gram) for gram in (known, simulated))
+        predicted = partial(search.scales.predicted_evidence, curve, parent, supermodel, start)
+        one, other = predicted(known), predicted(simulated)
         assert one == pytest.approx(other, abs=0.01)
 
 

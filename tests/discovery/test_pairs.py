@@ -36,7 +36,7 @@ class Model:
 
 
 floors: dict[Any, float] = {}
-"""Nats that slopes had to promise beside an effect, when it was last tried."""
+"""Nats that slopes had to predict beside an effect, when it was last tried."""
 
 
 def look_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], asked: list[Any]) -> Comparison:
@@ -85,7 +85,7 @@ def test_a_pair_has_to_gain_more_than_what_it_replaces_and_its_number_is_paid_fo
     assert (best_pair(look, look.found[0]) is not None) is there
 
 
-def test_beside_an_effect_slopes_have_to_promise_half_of_what_it_is_behind() -> None:
+def test_beside_an_effect_slopes_have_to_predict_half_of_what_it_is_behind() -> None:
     look = look_of(GAINS, {(B, C): 310.0}, [])
     assert best_pair(look, cast(Any, Model((A, E), 300.0))) is not None
     assert (floors[A], floors[C]) == (30.0, 40.0)

@@ -249,12 +249,12 @@ def as_at_rest(slow: float) -> bool:
 
 def unremarked(gap: float) -> bool:
     """Whether such a gap is taken for noise where detection limits are told."""
-    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, overdispersion=1.0)
+    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, error_inflation=1.0)
     return limits._beyond_noise(fit) == ((), 1.0)
 
 
 def at_a_kink(share: float) -> bool:
-    """Whether a base fit is trusted from which a further step promises such a share of the cost."""
+    """Whether a base fit is trusted from which a further step predicts such a share of the cost."""
     check = Check(name="", passed=False, statistic=100.0 * share, fatal=True, identifier=CONVERGED)
     before: Any = SimpleNamespace(problem=SimpleNamespace(n_measured=100), checks=(check,))
     return not search._broken(before)

@@ -156,7 +156,7 @@ def test_correlations_leave_out_what_is_not_determined() -> None:
 def test_the_reported_interval_stands_out(found: Identification, figures: dict[str, Figure]) -> None:
     said = texts(figures["errors"])
     assert said.count("(reported)") == 3
-    assert f"The reported error bars are {found.inflation:.2g} times those under white noise" in said
+    assert f"The reported error bars are {found.error_inflation:.2g} times those under white noise" in said
     for method in ("white (i.i.d.) noise", "whitened (GLS) (reported)", "not whitened (OLS)"):
         assert method in said
 

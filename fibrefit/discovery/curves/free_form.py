@@ -61,7 +61,7 @@ def probe_all(
     parent: Weighed,
     found: Identification,
     worth: float,
-    promising: float | None = None,
+    least: float | None = None,
     ports: Collection[str] = tuple(PORTS),
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
@@ -74,13 +74,13 @@ def probe_all(
         Of the model before the search: its motion tells the range of each variable.
     worth : float
         Logarithm of the Bayes factor that a probe has to gain.
-    promising : float, optional
-        What its slopes have to promise for it to be fitted in full; as much unless said. Far from a good fit they
-        promise less than there is.
+    least : float, optional
+        What its slopes have to predict for it to be fitted in full; as much unless said. Far from a good fit they
+        predict less than there is.
     ports : collection of str, optional
         Those whose curves are drawn; all unless said.
     """
-    promising = worth if promising is None else promising
+    least = worth if least is None else least
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
@@ -89,7 +89,7 @@ def probe_all(
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
     start = _prepared(supermodel, parent, probes, ranges)
     slopes = search.scales.slopes(parent)
-    jobs = [partial(_fit, search, parent, probe, (supermodel, start, slopes), promising) for probe in probes]
+    jobs = [partial(_fit, search, parent, probe, (supermodel, start, slopes), least) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
     # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
     price = float(np.log(len(probes) * len(WALKS)))
@@ -182,16 +182,16 @@ def _turns(heights: np.ndarray) -> int:
 def _fit(
     search: Search, parent: Weighed, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed], worth: float
 ) -> _End | None:
-    """A probe at its best roughness; None where its slopes promise less than it is worth.
+    """A probe at its best roughness; None where its slopes predict less than it is worth.
 
     A curve of no height is its parent: of the slopes, only those along the heights are simulated.
     """
     (supermodel, start, slopes), scales = begun, search.scales
     gram, names = scales.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
-    promised = [scales.promise_of(curve, parent, supermodel, start, gram) for curve in curves]
-    best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
-    if not may_be_worth(promised[best] - parent.log, worth):
+    logs = [scales.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
+    best = int(np.nanargmax(np.where(np.isfinite(logs), logs, -np.inf)))
+    if not may_be_worth(logs[best] - parent.log, worth):
         return None
     return _End(probe, scales.with_curve(parent, supermodel, start, probe, curves[best], gram), curves[best])
 

@@ -34,8 +34,8 @@ PROMISING = 0.5
 REFITTED = 4
 """Candidates that always are."""
 WIDELY = 4
-"""Candidates whose slopes promise most, that are searched for from every sign and shape; the others from where slopes
-promise most of them."""
+"""Candidates whose slopes predict most, that are searched for from every sign and shape; the others from where slopes
+predict most of them."""
 COMPARED = 3
 """Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
 FAR_BEHIND = 30.0
@@ -53,7 +53,7 @@ TOO_FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces: its readings
 are taken up to the first bounce alone, and what a candidate leaves is twice what noise does."""
 HOPE = 3.0
-"""Nats by which slopes may promise less than a curve then gains."""
+"""Nats by which slopes may predict less than a curve then gains."""
 STEADY_LIMIT = 0.1
 """Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
 over less."""
@@ -110,7 +110,7 @@ def promising(before: float, costs: Sequence[float]) -> list[bool]:
 
 
 def is_searched_widely(place: int) -> bool:
-    """Whether a candidate is searched for from every sign and shape, by its place among those that promise most."""
+    """Whether a candidate is searched for from every sign and shape, by its place among those that predict most."""
     return place < WIDELY
 
 
@@ -143,9 +143,9 @@ def time_for_gls(left: float, given: float) -> bool:
     return left > GLS_NEEDS * given
 
 
-def may_be_worth(promised: float, worth: float) -> bool:
-    """Whether a curve is followed whose slopes promise so many nats, where it has to gain so many."""
-    return promised > worth - HOPE
+def may_be_worth(predicted_gain: float, worth: float) -> bool:
+    """Whether a curve is followed whose slopes predict so many nats, where it has to gain so many."""
+    return predicted_gain > worth - HOPE
 
 
 def strengths_converged(before: np.ndarray, after: np.ndarray) -> bool:

@@ -13,7 +13,7 @@ from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of,
 from fibrefit.discovery.engine.effort import continuation_steps, descent, in_wrong_minimum, warm_start
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
-from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
+from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
@@ -78,10 +78,10 @@ class Scales:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
         return SecantGram(self.common_noise.whitened(supermodel), self.context.whole, seed)
 
-    def promise_of(
+    def predicted_evidence(
         self, curve: Heights, parent: Weighed, supermodel: Supermodel, local: np.ndarray, gram: Gram
     ) -> float:
-        """Logarithm of the evidence that slopes promise of a parent with a curve on top of it, at given values."""
+        """Logarithm of the evidence that slopes predict of a parent with a curve on top of it, at given values."""
         unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         place = place_of(unknowns, local, found.place.eta)
@@ -116,7 +116,7 @@ class Scales:
         return seen if seen.log > least else seen.with_log(least)
 
     def absent(self, parent: Weighed, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
-        """A parent with further effects at their nulls, and the gain that slopes promise of them."""
+        """A parent with further effects at their nulls, and the gain that slopes predict of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
         local = transferred(supermodel, parent.supermodel, parent.local)
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
@@ -131,7 +131,7 @@ class Scales:
         """A parent at its mode if records do not differ (complete pooling): differences may be what an effect would do.
 
         Differences between records and a missing effect stand in for each other. From where differences account for
-        what is missing, slopes promise nothing of the effect.
+        what is missing, slopes predict nothing of the effect.
         """
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
@@ -143,10 +143,10 @@ class Scales:
         parent: Weighed,
         supermodel: Supermodel,
         effect: type[Effect],
-        promise: Promise,
+        prediction: PredictedGain,
         slopes: Seed | None = None,
     ) -> Weighed:
-        """A parent with a further effect, from where slopes promise most of it.
+        """A parent with a further effect, from where slopes predict most of it.
 
         Parameters
         ----------
@@ -154,7 +154,7 @@ class Scales:
         supermodel : Supermodel
             One that holds the effect too.
         effect : Effect class
-        promise : Promise
+        prediction : PredictedGain
             Of the effect on that parent.
         slopes : Seed, optional
             Of the parent, see `slopes`.
@@ -163,7 +163,7 @@ class Scales:
         local = transferred(supermodel, parent.supermodel, parent.local)
         ends: list[Weighed] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
-        for values in promise.starts:
+        for values in prediction.starts:
             for name, value in values.items():
                 local[:, supermodel.names.index(name)] = value
             effects = (*parent.effects, effect)
@@ -192,8 +192,8 @@ class Scales:
 
     def screened(
         self, parent: Weighed, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
-    ) -> dict[type[Effect], Promise]:
-        """What slopes promise of each effect on top of a parent, at the best of its shapes.
+    ) -> dict[type[Effect], PredictedGain]:
+        """Score test of each effect on top of a parent: the gain it predicts, at the best of its shapes.
 
         All effects of a supermodel are looked at together, one simulation each.
 
@@ -210,7 +210,7 @@ class Scales:
         slopes = self.slopes(parent) if slopes is None else slopes
         gram = self._beside(supermodel, slopes.slopes)
         base = transferred(supermodel, parent.supermodel, parent.local)
-        promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}, {}))
+        best = dict.fromkeys(effects, PredictedGain(-np.inf, {}, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
         for number in range(max((len(ways) for ways in shapes.values()), default=0)):
             there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
@@ -218,11 +218,11 @@ class Scales:
             for effect, direction in there.items():
                 for name, value in direction.shapes.items():
                     local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
-            for effect, promise in self._promises(supermodel, gram, unknowns, local, found, there):
-                promised[effect] = max(promised[effect], promise, key=lambda one: one.gain)
-        return promised
+            for effect, prediction in self._predicted_gains(supermodel, gram, unknowns, local, found, there):
+                best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
+        return best
 
-    def _promises(
+    def _predicted_gains(
         self,
         supermodel: Supermodel,
         gram: Gram,
@@ -230,7 +230,7 @@ class Scales:
         local: np.ndarray,
         found: PosteriorMode,
         there: dict[type[Effect], Approach],
-    ) -> list[tuple[type[Effect], Promise]]:
+    ) -> list[tuple[type[Effect], PredictedGain]]:
         """Score test of each direction: its gain less what it costs, and where that is."""
         ways = [
             (effect, f"{effect.name}.{name}", weak) for effect, way in there.items() for name, weak in way.strengths
@@ -249,7 +249,7 @@ class Scales:
             little = there[effect].strengths[0][1] if effect.singular else weak
             hardly = {name: starting_strength(supermodel, name, little, float(np.sign(share) or 1.0))}
             slight = {name: float(value)}
-            found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly, shapes | slight)))
+            found_all.append((effect, PredictedGain(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
     def warm_started_without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:

@@ -80,7 +80,7 @@ def own_left_out(search: Search, own: Own) -> LeftOut:
 def _without(scales: Scales, found: Weighed, grams: np.ndarray, record: int) -> tuple[np.ndarray, float]:
     """Shared values ``(n_shared,)`` in SI units and the evidence, one record saying nothing.
 
-    The matrices of the others at the mode of all tell where they lead; only what these promise much of is followed.
+    The matrices of the others at the mode of all tell where they lead; only what these predict much of is followed.
     """
     kept, at = np.arange(len(grams)) != record, found.evidence.mode
     start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))

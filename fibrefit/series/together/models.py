@@ -67,7 +67,7 @@ class TriedLaw(NamedTuple):
     log : float
         Logarithm of the Bayes factor over constant parameters.
     promised : bool
-        Whether that is what slopes promise: it was not followed to where it is best.
+        Whether that is what slopes predict: it was not followed to where it is best.
     """
 
     found: Weighed
@@ -169,7 +169,7 @@ def _simplest(look: Comparison) -> Weighed | None:
 
 
 def _at_its_mode(look: Comparison) -> Weighed:
-    """The most probable law where it is best, also where its slopes promised too little for a search to look there."""
+    """The most probable law where it is best, also where its slopes predicted too little for a search to look there."""
     first = look.found[0]
     if first.evidence.mode.steps:
         return first

@@ -27,7 +27,7 @@ class SpeedSearch(Search):
         return tuple(effect for effect in self.effects if parameter_of(effect) not in taken)
 
     def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
-        """All forms of a law together, that of the parameter first of which slopes promise most."""
+        """All forms of a law together, that of the parameter first of which slopes predict most."""
         parameters = dict.fromkeys(map(parameter_of, ranked))
         return [[effect for effect in ranked if parameter_of(effect) == name] for name in parameters]
 

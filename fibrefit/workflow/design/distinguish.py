@@ -127,7 +127,7 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
     gap = total(fit.gap)
     if gap <= NOISE_LIKE * fit.expected_gap:
         return (), 1.0
-    times = gap * max(fit.inflation, 1.0)
+    times = gap * max(fit.error_inflation, 1.0)
     said = f"The normalised residual RMS is {gap:.3g}, expected 1, which drowns weak effects: detection limits are "
     return (f"{said}{times:,.0f} times those under noise alone.",), times**2
 
