@@ -16,6 +16,7 @@ from fibrefit.discovery.comparison import Comparison, compared_about, comparison
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import (
     APART,
@@ -27,7 +28,6 @@ from fibrefit.discovery.engine.thresholds import (
     false_alarm,
     occam,
 )
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
@@ -82,7 +82,7 @@ class Selection:
     Parameters
     ----------
     search : Search
-    best : Weighed
+    best : LaplaceFit
     steps : tuple of TracedRound
     look : Comparison or None
         The last one.
@@ -94,34 +94,34 @@ class Selection:
         The first look: effects one by one.
     curves : sequence of Reading or None
         What free curves explain beyond the best model; None where they were not drawn on it.
-    about : Weighed or None
+    about : LaplaceFit or None
         Model that readings are linearised about, where inputs have errors.
     paired : bool
         Whether pairs of the best effects of the first look were tried.
-    law : (Weighed, ProposedLaw) or None
+    law : (LaplaceFit, ProposedLaw) or None
         A law of no name that accounts for all that the best model lacks.
     """
 
     search: Search
-    best: Weighed
+    best: LaplaceFit
     steps: tuple[TracedRound, ...] = ()
     look: Comparison | None = None
     rivals: tuple[Rivals, ...] = ()
     cut_short: bool = False
     singles: Comparison | None = None
     curves: Sequence[Reading] | None = None
-    about: Weighed | None = None
+    about: LaplaceFit | None = None
     paired: bool = False
-    law: tuple[Weighed, ProposedLaw] | None = None
+    law: tuple[LaplaceFit, ProposedLaw] | None = None
 
 
-def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
+def forward_select(search: Search, base: LaplaceFit, before: Identification, limits: Limits) -> Selection:
     """Add effects while the records ask for them.
 
     Parameters
     ----------
     search : Search
-    base : Weighed
+    base : LaplaceFit
         The model the search began with.
     before : Identification
         Of it.
@@ -173,7 +173,7 @@ class _Believed(NamedTuple):
     """A comparison, what is added, and what that gains where readings are linearised about it."""
 
     look: Comparison
-    chosen: Weighed | None
+    chosen: LaplaceFit | None
     seen: Confirmation | None = None
 
 
@@ -251,7 +251,7 @@ def _grown(at: Selection, found: _Believed, single: Comparison, before: Identifi
     with beyond_limits():
         return replace(
             at,
-            best=best if limits.choose is not None else pruned(search.scales, best),
+            best=best if limits.choose is not None else pruned(search.inference, best),
             search=search,
             look=look,
             singles=single,
@@ -262,24 +262,24 @@ def _grown(at: Selection, found: _Believed, single: Comparison, before: Identifi
         )
 
 
-def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
+def _chosen(look: Comparison, limits: Limits) -> LaplaceFit | None:
     """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing."""
     if limits.choose is not None:
         name = limits.choose(candidates(look)[:LISTED])
         return next((one for one in look.found[:LISTED] if name in one.names), None)
-    # Where the time ended before candidates were weighed in one noise, what little they differ by is not known.
+    # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
     if not look.found or look.gain(look.found[0]) <= (NAMED if look.compared else BEYOND_DOUBT):
         return None
     near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, look), -one.log))
 
 
-def _new(one: Weighed, look: Comparison) -> bool:
+def _new(one: LaplaceFit, look: Comparison) -> bool:
     """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
     return any(not effect.name.startswith("study.") for effect in one.effects if effect not in look.parent.effects)
 
 
-def rivals_of(look: Comparison, best: Weighed) -> tuple[Rivals, ...]:
+def rivals_of(look: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
     """What was added, and each effect that would have explained the records as well in its place."""
     pairs: dict[tuple[str, str], Rivals] = {}
     plain = look.search.plain
@@ -296,13 +296,13 @@ def candidates(look: Comparison) -> tuple[Candidate, ...]:
     return tuple(candidate(look, one) for one in look.found)
 
 
-def candidate(look: Comparison, one: Weighed) -> Candidate:
+def candidate(look: Comparison, one: LaplaceFit) -> Candidate:
     """How a hypothesis did over its parent; parameters with their standard errors.
 
     Parameters
     ----------
     look : Comparison
-    one : Weighed
+    one : LaplaceFit
     """
     added = [effect for effect in one.effects if effect not in look.parent.effects]
     shared, errors = one.shared, one.errors
@@ -314,7 +314,7 @@ def candidate(look: Comparison, one: Weighed) -> Candidate:
         if np.isfinite(shared[name])
     }
     others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
-    # What was not weighed in the same noise costs what is usual.
+    # What was not compared in the same noise costs what is usual.
     chances = [
         (size, occam(look.parent.evidence, o.evidence) if o.names in look.compared else PRICE * size)
         for size, o in others
@@ -328,7 +328,7 @@ def candidate(look: Comparison, one: Weighed) -> Candidate:
     )
 
 
-def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedRound:
+def _round(look: Comparison, before: Identification, chosen: LaplaceFit) -> TracedRound:
     parent, search = look.parent, look.search
     ranking = candidates(look)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
@@ -343,16 +343,16 @@ def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedR
     return TracedRound(summary, residual_set.residuals, residuals_with, (where.most_of(residual_set), grown))
 
 
-def remaining_residuals(search: Search, weighed: Weighed) -> ResidualSet:
+def remaining_residuals(search: Search, fitted: LaplaceFit) -> ResidualSet:
     """What a hypothesis leaves, the errors of noisy inputs taken off them."""
-    task, values = search.task_with(weighed)
-    problem, sensitivities = task.problem, weighed.supermodel.sensitivities
+    task, values = search.task_with(fitted)
+    problem, sensitivities = task.problem, fitted.supermodel.sensitivities
     if sensitivities is not None:
         problem = corrected(problem, input_errors(task), coefficients_at(task, values, sensitivities))
     return residual_set_at(problem, values, search.task.noise)
 
 
-def _changes(parent: Weighed, chosen: Weighed) -> tuple[tuple[str, float, float, str], ...]:
+def _changes(parent: LaplaceFit, chosen: LaplaceFit) -> tuple[tuple[str, float, float, str], ...]:
     """Base parameters that had carried much in place of the effect: name, value before and with it, unit."""
     after = chosen.shared
     moved = [(name, old, after.get(name, old)) for name, old in parent.shared.items()]

@@ -1,4 +1,4 @@
-"""The last step of a fit: the likelihood that the search for effects weighs hypotheses with, at its mode.
+"""The last step of a fit: the likelihood that the search for effects compares hypotheses by, at its mode.
 
 Plain least squares is honest under autocorrelated noise, but wasteful, and it takes all records for alike. From where
 it ended, each sample is weighed by what it adds to those before it, each record may deviate in the rig's own
@@ -20,7 +20,7 @@ from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, lets_more_count, linearised_in_errors
 from fibrefit.fitting.thresholds import FALLS, MISSED_LINEARISED, MODE_REACHED, MOST_LOOKS
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
@@ -152,17 +152,19 @@ def _at_mode(
         )
         noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))
-        evidence = _weighed(unknowns, place, seen, sigma)
+        evidence = _laplace_evidence(unknowns, place, seen, sigma)
         if evidence is None:
             return None
         place, sigma = evidence.mode.place, evidence.mode.sigma
     return None if evidence is None else _estimate(bars, evidence, seen, noise)
 
 
-def _weighed(unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None) -> MarginalLikelihood | None:
+def _laplace_evidence(
+    unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None
+) -> MarginalLikelihood | None:
     with np.errstate(all="ignore"):
         try:
-            found = weigh(unknowns, place, seen.gram(unknowns), sigma)
+            found = laplace_evidence(unknowns, place, seen.gram(unknowns), sigma)
         except np.linalg.LinAlgError:
             return None
     sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.predicted_reduction < MODE_REACHED

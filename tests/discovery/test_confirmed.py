@@ -25,7 +25,7 @@ def with_log(self: Model, log: float) -> Model:
 
 
 @pytest.fixture(autouse=True)
-def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+def fitted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Model, "with_log", with_log, raising=False)
     followed = SimpleNamespace(mode=SimpleNamespace(steps=1))
     monkeypatch.setattr(Model, "evidence", followed, raising=False)
@@ -33,7 +33,7 @@ def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def with_gaps(search: Any, gaps: dict[tuple[str, ...], float] | None = None) -> Any:
     """A search in which hypotheses leave these gaps, by their names; 1 where nothing is said."""
-    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0), "scales": None}
+    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0), "inference": None}
     return SimpleNamespace(**(vars(search) | told))
 
 
@@ -70,8 +70,8 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
         return own(look, replace(seen, search=search))
 
     own = comparison.compared_about
-    monkeypatch.setattr(comparison, "weighed_about", about)
-    monkeypatch.setattr(comparison, "overdispersion_of", lambda scales, parent, one: 1.0)
+    monkeypatch.setattr(comparison, "fitted_about", about)
+    monkeypatch.setattr(comparison, "overdispersion_of", lambda inference, parent, one: 1.0)
     monkeypatch.setattr(comparison, "overdispersion_corrected", lambda parent, one, overdispersion: one)
     monkeypatch.setattr(forward_selection, "compared_about", compared)
 
@@ -161,7 +161,7 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
     monkeypatch: pytest.MonkeyPatch, moved: bool
 ) -> None:
     confirmation(monkeypatch, {A: 1.0, B: 1.0})
-    there, searched = Model((), 5.0), SimpleNamespace(scales=None)
+    there, searched = Model((), 5.0), SimpleNamespace(inference=None)
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: first_look(moved))
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: (searched, there))
     tested: list[Any] = []
@@ -196,8 +196,8 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
     seen = SimpleNamespace(sensitivities=None if exact else ())
     monkeypatch.setattr(Model, "supermodel", seen, raising=False)
-    scales = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
-    search: Any = SimpleNamespace(scales=scales, plain=lambda one: one, gap=lambda one: 1.01)
+    inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
+    search: Any = SimpleNamespace(inference=inference, plain=lambda one: one, gap=lambda one: 1.01)
     best, fit, said = conclusion._fitted(
         search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0), 0.0
     )

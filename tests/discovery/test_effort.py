@@ -56,8 +56,8 @@ CASES = (
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),
-    Bracket("COMPARED", effort, lambda x: effort.weighed_again(LOGS, True)[int(x)], 2.0, 3.0),
-    Bracket("FAR_BEHIND", effort, lambda x: effort.weighed_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
+    Bracket("COMPARED", effort, lambda x: effort.compared_again(LOGS, True)[int(x)], 2.0, 3.0),
+    Bracket("FAR_BEHIND", effort, lambda x: effort.compared_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
     Bracket("PARTNERS", effort, lambda x: effort.is_partner(int(x)), 7.0, 8.0),
     Bracket(
         "STEADY_LIMIT", effort, lambda x: effort.strengths_converged(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11
@@ -76,8 +76,8 @@ def test_no_number_is_without_a_case() -> None:
     assert thresholds(effort) == {case.name for case in CASES}
 
 
-def test_a_candidate_behind_one_without_a_name_is_not_weighed_again() -> None:
-    assert effort.weighed_again((1.0, 0.9, 0.8, 0.7), False) == [True, True, True, False]
+def test_a_candidate_behind_one_without_a_name_is_not_compared_again() -> None:
+    assert effort.compared_again((1.0, 0.9, 0.8, 0.7), False) == [True, True, True, False]
 
 
 def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:

@@ -48,21 +48,21 @@ def look_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], ask
         ends = [Model((*first.effects, e), together.get((first.effects[0], e), first.log - 4.0)) for e in effects]
         return Tried(cast("Any", ends), ())
 
-    search: Any = SimpleNamespace(tried=tried, extensions=lambda one: EFFECTS, scales=None)
+    search: Any = SimpleNamespace(tried=tried, extensions=lambda one: EFFECTS, inference=None)
     found = sorted((Model((effect,), gain) for effect, gain in gains.items()), key=lambda one: -one.log)
     return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
 
 
 @pytest.fixture(autouse=True)
 def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All are weighed in one noise already, and nothing is needless."""
+    """All are compared in one noise already, and nothing is needless."""
 
     def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     monkeypatch.setattr(pairs, "in_same_noise", same)
-    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: other)
-    monkeypatch.setattr(pairs, "pruned", lambda scales, best: best)
+    monkeypatch.setattr(pairs, "fitted_about", lambda search, other: other)
+    monkeypatch.setattr(pairs, "pruned", lambda inference, best: best)
 
 
 GAINS = {effect: 240.0 - 10.0 * i for i, effect in enumerate(EFFECTS)}
@@ -92,19 +92,19 @@ def test_beside_an_effect_slopes_have_to_predict_half_of_what_it_is_behind() -> 
 
 
 def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pairs, "pruned", lambda scales, best: replace(best, effects=best.effects[:1]))
+    monkeypatch.setattr(pairs, "pruned", lambda inference, best: replace(best, effects=best.effects[:1]))
     look = look_of(GAINS, {(B, C): 290.0}, [])
     assert best_pair(look, look.found[0]) is None
 
 
 @pytest.mark.parametrize(("here", "there"), [(285.0, True), (305.0, False)])
-def test_two_found_one_after_the_other_are_weighed_in_the_noise_of_the_pairs(
+def test_two_found_one_after_the_other_are_compared_in_the_noise_of_the_pairs(
     monkeypatch: pytest.MonkeyPatch, here: float, there: bool
 ) -> None:
     # In the noise of a later look they have 40 000 nats less: that says nothing of them.
     later = cast(Any, Model((A, E), -39_700.0))
     look = look_of(GAINS, {(B, C): 300.0}, [])
-    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: replace(other, log=here))
+    monkeypatch.setattr(pairs, "fitted_about", lambda search, other: replace(other, log=here))
     found = best_pair(look, later)
     assert (found is not None) is there
     if found is not None:
@@ -119,7 +119,7 @@ def exchange(
 ) -> Comparison | None:
     """What takes the place of A, which was found first, beside E: 300 nats together, E alone 60."""
     look = look_of(GAINS, together, asked)
-    look.search.scales = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
+    look.search.inference = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
     return best_exchange(look, cast(Any, Model((A, E), 300.0)))
 
 
@@ -192,7 +192,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "in_place_of_named", lambda *of: None)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
-    monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
+    monkeypatch.setattr(forward_selection, "pruned", lambda inference, best: best)
     monkeypatch.setattr(forward_selection, "best_exchange", lambda look, found: exchanged)
     at = Selection(first.search, best, singles=first, look=first, paired=paired)
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]

@@ -66,8 +66,8 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     local = np.asarray(task.problem.layout.local(values))
     # The same from the values of each record.
     search: Any = SimpleNamespace(context=SimpleNamespace(whole=task.counts[-1]))
-    weighed: Any = SimpleNamespace(supermodel=supermodel, local=local)
-    own = coefficients_of(search, weighed)
+    fitted: Any = SimpleNamespace(supermodel=supermodel, local=local)
+    own = coefficients_of(search, fitted)
     assert own is not None
     np.testing.assert_allclose(own["drive"], coefficients["drive"], atol=1e-3 * np.abs(waves).max())
     cost = supermodel.costs(local, task.counts[-1]).sum()

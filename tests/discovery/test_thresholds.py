@@ -14,8 +14,8 @@ from fibrefit.discovery import discover as search
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import priors, thresholds
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.search import inputs
 from fibrefit.fitting.checks import CONVERGED
@@ -92,13 +92,13 @@ def test_an_effect_is_expected_to_be_named_at_its_gate() -> None:
         assert 0.5 * gate(parameters) - PRICE * parameters == pytest.approx(NAMED)
 
 
-def weighed(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
+def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     """A hypothesis by what is asked of it."""
     mode = SimpleNamespace(objective=0.0)
     supermodel = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
     return SimpleNamespace(
         log=log, effects=effects, shared=shared, supermodel=supermodel, evidence=SimpleNamespace(log=log, mode=mode),
-        with_log=lambda other: weighed(other, effects), largest_loss_to=lambda other: 0.0,
+        with_log=lambda other: fitted(other, effects), largest_loss_to=lambda other: 0.0,
     )  # fmt: skip
 
 
@@ -108,16 +108,16 @@ def effect(parameters: int) -> Any:
 
 def chosen(*gains: tuple[float, int]) -> Any:
     """What is added of candidates of such gains, in nats, and numbers of parameters."""
-    found = [weighed(gain, (effect(number),)) for gain, number in gains]
-    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=weighed(0.0), compared=("all",))
+    found = [fitted(gain, (effect(number),)) for gain, number in gains]
+    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
     return forward_selection._chosen(look, cast(Any, SimpleNamespace(choose=None)))
 
 
 def overdispersion_corrected(gain: float) -> bool:
     """Whether a gain counts for less in innovations that scatter twice as much as they should."""
-    scales: Any = SimpleNamespace(overdispersion=lambda one, names: 2.0)
-    parent, one = weighed(0.0), weighed(gain, (effect(1),))
-    return inputs.overdispersion_corrected(parent, one, inputs.overdispersion_of(scales, parent, one)).log < gain
+    inference: Any = SimpleNamespace(overdispersion=lambda one, names: 2.0)
+    parent, one = fitted(0.0), fitted(gain, (effect(1),))
+    return inputs.overdispersion_corrected(parent, one, inputs.overdispersion_of(inference, parent, one)).log < gain
 
 
 EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range(5)))
@@ -126,7 +126,7 @@ EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range
 def of_records(log: float, *costs: float) -> Any:
     """A hypothesis by its evidence and the sum of squares that it leaves of each record."""
     mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)))
-    return Weighed((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
+    return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
 
 
 def believed(lost: float, gain: float = 50.0) -> bool:
@@ -146,23 +146,23 @@ def test_a_gain_that_one_record_objects_to_is_none() -> None:
 
 def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypatch: pytest.MonkeyPatch) -> None:
     factors = {1: 1.4, 2: 1.0}
-    one, other = weighed(50.0, (effect(1),)), weighed(48.0, (effect(2),))
+    one, other = fitted(50.0, (effect(1),)), fitted(48.0, (effect(2),))
     for each in (one, other):
         each.names = (each.effects[0].name,)
         each.evidence.mode.steps = 1
-    scales = SimpleNamespace(
+    inference = SimpleNamespace(
         again=lambda one: one,
         refined=lambda one: None,
         reference={},
         overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
-        without=lambda one, kept: weighed(0.0),
-        warm_started_without=lambda one, kept: weighed(-1.0),
+        without=lambda one, kept: fitted(0.0),
+        warm_started_without=lambda one, kept: fitted(-1.0),
     )
-    monkeypatch.setattr(comparison, "Scales", lambda *of: scales)
+    monkeypatch.setattr(comparison, "LaplaceInference", lambda *of: inference)
     monkeypatch.setattr(inputs, "occam", lambda before, after: 4.0)
-    parent = weighed(0.0)
+    parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)
-    search: Any = SimpleNamespace(context=None, scales=scales, weighed_with=lambda scales: search)
+    search: Any = SimpleNamespace(context=None, inference=inference, with_inference=lambda inference: search)
     look = comparison.in_same_noise(search, parent, [one, other])
     assert [found.effects for found in look.found] == [one.effects, other.effects]
 
@@ -170,7 +170,7 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
 def nothing_left(gap: float) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
     search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
-    look: Any = SimpleNamespace(found=(), search=search, parent=weighed(0.0, (effect(1),)))
+    look: Any = SimpleNamespace(found=(), search=search, parent=fitted(0.0, (effect(1),)))
     return comparison._worth_following(look) == np.inf
 
 
@@ -294,7 +294,7 @@ CASES = (
 
 
 def changes(share: float) -> tuple:
-    return forward_selection._changes(weighed(0.0, friction=4.0), weighed(0.0, friction=4.0 * (1.0 + share)))
+    return forward_selection._changes(fitted(0.0, friction=4.0), fitted(0.0, friction=4.0 * (1.0 + share)))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

@@ -70,8 +70,8 @@ def reached(predicted_reduction: float) -> bool:
     """Whether a mode of which such a reduction is predicted is the estimate."""
     found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(predicted_reduction=predicted_reduction))
     seen: Any = SimpleNamespace(gram=lambda _: None)
-    with patch.object(gls, "weigh", lambda *_: found):
-        return gls._weighed(cast(Any, None), cast(Any, None), seen, None) is not None
+    with patch.object(gls, "laplace_evidence", lambda *_: found):
+        return gls._laplace_evidence(cast(Any, None), cast(Any, None), seen, None) is not None
 
 
 def tied(correlation: float, value: float = 4.0) -> list[str]:

@@ -19,7 +19,7 @@ from fibrefit.problem.estimate.evidence import (
     MANY,
     MarginalLikelihood,
     laplace,
-    weigh,
+    laplace_evidence,
 )
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode, Unknowns, arrowhead
@@ -56,7 +56,7 @@ def exact(linear: Linear, of: Unknowns, sigma: np.ndarray) -> float:
 
 
 def weighed(linear: Linear, of: Unknowns, **start: np.ndarray) -> MarginalLikelihood:
-    return weigh(of, begun(of, records=len(linear.slopes)), linear.gram, tolerance=1e-9, **start)
+    return laplace_evidence(of, begun(of, records=len(linear.slopes)), linear.gram, tolerance=1e-9, **start)
 
 
 def agreeing(found: MarginalLikelihood) -> float:
@@ -116,7 +116,7 @@ def test_what_slopes_predict_and_no_step_brings_is_no_evidence() -> None:
         grams[:, -1, -1] += 1e6 * float(np.abs(local - here.local).max() > 0.0)
         return grams
 
-    best, stuck = weighed(linear, of), weigh(of, start, kinked, tolerance=1e-9)
+    best, stuck = weighed(linear, of), laplace_evidence(of, start, kinked, tolerance=1e-9)
     fall = here.objective - best.mode.objective
     assert fall > 10.0
     assert stuck.mode.unmet == pytest.approx(fall, rel=1e-4)

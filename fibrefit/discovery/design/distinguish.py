@@ -155,7 +155,7 @@ def detectable(search: Search) -> tuple[Detectable, ...]:
 
 
 def _detectable_in(search: Search, plain: Supermodel, effects: Sequence[type[Effect]]) -> tuple[Detectable, ...]:
-    supermodel = search.scales.common_noise.whitened(plain)
+    supermodel = search.inference.common_noise.whitened(plain)
     local = transferred(supermodel, search.base.supermodel, search.base.fit.local)
     return confusion(supermodel, search.context, local, effects, gate).directions
 

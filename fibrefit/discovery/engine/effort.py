@@ -37,9 +37,9 @@ WIDELY = 4
 """Candidates whose slopes predict most, that are searched for from every sign and shape; the others from where slopes
 predict most of them."""
 COMPARED = 3
-"""Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
+"""Candidates that are compared anew, and from which the model without them is refitted, whatever they gained."""
 FAR_BEHIND = 30.0
-"""Nats behind another one from which a candidate is given up: it is not weighed again in better known noise, nor where
+"""Nats behind another one from which a candidate is given up: it is not compared again in better known noise, nor where
 readings are linearised about it, nor tried in the place of a first effect once a second one is there."""
 PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself."""
@@ -114,8 +114,8 @@ def is_searched_widely(place: int) -> bool:
     return place < WIDELY
 
 
-def weighed_again(logs: Sequence[float], named: bool) -> list[bool]:
-    """Which candidates are weighed in better known noise.
+def compared_again(logs: Sequence[float], named: bool) -> list[bool]:
+    """Which candidates are compared in better known noise.
 
     Parameters
     ----------

@@ -15,13 +15,13 @@ from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
 from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising, slopes_tell
 from fibrefit.discovery.engine.journal import Journal, digest
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.starts import (
     EffectStart,
     has_valleys,
@@ -46,13 +46,13 @@ class Tried(NamedTuple):
 
     Parameters
     ----------
-    found : list of Weighed
+    found : list of LaplaceFit
         One each, the most probable first; without those that no motion follows from.
     untried : tuple of Effect classes
         Those that the time did not suffice for.
     """
 
-    found: list[Weighed]
+    found: list[LaplaceFit]
     untried: tuple[type[Effect], ...] = ()
 
 
@@ -72,8 +72,8 @@ class Search:
     context : SearchContext
     base : Hypothesis
         Nothing added, in plain least squares.
-    scales : Scales
-        By which hypotheses are weighed now.
+    inference : LaplaceInference
+        Of hypotheses, in the noise they are compared in now.
     tell : callable
     supermodels : list of Supermodel
         Compiled so far; a store of programs, not of results.
@@ -87,7 +87,7 @@ class Search:
     effects: tuple[type[Effect], ...]
     context: SearchContext
     base: Hypothesis
-    scales: Scales
+    inference: LaplaceInference
     tell: Progress
     supermodels: list[Supermodel] = field(default_factory=list)
     lock: Lock = field(default_factory=Lock, repr=False)
@@ -104,21 +104,23 @@ class Search:
         found = tuple(by_name[one] for one in names.split(",") if one)
         return found[0] if kind == "effect" else self.supermodel_with(found)
 
-    def signature(self, parent: Weighed | Hypothesis) -> str:
+    def signature(self, parent: LaplaceFit | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
         sensitivities = parent.supermodel.sensitivities
         seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
         if isinstance(parent, Hypothesis):
             return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
         found = parent.evidence.mode
-        noise = [repr(of) for of in self.scales.common_noise.noise]
-        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in self.scales.common_noise.steps.items()]
+        noise = [repr(of) for of in self.inference.common_noise.noise]
+        noise += [
+            repr((channel, float(np.mean(of.noise)))) for channel, of in self.inference.common_noise.steps.items()
+        ]
         return digest(
             parent.names, parent.local, found.place.eta, found.sigma, parent.log, noise, *map(np.asarray, seen)
         )
 
     def recalled(
-        self, what: str, parent: Weighed | Hypothesis, about: object, job: Callable[[], Any]
+        self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any]
     ) -> Callable[[], Any]:
         """A job that asks the journal first.
 
@@ -126,7 +128,7 @@ class Search:
         ----------
         what : str
             Kind of the job.
-        parent : Weighed or Hypothesis
+        parent : LaplaceFit or Hypothesis
         about : object
             What else its result depends on, told by its `repr`.
         job : callable
@@ -138,18 +140,18 @@ class Search:
         """Number of samples that count."""
         return float(self.base.supermodel.samples.sum())
 
-    def weighed_with(self, scales: Scales) -> Search:
-        """The same search with other scales."""
-        return replace(self, scales=scales)
+    def with_inference(self, inference: LaplaceInference) -> Search:
+        """The same search with hypotheses compared in another noise."""
+        return replace(self, inference=inference)
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Rms of what a hypothesis leaves, in units of the noise."""
         return float(np.sqrt(hypothesis.fit.cost / self.samples))
 
-    def plain(self, weighed: Weighed) -> Hypothesis:
-        """A weighed hypothesis at its mode, with what it leaves in plain squares."""
-        cost = float(weighed.supermodel.costs(weighed.local, self.context.whole).sum())
-        return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.supermodel)
+    def plain(self, fitted: LaplaceFit) -> Hypothesis:
+        """A hypothesis at its posterior mode, with what it leaves in plain squares."""
+        cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
+        return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
 
     def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
@@ -189,7 +191,7 @@ class Search:
             self.supermodels.append(supermodel)
             return supermodel
 
-    def extensions(self, parent: Weighed) -> tuple[type[Effect], ...]:
+    def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Effects that may be added to a hypothesis."""
         there = (*self.task.problem.model.effects, *parent.effects)
         present, excluded = {effect.name for effect in there}, {name for effect in there for name in effect.excludes}
@@ -202,12 +204,12 @@ class Search:
             and effect.name not in excluded
         )
 
-    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
+    def tried(self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
         """A parent with each of some effects, as far as the time goes.
 
         Parameters
         ----------
-        parent : Weighed
+        parent : LaplaceFit
         effects : sequence of Effect classes
         what : str
             What is said of it while it goes on.
@@ -221,12 +223,14 @@ class Search:
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
 
-    def _from_slopes(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float) -> list[Weighed]:
+    def _from_slopes(
+        self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float
+    ) -> list[LaplaceFit]:
         """A parent with each effect whose slopes predict something, from where it is weak."""
         views = [parent]
         if parent.evidence.mode.sigma.any():
-            views.append(self.scales.pooled(parent))
-        slopes = [self.scales.slopes(view) for view in views]
+            views.append(self.inference.pooled(parent))
+        slopes = [self.inference.slopes(view) for view in views]
         predicted = [self._predicted_gains(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
         if len(views) > 1:
             # There an effect is followed from its full strength alone, as it has to take the place of differences.
@@ -241,7 +245,7 @@ class Search:
         near = [start for start in starts if is_worth_following(start.effect, start.predicted_gain, least)]
         near.sort(key=lambda start: -start.predicted_gain)
         found, followed = self._followed(parent, near, what)
-        ends: dict[type[Effect], Weighed] = {}
+        ends: dict[type[Effect], LaplaceFit] = {}
         for one in found:
             last = one.effects[-1]
             ends[last] = max(ends.get(last, one), one, key=lambda other: other.log)
@@ -253,20 +257,20 @@ class Search:
         return [*ends.values(), *rest]
 
     def _followed(
-        self, parent: Weighed, starts: Sequence[EffectStart], what: str
-    ) -> tuple[list[Weighed], set[type[Effect]]]:
+        self, parent: LaplaceFit, starts: Sequence[EffectStart], what: str
+    ) -> tuple[list[LaplaceFit], set[type[Effect]]]:
         """Where starts lead, the first ones first, and the effects they are of; none with too little predicted.
 
         Once an effect explains something beyond doubt, slopes have to predict a fair share of that.
         """
-        found, begun, left = list[Weighed](), list[EffectStart](), list(starts)
-        supermodel = self.supermodel_for
+        found, begun, left = list[LaplaceFit](), list[EffectStart](), list(starts)
+        extended, supermodel = self.inference.extended, self.supermodel_for
         while left:
             now, left = left[:FOLLOWED], left[FOLLOWED:]
             jobs = [
                 self.recalled(
                     "extended", view, (effect.name, prediction),
-                    partial(self.scales.extended, view, supermodel(effect, parent.effects), effect, prediction, seed),
+                    partial(extended, view, supermodel(effect, parent.effects), effect, prediction, seed),
                 )
                 for _, effect, view, prediction, seed in now
             ]  # fmt: skip
@@ -279,7 +283,7 @@ class Search:
         return found, {start.effect for start in begun}
 
     def _predicted_gains(
-        self, parent: Weighed, slopes: Seed, effects: Sequence[type[Effect]], what: str
+        self, parent: LaplaceFit, slopes: Seed, effects: Sequence[type[Effect]], what: str
     ) -> dict[type[Effect], PredictedGain]:
         """What slopes predict of each effect, as far as the time goes: those of a supermodel together."""
         groups: dict[int, tuple[Supermodel, list[type[Effect]]]] = {}
@@ -289,7 +293,7 @@ class Search:
         screens = [
             self.recalled(
                 "screened", parent, [effect.name for effect in some],
-                partial(self.scales.screened, parent, supermodel, some, slopes),
+                partial(self.inference.screened, parent, supermodel, some, slopes),
             )
             for supermodel, some in groups.values()
         ]  # fmt: skip
@@ -297,15 +301,15 @@ class Search:
         return {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
 
     def _by_predicted_gain(
-        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str, least: float
-    ) -> list[Weighed]:
+        self, parent: LaplaceFit, plain: Hypothesis, effects: Sequence[type[Effect]], what: str, least: float
+    ) -> list[LaplaceFit]:
         """A parent with each effect, what slopes predict most of first; the rest only where that comes to nothing.
 
         Where much is missing slopes predict something of nearly every effect, too much of most; but what is missing is
         among those that they predict much of.
         """
-        predictions = self._predicted_gains(parent, self.scales.slopes(parent), effects, what)
-        ranked, found, gain = sorted(predictions, key=lambda effect: -predictions[effect].gain), list[Weighed](), 0.0
+        predictions = self._predicted_gains(parent, self.inference.slopes(parent), effects, what)
+        ranked, found, gain = sorted(predictions, key=lambda effect: -predictions[effect].gain), list[LaplaceFit](), 0.0
         far = [effect for effect in ranked if predictions[effect].gain < least and not effect.singular]
         left = self.in_turn([effect for effect in ranked if effect not in far])
         # From afar slopes predict too much: what they predict less of than was found is not what is missing.
@@ -320,38 +324,38 @@ class Search:
         """Effects, the most promising first, in groups: after each it is asked whether the next may do better."""
         return [list(ranked[i : i + FOLLOWED]) for i in range(0, len(ranked), FOLLOWED)]
 
-    def _as_predicted(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
+    def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:
         """A parent with an effect that is not there: its slopes predict too little to look any further."""
-        return self.scales.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
+        return self.inference.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
 
     def _from_plain_squares(
-        self, parent: Weighed, plain: Hypothesis, predictions: PredictedGains, what: str
-    ) -> list[Weighed]:
+        self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
+    ) -> list[LaplaceFit]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
         ends = sorted(self._in_plain_squares(plain, predictions, what), key=lambda end: end.fit.cost)
         near = promising(plain.fit.cost, [end.fit.cost for end in ends])
-        weigh = partial(self._weighed, parent, predictions)
+        fit = partial(self._fitted, parent, predictions)
         jobs = [
-            self.recalled("weighed", parent, (end.names, end.fit.cost, is_near), partial(weigh, end, is_near))
+            self.recalled("fitted", parent, (end.names, end.fit.cost, is_near), partial(fit, end, is_near))
             for end, is_near in zip(ends, near, strict=True)
         ]
         share = 1.0 - SCREENING_SHARE
         found = fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
         return [one for one in found if one is not None]
 
-    def _weighed(self, parent: Weighed, predictions: PredictedGains, end: Hypothesis, near: bool) -> Weighed:
+    def _fitted(self, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool) -> LaplaceFit:
         """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
-        lead = self.scales.weigh if near else partial(self.scales.without_descent, parent=parent)
+        lead = self.inference.fitted if near else partial(self.inference.without_descent, parent=parent)
         found = lead(end.supermodel, end.effects, end.fit.local)
         effect = end.effects[-1]
         # What is over within a few samples is nothing in plain squares, and much where noise is slow.
         missed = predictions[effect].gain > NAMED and found.log <= parent.log
         if not missed and not (near and in_wrong_minimum(found.log, parent.log)):
             return found
-        prediction = self.scales.screened(parent, end.supermodel, [effect])[effect]
+        prediction = self.inference.screened(parent, end.supermodel, [effect])[effect]
         if not np.isfinite(prediction.gain):
             return found
-        return max(found, self.scales.extended(parent, end.supermodel, effect, prediction), key=lambda one: one.log)
+        return max(found, self.inference.extended(parent, end.supermodel, effect, prediction), key=lambda one: one.log)
 
     def _in_plain_squares(self, plain: Hypothesis, predictions: PredictedGains, what: str) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
@@ -381,9 +385,9 @@ class Search:
         found = [trial.as_it_is() if end is None else end for trial, end in zip(near, ends, strict=True)]
         return [*found, *(trial.as_it_is() for trial in trials[len(near) :])]
 
-    def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
+    def task_with(self, fitted: LaplaceFit) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
-        return own_task(self.task, self.plain(weighed))
+        return own_task(self.task, self.plain(fitted))
 
 
 def _name(thing: Any) -> str | None:

@@ -13,10 +13,10 @@ from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import TOO_FAR, slopes_tell
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.checks import AGREED, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
@@ -28,7 +28,7 @@ from fibrefit.study.summaries.check import SIZE
 
 def prepared_search(
     task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None = None
-) -> tuple[Search, Weighed]:
+) -> tuple[Search, LaplaceFit]:
     """Search over measured records, and the model it begins with.
 
     Parameters
@@ -52,19 +52,21 @@ def prepared_search(
         task, wanted, supermodel, context, refit(supermodel, context.subset(()), local, context.whole), tell
     )
     search = replace(search, folder=folder)
-    base = search.scales.weigh(supermodel, (), search.base.fit.local)
+    base = search.inference.fitted(supermodel, (), search.base.fit.local)
     if before.gls is not None or before.plain.differ:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
         apart = transferred(supermodel, Supermodel(task), before.local)
-        base = max(base, search.scales.weigh(supermodel, (), apart), key=lambda one: one.log)
+        base = max(base, search.inference.fitted(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):
-        search = search.weighed_with(Scales(context, search.scales.reference, search.scales.refined(base)))
-        base = search.scales.again(base)
+        search = search.with_inference(
+            LaplaceInference(context, search.inference.reference, search.inference.refined(base))
+        )
+        base = search.inference.again(base)
     return search, base
 
 
-def minima_weighed(search: Search, base: Weighed, before: Identification) -> tuple[Weighed, Identification]:
+def minima_compared(search: Search, base: LaplaceFit, before: Identification) -> tuple[LaplaceFit, Identification]:
     """The best minimum of the base model, and its fit, whose starts are held against the next one's probability.
 
     As measured, an input leaves residuals in every minimum, and few starts may find the best: what tells them apart are
@@ -73,7 +75,7 @@ def minima_weighed(search: Search, base: Weighed, before: Identification) -> tup
     Parameters
     ----------
     search : Search
-    base : Weighed
+    base : LaplaceFit
     before : Identification
         Of the base model.
     """
@@ -83,7 +85,7 @@ def minima_weighed(search: Search, base: Weighed, before: Identification) -> tup
     search.tell("weighing other minima of the first fit", None)
     supermodel, errors = search.base.supermodel, before.plain.errors
     values = [end for end in before.starts.others() if np.any(np.abs(end - before.plain.values) > errors)]
-    ends = [search.scales.weigh(supermodel, (), _local(supermodel, search.task, end)) for end in values]
+    ends = [search.inference.fitted(supermodel, (), _local(supermodel, search.task, end)) for end in values]
     best = max([base, *ends], key=lambda one: one.log)
     nats = min((best.log - one.log for one in (base, *ends) if _is_elsewhere(one, best)), default=np.inf)
     checks = tuple(
@@ -92,7 +94,7 @@ def minima_weighed(search: Search, base: Weighed, before: Identification) -> tup
     return best, replace(before, checks=checks)
 
 
-def _is_elsewhere(one: Weighed, best: Weighed) -> bool:
+def _is_elsewhere(one: LaplaceFit, best: LaplaceFit) -> bool:
     """Whether it is another minimum: ends that differ by less than their error bars say the same."""
     return any(abs(one.shared[name] - value) > best.errors[name] for name, value in best.shared.items())
 
@@ -145,5 +147,5 @@ def _search(
 ) -> Search:
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     reference = {name: float(np.mean(fit.local[:, supermodel.names.index(name)])) for name in context.base}
-    scales = Scales(context, reference, common_noise_of(supermodel, noise))
-    return Search(task, wanted, context, Hypothesis((), fit, supermodel), scales, tell, [supermodel])
+    inference = LaplaceInference(context, reference, common_noise_of(supermodel, noise))
+    return Search(task, wanted, context, Hypothesis((), fit, supermodel), inference, tell, [supermodel])

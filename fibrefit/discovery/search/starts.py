@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from fibrefit.discovery.engine.effort import PROMISING
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.laws.law import Effect
 
 
@@ -18,7 +18,7 @@ class EffectStart(NamedTuple):
 
     predicted_gain: float
     effect: type[Effect]
-    view: Weighed
+    view: LaplaceFit
     prediction: PredictedGain
     slopes: Seed
 

@@ -94,7 +94,7 @@ class MarginalLikelihood:
         return levels, np.array([self.weight[self.grid[:, index] == level].sum() for level in levels])
 
 
-def weigh(
+def laplace_evidence(
     unknowns: Unknowns,
     start: Place,
     gram: Gram,

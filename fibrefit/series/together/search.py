@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.series.together.laws import parameter_of
@@ -21,7 +21,7 @@ class SpeedSearch(Search):
         """The same search with this way to try candidates."""
         return cls(**{name: getattr(search, name) for name in Search.__dataclass_fields__})
 
-    def extensions(self, parent: Weighed) -> tuple[type[Effect], ...]:
+    def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Laws of parameters that have none yet."""
         taken = {parameter_of(effect) for effect in (*self.task.problem.model.effects, *parent.effects)}
         return tuple(effect for effect in self.effects if parameter_of(effect) not in taken)

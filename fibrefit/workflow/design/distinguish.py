@@ -117,7 +117,7 @@ def distinguish_study(
     on_progress("comparing the sensitivities to the effects", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
-    supermodel = search.scales.common_noise.whitened(base.supermodel)
+    supermodel = search.inference.common_noise.whitened(base.supermodel)
     found = confusion(supermodel, search.context, base.fit.local, search.effects, limit)
     return Distinguished(study, found, _split(search, found), remarks, time.perf_counter() - began)
 

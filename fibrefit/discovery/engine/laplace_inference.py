@@ -1,4 +1,4 @@
-"""Hypotheses weighed by their marginal likelihood: one noise, one prior, one Gauss-Newton for all of them."""
+"""Laplace's marginal likelihoods of hypotheses: one noise, one prior, one Gauss-Newton for all of them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import continuation_steps, descent, in_wrong_minimum, warm_start
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly, starting_strength
@@ -18,9 +19,8 @@ from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import (
@@ -37,7 +37,7 @@ from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.noise.spectrum import Noise
 
 
-class Scales:
+class LaplaceInference:
     """Modes and marginal likelihoods of hypotheses, all in one noise.
 
     Parameters
@@ -51,14 +51,14 @@ class Scales:
     def __init__(self, context: SearchContext, reference: dict[str, float], common_noise: CommonNoise) -> None:
         self.context, self.reference, self.common_noise = context, reference, common_noise
 
-    def weigh(
+    def fitted(
         self,
         supermodel: Supermodel,
         effects: tuple[type[Effect], ...],
         local: np.ndarray,
         sigma: np.ndarray | None = None,
         eta: np.ndarray | None = None,
-    ) -> Weighed:
+    ) -> LaplaceFit:
         """A hypothesis at its mode, from given values.
 
         Parameters
@@ -72,14 +72,16 @@ class Scales:
             Deviations to begin with.
         """
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        return Weighed(effects, supermodel, self._at_mode(unknowns, place_of(unknowns, local, eta), supermodel, sigma))
+        return LaplaceFit(
+            effects, supermodel, self._at_mode(unknowns, place_of(unknowns, local, eta), supermodel, sigma)
+        )
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
         return SecantGram(self.common_noise.whitened(supermodel), self.context.whole, seed)
 
     def predicted_evidence(
-        self, curve: Heights, parent: Weighed, supermodel: Supermodel, local: np.ndarray, gram: Gram
+        self, curve: Heights, parent: LaplaceFit, supermodel: Supermodel, local: np.ndarray, gram: Gram
     ) -> float:
         """Logarithm of the evidence that slopes predict of a parent with a curve on top of it, at given values."""
         unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
@@ -89,33 +91,37 @@ class Scales:
 
     def with_curve(
         self,
-        parent: Weighed,
+        parent: LaplaceFit,
         supermodel: Supermodel,
         local: np.ndarray,
         probe: type[Effect],
         curve: Heights,
         gram: Gram,
-    ) -> Weighed:
+    ) -> LaplaceFit:
         """A parent with a curve on top of it, from given values."""
         unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
-        return Weighed((*parent.effects, probe), supermodel, weigh(unknowns, start, gram, found.sigma, **descent()))
+        return LaplaceFit(
+            (*parent.effects, probe), supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **descent())
+        )
 
     def without_descent(
-        self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed
-    ) -> Weighed:
+        self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: LaplaceFit
+    ) -> LaplaceFit:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
         place = place_of(unknowns, local, np.zeros_like(found.place.eta))
         normal = arrowhead(unknowns, place, self.secant(supermodel))
         evidence = laplace(PosteriorMode(unknowns, place, normal, found.sigma, np.inf, 1))
-        seen = Weighed(effects, supermodel, evidence)
+        seen = LaplaceFit(effects, supermodel, evidence)
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
         return seen if seen.log > least else seen.with_log(least)
 
-    def absent(self, parent: Weighed, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
+    def absent(
+        self, parent: LaplaceFit, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float
+    ) -> LaplaceFit:
         """A parent with further effects at their nulls, and the gain that slopes predict of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
         local = transferred(supermodel, parent.supermodel, parent.local)
@@ -125,9 +131,11 @@ class Scales:
         blank = np.full((len(old.grid), size), np.nan)
         covariance = np.full((len(old.grid), size, size), np.nan)
         at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
-        return Weighed(effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
+        return LaplaceFit(
+            effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance)
+        )
 
-    def pooled(self, parent: Weighed) -> Weighed:
+    def pooled(self, parent: LaplaceFit) -> LaplaceFit:
         """A parent at its mode if records do not differ (complete pooling): differences may be what an effect would do.
 
         Differences between records and a missing effect stand in for each other. From where differences account for
@@ -140,17 +148,17 @@ class Scales:
 
     def extended(
         self,
-        parent: Weighed,
+        parent: LaplaceFit,
         supermodel: Supermodel,
         effect: type[Effect],
         prediction: PredictedGain,
         slopes: Seed | None = None,
-    ) -> Weighed:
+    ) -> LaplaceFit:
         """A parent with a further effect, from where slopes predict most of it.
 
         Parameters
         ----------
-        parent : Weighed
+        parent : LaplaceFit
         supermodel : Supermodel
             One that holds the effect too.
         effect : Effect class
@@ -161,7 +169,7 @@ class Scales:
         """
         found = parent.evidence.mode
         local = transferred(supermodel, parent.supermodel, parent.local)
-        ends: list[Weighed] = []
+        ends: list[LaplaceFit] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
         for values in prediction.starts:
             for name, value in values.items():
@@ -170,12 +178,12 @@ class Scales:
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
             evidence = self._at_mode(unknowns, start, supermodel, found.sigma, slopes, found.objective)
-            ends.append(Weighed(effects, supermodel, evidence))
+            ends.append(LaplaceFit(effects, supermodel, evidence))
             if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
 
-    def slopes(self, parent: Weighed) -> Seed:
+    def slopes(self, parent: LaplaceFit) -> Seed:
         """Residuals of a parent at its mode and their changes along its unknowns.
 
         A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
@@ -191,7 +199,7 @@ class Scales:
         return Seed(unknowns.names, kept[0])
 
     def screened(
-        self, parent: Weighed, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
+        self, parent: LaplaceFit, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
     ) -> dict[type[Effect], PredictedGain]:
         """Score test of each effect on top of a parent: the gain it predicts, at the best of its shapes.
 
@@ -199,7 +207,7 @@ class Scales:
 
         Parameters
         ----------
-        parent : Weighed
+        parent : LaplaceFit
         supermodel : Supermodel
             One that holds all of them.
         effects : sequence of Effect classes
@@ -252,50 +260,50 @@ class Scales:
             found_all.append((effect, PredictedGain(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
-    def warm_started_without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+    def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """The first steps of a hypothesis without some of its effects, warm started from where it is."""
-        unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
-        found = weighed.evidence.mode
-        start = place_of(unknowns, _with_absent(weighed, kept), found.place.eta)
-        gram = self.secant(weighed.supermodel)
-        return Weighed(kept, weighed.supermodel, weigh(unknowns, start, gram, found.sigma, **warm_start()))
+        unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+        found = fitted.evidence.mode
+        start = place_of(unknowns, _with_absent(fitted, kept), found.place.eta)
+        gram = self.secant(fitted.supermodel)
+        return LaplaceFit(kept, fitted.supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **warm_start()))
 
-    def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+    def without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """A hypothesis without some of its effects, from where it is."""
-        found = weighed.evidence.mode
-        return self.weigh(weighed.supermodel, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
+        found = fitted.evidence.mode
+        return self.fitted(fitted.supermodel, kept, _with_absent(fitted, kept), found.sigma, found.place.eta)
 
-    def without_by_continuation(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+    def without_by_continuation(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """A hypothesis without some of its effects, by continuation (homotopy) in their strengths, the others refitted.
 
         Where a motion bounces, a strong effect cannot be left out at once: bounces come at other times, and what is
         left lies in a minimum of its own. Records may differ by ever more on the way.
         """
-        unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
-        gram = self.secant(weighed.supermodel)
-        gone, at = [effect for effect in weighed.effects if effect not in kept], weighed
+        unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+        gram = self.secant(fitted.supermodel)
+        gone, at = [effect for effect in fitted.effects if effect not in kept], fitted
         for share in continuation_steps():
             start = place_of(unknowns, strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
-            evidence = weigh(unknowns, start, gram, at.evidence.mode.sigma, **warm_start())
+            evidence = laplace_evidence(unknowns, start, gram, at.evidence.mode.sigma, **warm_start())
             at = replace(at, evidence=evidence)
             gram.renew()
         return self.without(at, kept)
 
-    def again(self, weighed: Weighed) -> Weighed:
-        """A hypothesis weighed in another noise, from where it is."""
-        found = weighed.evidence.mode
-        return self.weigh(weighed.supermodel, weighed.effects, weighed.local, found.sigma, found.place.eta)
+    def again(self, fitted: LaplaceFit) -> LaplaceFit:
+        """A hypothesis compared in another noise, from where it is."""
+        found = fitted.evidence.mode
+        return self.fitted(fitted.supermodel, fitted.effects, fitted.local, found.sigma, found.place.eta)
 
-    def refined(self, weighed: Weighed) -> CommonNoise:
+    def refined(self, fitted: LaplaceFit) -> CommonNoise:
         """The noise a hypothesis leaves, to compare hypotheses in."""
-        steps = steps_at(weighed.supermodel, weighed.local, self.context.whole)
-        return common_noise_of(weighed.supermodel, self.noise(weighed), steps)
+        steps = steps_at(fitted.supermodel, fitted.local, self.context.whole)
+        return common_noise_of(fitted.supermodel, self.noise(fitted), steps)
 
-    def noise(self, weighed: Weighed) -> tuple[Noise, ...]:
+    def noise(self, fitted: LaplaceFit) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
-        return remaining_noise(self.common_noise, weighed, self.context.whole)
+        return remaining_noise(self.common_noise, fitted, self.context.whole)
 
-    def overdispersion(self, weighed: Weighed, names: Iterable[str]) -> float:
+    def overdispersion(self, fitted: LaplaceFit, names: Iterable[str]) -> float:
         """Overdispersion of the scores: sandwich variance over inverse information, at least 1.
 
         The sandwich variance is that by how scores of parts of the records scatter. It exceeds the other where
@@ -304,7 +312,7 @@ class Scales:
 
         Parameters
         ----------
-        weighed : Weighed
+        fitted : LaplaceFit
         names : iterable of str
             Shared values; the largest of their ratios is told.
 
@@ -312,8 +320,8 @@ class Scales:
         ------
         White, Econometrica 50 (1982).
         """
-        found, kept = weighed.evidence.mode, []
-        unknowns, supermodel = found.unknowns, self.common_noise.whitened(weighed.supermodel)
+        found, kept = fitted.evidence.mode, []
+        unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole)[0])
@@ -328,15 +336,15 @@ class Scales:
         held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
         share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
         own = np.where(held[:, None], 0.0, scores[..., mine])
-        covariance = weighed.evidence.covariance[int(np.argmax(weighed.evidence.weight))]
+        covariance = fitted.evidence.covariance[int(np.argmax(fitted.evidence.weight))]
         moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
         ratio = np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300)
         index = [unknowns.names.index(name) for name in names]
         return max(1.0, *(float(ratio[i]) for i in index))
 
-    def innovations(self, weighed: Weighed) -> np.ndarray:
+    def innovations(self, fitted: LaplaceFit) -> np.ndarray:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
-        left = jnp.asarray(residuals_of(self.common_noise, weighed, self.context.whole)[0])
+        left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
         return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
 
     def _beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
@@ -359,14 +367,14 @@ class Scales:
         parent: float = np.inf,
     ) -> MarginalLikelihood:
         """Mode and evidence from a place."""
-        return weigh(unknowns, start, self.secant(supermodel, seed), sigma, **descent(parent))
+        return laplace_evidence(unknowns, start, self.secant(supermodel, seed), sigma, **descent(parent))
 
 
-def _with_absent(weighed: Weighed, kept: Sequence[type[Effect]]) -> np.ndarray:
+def _with_absent(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:
     """Values of a hypothesis ``(n_record, n_local)`` with the effects that are not kept at their nulls."""
-    local, blank = weighed.local.copy(), absent_values(weighed.supermodel, len(weighed.local))
-    for effect in weighed.effects:
+    local, blank = fitted.local.copy(), absent_values(fitted.supermodel, len(fitted.local))
+    for effect in fitted.effects:
         if effect not in kept:
-            columns = [weighed.supermodel.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
+            columns = [fitted.supermodel.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
             local[:, columns] = blank[:, columns]
     return local
