@@ -89,26 +89,28 @@ def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparis
     costly = [effect for effect in effects if is_costly(effect)]
     with time_limit(LOOKING * time_left()):
         tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
-    look = _in_one_noise(search, parent, tried)
+    comparison = _in_one_noise(search, parent, tried)
     if not costly:
-        return look
-    least, _ = in_time(partial(_worth_following, look), -np.inf)
+        return comparison
+    least, _ = in_time(partial(_worth_following, comparison), -np.inf)
     if least == np.inf:
-        return look
+        return comparison
     with time_limit(LOOKING * time_left()):
-        more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
-    found = sorted([*look.found, *more.found], key=lambda one: -one.log)
+        more, _ = in_time(
+            partial(comparison.search.tried, comparison.parent, costly, what, least), Tried([], tuple(costly))
+        )
+    found = sorted([*comparison.found, *more.found], key=lambda one: -one.log)
     if not any(one.evidence.mode.steps for one in more.found):
         # None was followed: there is nothing to compare, and the noise is what it was.
-        return replace(look, found=tuple(found), untried=(*tried.untried, *more.untried))
-    whole = _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
-    return replace(whole, moved=look.moved or whole.moved)
+        return replace(comparison, found=tuple(found), untried=(*tried.untried, *more.untried))
+    whole = _in_one_noise(comparison.search, comparison.parent, Tried(found, (*tried.untried, *more.untried)))
+    return replace(whole, moved=comparison.moved or whole.moved)
 
 
 def _in_one_noise(search: Search, parent: LaplaceFit, tried: Tried) -> Comparison:
     """Candidates compared in the noise of the best; in that of the parent where the time ends."""
-    look, _ = in_time(partial(in_same_noise, search, parent, tried.found), None)
-    return replace(look or _as_found(search, parent, tried.found), untried=tried.untried)
+    comparison, _ = in_time(partial(in_same_noise, search, parent, tried.found), None)
+    return replace(comparison or _as_found(search, parent, tried.found), untried=tried.untried)
 
 
 def _as_found(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -> Comparison:
@@ -119,21 +121,24 @@ def _as_found(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -
     return Comparison(search, parent, tuple(found))
 
 
-def _worth_following(look: Comparison) -> float:
+def _worth_following(comparison: Comparison) -> float:
     """Nats that slopes have to predict of an effect that takes long to simulate: not far less than was found.
 
     Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
     """
-    gain, gap = look.gain(look.found[0]) if look.found else 0.0, look.search.gap(look.search.plain(look.parent))
+    gain, gap = (
+        comparison.gain(comparison.found[0]) if comparison.found else 0.0,
+        comparison.search.gap(comparison.search.plain(comparison.parent)),
+    )
     if gain <= NAMED:
-        return np.inf if look.parent.effects and gap <= ENOUGH else -np.inf
-    if look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
+        return np.inf if comparison.parent.effects and gap <= ENOUGH else -np.inf
+    if comparison.search.gap(comparison.search.plain(comparison.found[0])) > ENOUGH:
         return -np.inf
     return PROMISING * gain
 
 
 def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -> Comparison:
-    """Candidates and parent, all weighed by the search as it is, compared in the noise of the most probable of them."""
+    """Candidates and parent, all fitted by the search as it is, compared in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
     again: list[LaplaceFit] = []
     moved = False
@@ -175,29 +180,37 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
     return Comparison(search, parent, tuple(ranked), frozenset(fitted), moved=moved)
 
 
-def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
+def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | None:
     """A comparison with readings linearised about the best candidate: of the others, those that are near are too.
 
     None where the time does not suffice.
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
     seen : Confirmation
         Of the candidate.
     """
-    mine, first = seen.found.names, max(look.gain(one) for one in look.found)
-    likely = [one for one in look.found if one.names != mine and one.evidence.mode.steps and look.gain(one) > NAMED]
-    near = [one for one in likely if look.gain(one) > first - FAR_BEHIND][:PARTNERS]
+    mine, first = seen.found.names, max(comparison.gain(one) for one in comparison.found)
+    likely = [
+        one
+        for one in comparison.found
+        if one.names != mine and one.evidence.mode.steps and comparison.gain(one) > NAMED
+    ]
+    near = [one for one in likely if comparison.gain(one) > first - FAR_BEHIND][:PARTNERS]
     there = fit_all([partial(_about, seen, one) for one in near], lambda done: None)
     if any(one is None for one in there):
         return None
     fitted = {mine: seen.found} | {one.names: one for one in there}
-    others = [one.with_log(seen.parent.log + look.gain(one)) for one in look.found if one.names not in fitted]
+    others = [
+        one.with_log(seen.parent.log + comparison.gain(one)) for one in comparison.found if one.names not in fitted
+    ]
     found = tuple(sorted([*fitted.values(), *others], key=lambda one: -one.log))
-    before = look.gap_of(look.parent)
-    shares = {one.names: look.gap_of(one) / before for one in look.found if one.names not in fitted}
-    return replace(look, search=seen.search, parent=seen.parent, found=found, compared=frozenset(fitted), shares=shares)
+    before = comparison.gap_of(comparison.parent)
+    shares = {one.names: comparison.gap_of(one) / before for one in comparison.found if one.names not in fitted}
+    return replace(
+        comparison, search=seen.search, parent=seen.parent, found=found, compared=frozenset(fitted), shares=shares
+    )
 
 
 def _about(seen: Confirmation, other: LaplaceFit) -> LaplaceFit:

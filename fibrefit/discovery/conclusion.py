@@ -236,13 +236,13 @@ def _left_over(
 
 
 def _ranking(at: Selection) -> tuple[Candidate, ...]:
-    """Candidates of the last look, the best first."""
-    return () if at.look is None else candidates(at.look)
+    """Candidates of the last round, the best first."""
+    return () if at.comparison is None else candidates(at.comparison)
 
 
 def _left_out(at: Selection) -> tuple[str, ...]:
-    """Names of effects that the time did not suffice for in the last look."""
-    return () if at.look is None else tuple(effect.name for effect in at.look.untried)
+    """Names of effects that the time did not suffice for in the last round."""
+    return () if at.comparison is None else tuple(effect.name for effect in at.comparison.untried)
 
 
 def _outdone(

@@ -55,22 +55,22 @@ def curves_beyond(
     return found
 
 
-def incomplete(look: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
+def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
     """Whether something is missing though no effect gains enough, and the free curves where they were asked."""
-    if alarms_of(look.search, look.parent):
+    if alarms_of(comparison.search, comparison.parent):
         return True, None
     # Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
-    job = partial(curves_beyond, look.search, look.parent, before)
+    job = partial(curves_beyond, comparison.search, comparison.parent, before)
     curves, _ = in_time(job, None, PROBING * time_left())
     return bool(curves), curves
 
 
-def best_pair(look: Comparison, instead: LaplaceFit) -> Comparison | None:
+def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     """Two effects together that are more than chance, need each other and gain more than what they take the place of.
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
         Of effects one by one: the pairs are those of the best of them.
     instead : LaplaceFit
         What was found one by one, with two effects at the most.
@@ -80,9 +80,9 @@ def best_pair(look: Comparison, instead: LaplaceFit) -> Comparison | None:
     Comparison or None
         The pair first; None where there is none.
     """
-    search, found = look.search, list[LaplaceFit]()
-    best, beside = [one for i, one in enumerate(look.found) if is_partner(i)], _beside(look, instead)
-    reached = max([look.parent.log, *(one.log for one in beside)])
+    search, found = comparison.search, list[LaplaceFit]()
+    best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
+    reached = max([comparison.parent.log, *(one.log for one in beside)])
 
     def partners(first: LaplaceFit, later: Sequence[LaplaceFit]) -> list[LaplaceFit]:
         allowed = set(search.extensions(first)) & {one.effects[-1] for one in later}
@@ -94,7 +94,7 @@ def best_pair(look: Comparison, instead: LaplaceFit) -> Comparison | None:
         some, _ = in_time(partial(partners, first, best[i + 1 :]), list[LaplaceFit](), PAIRING * time_left())
         found += some
     others = [one for one in found if one.names != instead.names]
-    pairs = in_same_noise(search, look.parent, [*others, *beside])
+    pairs = in_same_noise(search, comparison.parent, [*others, *beside])
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
     if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):
@@ -102,7 +102,7 @@ def best_pair(look: Comparison, instead: LaplaceFit) -> Comparison | None:
     return pairs if pruned(pairs.search.inference, most) is most else None
 
 
-def best_exchange(look: Comparison, found: LaplaceFit) -> Comparison | None:
+def best_exchange(comparison: Comparison, found: LaplaceFit) -> Comparison | None:
     """Two effects, the first exchanged for one that came near it when it was added; None where that is no better.
 
     What is added first has to account for both; once the second is there, another one may do its part better (the
@@ -110,7 +110,7 @@ def best_exchange(look: Comparison, found: LaplaceFit) -> Comparison | None:
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
         Of effects one by one.
     found : LaplaceFit
         With two effects, added one after the other.
@@ -119,12 +119,12 @@ def best_exchange(look: Comparison, found: LaplaceFit) -> Comparison | None:
     ------
     Pudil, Novovicova and Kittler, Pattern Recognition Letters 15 (1994).
     """
-    search, (first, second) = look.search, found.effects
-    gain = max((look.gain(one) for one in look.found if one.names == (first.name,)), default=np.inf)
+    search, (first, second) = comparison.search, found.effects
+    gain = max((comparison.gain(one) for one in comparison.found if one.names == (first.name,)), default=np.inf)
     near = [
         one.effects[-1]
-        for one in look.found
-        if one.effects[-1] not in found.effects and look.gain(one) > max(NAMED, gain - FAR_BEHIND)
+        for one in comparison.found
+        if one.effects[-1] not in found.effects and comparison.gain(one) > max(NAMED, gain - FAR_BEHIND)
     ]
     if not near:
         return None
@@ -132,22 +132,22 @@ def best_exchange(look: Comparison, found: LaplaceFit) -> Comparison | None:
     alone = search.inference.without(there, (second,))
     allowed = set(search.extensions(alone))
     others = search.tried(alone, [one for one in near if one in allowed], "trying others in place of the first").found
-    pairs = in_same_noise(search, look.parent, [*others, there])
+    pairs = in_same_noise(search, comparison.parent, [*others, there])
     most = pairs.found[0]
     if set(most.names) == set(found.names) or most.log <= pairs.parent.log + NAMED:
         return None
     return pairs if pruned(pairs.search.inference, most) is most else None
 
 
-def _beside(look: Comparison, instead: LaplaceFit) -> list[LaplaceFit]:
+def _beside(comparison: Comparison, instead: LaplaceFit) -> list[LaplaceFit]:
     """What pairs are held against: the single effect that was found, or two that were found one after the other.
 
-    These were compared in the noise of another look, whose nats say nothing here.
+    These were compared in the noise of another round, whose nats say nothing here.
     """
     if not instead.effects:
         return []
-    here = next((one for one in look.found if one.names == instead.names), None)
-    return [fitted_about(look.search, instead) if here is None else here]
+    here = next((one for one in comparison.found if one.names == instead.names), None)
+    return [fitted_about(comparison.search, instead) if here is None else here]
 
 
 def pruned(inference: LaplaceInference, best: LaplaceFit) -> LaplaceFit:

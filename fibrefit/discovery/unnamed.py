@@ -1,4 +1,4 @@
-"""A law of no name, compared against the effect that a look has found.
+"""A law of no name, held against the effect that a round has found.
 
 A cause that no catalogue holds still changes the readings, and some effect always fits them better than none: added
 one after the other, such effects account for little and take all the time. Where tests of the innovations see something
@@ -50,27 +50,31 @@ class Unnamed(NamedTuple):
 
 
 def unnamed(
-    look: Comparison, chosen: LaplaceFit | None, seen: Confirmation | None, first: Comparison, before: Identification
+    comparison: Comparison,
+    chosen: LaplaceFit | None,
+    seen: Confirmation | None,
+    first: Comparison,
+    before: Identification,
 ) -> Unnamed | None:
-    """A law that accounts for what the effect chosen in a look does not; None where there is no such.
+    """A law that accounts for what the effect chosen in a round does not; None where there is no such.
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
     chosen : LaplaceFit or None
         What is to be added. Where nothing is, pairs come first: a search that ends without them proposes a law anyway.
     seen : Confirmation or None
         Of it.
     first : Comparison
-        The first look, at effects one by one.
+        The first round, at effects one by one.
     before : Identification
         Of the model the search began with.
     """
     if chosen is None:
         return None
-    if (left := _left(look, chosen, seen)) > 0.0:
-        job = partial(_law_about, look.search, look.parent, chosen, before, tuple(PORTS), left)
-    elif ports := _in_one_place(chosen, look.parent):
+    if (left := _left(comparison, chosen, seen)) > 0.0:
+        job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
+    elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
     else:
@@ -112,9 +116,9 @@ def _law_in_place(
     return _law_about(search, parent, best, before, {port}, _most(alarms_of(search, best)))
 
 
-def _left(look: Comparison, chosen: LaplaceFit, seen: Confirmation | None) -> float:
+def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None) -> float:
     """Nats that tests of the innovations see left beside what is to be added; 0 where none objects."""
-    return _most(alarms_of(look.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
+    return _most(alarms_of(comparison.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
 
 
 def _most(alarms: Collection[Alarm]) -> float:
@@ -133,7 +137,7 @@ def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:
 def _law_instead(
     first: Comparison, chosen: LaplaceFit, before: Identification, ports: Collection[str]
 ) -> Unnamed | None:
-    """A law in the place of two effects, all in the noise of the first look and linearised about its model."""
+    """A law in the place of two effects, all in the noise of the first round and linearised about its model."""
     return _law_about(first.search, first.parent, fitted_about(first.search, chosen), before, ports, 0.0)
 
 

@@ -108,9 +108,9 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
     assert first.ranking[0].evidence > NAMED
     assert first.ranking[0].false_alarm < 1e-3
     assert first.gap_before > first.gap_after == pytest.approx(1.0, abs=0.05)
-    # The last look found nothing more.
-    assert found.look is not None
-    assert all(one.evidence <= NAMED for one in candidates(found.look))
+    # The last round found nothing more.
+    assert found.comparison is not None
+    assert all(one.evidence <= NAMED for one in candidates(found.comparison))
     value, error = found.best.shared[COEFFICIENT], found.best.errors[COEFFICIENT]
     assert abs(value - coefficient) < SURE * error
     for name in ("stiffness", "damping", "friction"):
@@ -122,9 +122,9 @@ def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], sca
     """The negative control, with records that agree and with records that differ by a percent."""
     found = selected(case(0.0, scatter))
     assert (found.best.names, found.steps, found.rivals) == ((), (), ())
-    assert found.look is not None
-    assert all(one.evidence <= NAMED for one in candidates(found.look))
-    assert max(one.false_alarm for one in candidates(found.look)) > 0.01
+    assert found.comparison is not None
+    assert all(one.evidence <= NAMED for one in candidates(found.comparison))
+    assert max(one.false_alarm for one in candidates(found.comparison)) > 0.01
     for name in ("stiffness", "damping", "friction"):
         assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
 
@@ -140,26 +140,26 @@ def test_costly_effects_that_slopes_predict_nothing_of_are_not_compared_again(
 
     monkeypatch.setattr(comparison, "in_same_noise", counted)
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is DELAY)
-    look = comparison_of(made.search, made.base, "trying")
+    ranked = comparison_of(made.search, made.base, "trying")
     assert len(fitted) == 1
-    assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
-    assert (DELAY.name,) not in look.compared
+    assert {one.effects[-1] for one in ranked.found} == {VISCOUS, DRAG, DELAY}
+    assert (DELAY.name,) not in ranked.compared
     # Where it is what is missing it is followed, and weighed like the others.
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is VISCOUS)
-    look = comparison_of(made.search, made.base, "trying")
+    ranked = comparison_of(made.search, made.base, "trying")
     assert len(fitted) == 3
-    assert look.found[0].names == (VISCOUS.name,)
+    assert ranked.found[0].names == (VISCOUS.name,)
 
 
 def test_all_candidates_contain_their_parent(case: Callable[..., Case]) -> None:
     """None can be worse than it by more than its own parameters cost, and the ranking is by probability."""
     made = case(0.0)
-    look = comparison_of(made.search, made.base, "trying")
-    assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
-    logs = [one.log for one in look.found]
+    ranked = comparison_of(made.search, made.base, "trying")
+    assert {one.effects[-1] for one in ranked.found} == {VISCOUS, DRAG, DELAY}
+    logs = [one.log for one in ranked.found]
     assert logs == sorted(logs, reverse=True)
-    assert all(-12.0 < look.gain(one) < NAMED for one in look.found)
-    assert all(one.evidence.mode.normal.cost <= look.parent.evidence.mode.normal.cost + 1.0 for one in look.found)
+    assert all(-12.0 < ranked.gain(one) < NAMED for one in ranked.found)
+    assert all(one.evidence.mode.normal.cost <= ranked.parent.evidence.mode.normal.cost + 1.0 for one in ranked.found)
 
 
 def both(made: Case) -> LaplaceFit:
@@ -221,8 +221,8 @@ def test_rivals_are_those_within_a_few_nats() -> None:
         return cast(LaplaceFit, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log))
 
     best, near, far = fitted(VISCOUS, 20.0), fitted(DRAG, 20.5 - APART), fitted(DELAY, 19.5 - APART)
-    look = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
-    (rival,) = rivals_of(look, best)
+    ranked = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
+    (rival,) = rivals_of(ranked, best)
     assert rival.names == (VISCOUS.name, DRAG.name)
 
 
@@ -235,8 +235,8 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
         SimpleNamespace(log=log, effects=(effect,), names=(effect.name,))
         for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
     )
-    look = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
-    chosen = _chosen(cast(Any, look), Limits())
+    ranked = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
+    chosen = _chosen(cast(Any, ranked), Limits())
     assert chosen is not None
     assert chosen.effects == (taken,)
 
@@ -246,10 +246,10 @@ def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_do
     gain: float, named: bool
 ) -> None:
     found = (SimpleNamespace(log=gain, effects=(VISCOUS,), names=(VISCOUS.name,)),)
-    look = SimpleNamespace(
+    ranked = SimpleNamespace(
         found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=()
     )
-    assert (_chosen(cast(Any, look), Limits()) is not None) == named
+    assert (_chosen(cast(Any, ranked), Limits()) is not None) == named
 
 
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:
@@ -331,7 +331,7 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
             made.search.context, made.search.inference.reference, common_noise_of(made.base.supermodel, noise)
         )
         search = replace(made.search, effects=effects).with_inference(inference)
-        look = comparison_of(search, inference.again(made.base), "trying")
-        found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])
+        ranked = comparison_of(search, inference.again(made.base), "trying")
+        found.append({one.effect: one for one in candidates(ranked)}["sensor.force_delay"])
     assert min(one.evidence for one in found) > NAMED
     assert max(one.false_alarm for one in found) < 0.01

@@ -109,8 +109,8 @@ def effect(parameters: int) -> Any:
 def chosen(*gains: tuple[float, int]) -> Any:
     """What is added of candidates of such gains, in nats, and numbers of parameters."""
     found = [fitted(gain, (effect(number),)) for gain, number in gains]
-    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
-    return forward_selection._chosen(look, cast(Any, SimpleNamespace(choose=None)))
+    ranked: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
+    return forward_selection._chosen(ranked, cast(Any, SimpleNamespace(choose=None)))
 
 
 def overdispersion_corrected(gain: float) -> bool:
@@ -163,15 +163,15 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)
     search: Any = SimpleNamespace(context=None, inference=inference, with_inference=lambda inference: search)
-    look = comparison.in_same_noise(search, parent, [one, other])
-    assert [found.effects for found in look.found] == [one.effects, other.effects]
+    ranked = comparison.in_same_noise(search, parent, [one, other])
+    assert [found.effects for found in ranked.found] == [one.effects, other.effects]
 
 
 def nothing_left(gap: float) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
     search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
-    look: Any = SimpleNamespace(found=(), search=search, parent=fitted(0.0, (effect(1),)))
-    return comparison._worth_following(look) == np.inf
+    ranked: Any = SimpleNamespace(found=(), search=search, parent=fitted(0.0, (effect(1),)))
+    return comparison._worth_following(ranked) == np.inf
 
 
 def an_event(share: float) -> bool:

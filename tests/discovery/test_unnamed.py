@@ -63,7 +63,7 @@ class Bench:
         return ["a curve"]
 
     def about(self, search: Any, other: Model) -> Model:
-        # A later look has another noise, in which nats count from elsewhere.
+        # A later round has another noise, in which nats count from elsewhere.
         return replace(other, log=other.log + self.elsewhere)
 
     @staticmethod
@@ -71,9 +71,9 @@ class Bench:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
-        look = Comparison(cast(Any, None), cast(Any, parent), ())
+        comparison = Comparison(cast(Any, None), cast(Any, parent), ())
         base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
-        return unnamed(look, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
+        return unnamed(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
 
 
 BASE = Model((), 0.0)

@@ -27,7 +27,7 @@ WARM_START_STEPS = 10
 CONTINUATION_STEPS = 4
 """Equal steps of continuation in the strength of an effect that is left out, the others refitted."""
 LINEARISED_ANEW = 2
-"""How often readings are linearised again, before the first look, where records differ: at first each record is at
+"""How often readings are linearised again, before the first round, where records differ: at first each record is at
 values of the others."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""

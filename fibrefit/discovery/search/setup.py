@@ -82,7 +82,7 @@ def minima_compared(search: Search, base: LaplaceFit, before: Identification) ->
     noise = all(check.passed for check in before.checks if check.identifier == SIZE)
     if not before.input_errors or not undecided(before.starts, noise):
         return base, before
-    search.tell("weighing other minima of the first fit", None)
+    search.tell("comparing other minima of the first fit", None)
     supermodel, errors = search.base.supermodel, before.plain.errors
     values = [end for end in before.starts.others() if np.any(np.abs(end - before.plain.values) > errors)]
     ends = [search.inference.fitted(supermodel, (), _local(supermodel, search.task, end)) for end in values]

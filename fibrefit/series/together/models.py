@@ -121,7 +121,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     search, base = prepared_search(task, before, [law.effect for law in laws], tell)
     looks, law = _grown(search, base, tell)
     search = looks[-1].search
-    tell("weighing constant parameters, and parameters of each record", None)
+    tell("comparing constant parameters, and parameters of each record", None)
     constant = _constant(looks[-1], law, base)
     own = own_values(search, law.supermodel, constant)
     return ThreeModels(search, before, constant, law, own, _tried(looks[0], law, constant), _beside(looks, law))
@@ -156,25 +156,25 @@ def _tried(first: Comparison, law: LaplaceFit, constant: LaplaceFit) -> tuple[Tr
 
 def _beside(looks: Sequence[Comparison], law: LaplaceFit) -> tuple[LaplaceFit, ...]:
     """Laws of the last round that tried the first law of a model."""
-    rounds = [look for look in looks if any(one.effects[-1] is law.effects[0] for one in look.found)]
+    rounds = [comparison for comparison in looks if any(one.effects[-1] is law.effects[0] for one in comparison.found)]
     return rounds[-1].found if rounds else ()
 
 
-def _simplest(look: Comparison) -> LaplaceFit | None:
+def _simplest(comparison: Comparison) -> LaplaceFit | None:
     """The most probable law, or one as good with fewer parameters; None where none is preferred to none."""
-    if not look.found or look.gain(look.found[0]) <= PREFERRED:
+    if not comparison.found or comparison.gain(comparison.found[0]) <= PREFERRED:
         return None
-    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER_LAW]
+    near = [one for one in comparison.found if one.log > comparison.found[0].log - SIMPLER_LAW]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
 
 
-def _at_its_mode(look: Comparison) -> LaplaceFit:
+def _at_its_mode(comparison: Comparison) -> LaplaceFit:
     """The most probable law where it is best, also where its slopes predicted too little for a search to look there."""
-    first = look.found[0]
+    first = comparison.found[0]
     if first.evidence.mode.steps:
         return first
     old = first.evidence.mode
-    return look.search.inference.fitted(first.supermodel, first.effects, first.local, old.sigma, old.place.eta)
+    return comparison.search.inference.fitted(first.supermodel, first.effects, first.local, old.sigma, old.place.eta)
 
 
 def _may_grow(found: LaplaceFit, rounds: int) -> bool:
@@ -188,11 +188,11 @@ def _about(search: Search, found: LaplaceFit) -> tuple[Search, LaplaceFit]:
     return (search, found) if anew is None else anew
 
 
-def _constant(look: Comparison, law: LaplaceFit, base: LaplaceFit) -> LaplaceFit:
+def _constant(comparison: Comparison, law: LaplaceFit, base: LaplaceFit) -> LaplaceFit:
     """Constant parameters in the noise of the law: as fitted beside it, or the best of two beginnings."""
-    if not look.parent.effects:
-        return look.parent
-    inference = look.search.inference
+    if not comparison.parent.effects:
+        return comparison.parent
+    inference = comparison.search.inference
     local = transferred(law.supermodel, base.supermodel, base.local, law.local)
     continued = inference.without_by_continuation(law, ())
     from_base = inference.fitted(law.supermodel, (), np.where(_of_laws(law.supermodel), continued.local, local))
