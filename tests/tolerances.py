@@ -29,7 +29,7 @@ REASONS: dict[str, dict[str, str]] = {
     "fitting.search.around": {"STARTS_AT_ONCE": WORK},
     "fitting.search.multistart": {
         "STARTS_AT_ONCE": WORK,
-        "LOST": STEP,
+        "FAR_ABOVE": STEP,
     },
     "fitting.search.starts_from_base_model": {"FEW": START},
     "fitting.search.thinned": {"MISSED_BETWEEN": STEP},

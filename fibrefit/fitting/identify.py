@@ -31,7 +31,7 @@ from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
-from fibrefit.fitting.search.multistart import Pace, Searched, collected, search, sobol_starts
+from fibrefit.fitting.search.multistart import HorizonSchedule, Searched, collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
@@ -122,8 +122,8 @@ def identify(
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
     ended = how.known
-    pace = Pace.of(task, how.often)
-    found = _search(task, starts, seed, tell, stop, pace) if ended is None else _as_it_ended(task, ended)
+    schedule = HorizonSchedule.of(task, how.often)
+    found = _search(task, starts, seed, tell, stop, schedule) if ended is None else _as_it_ended(task, ended)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
     if ended is None and not task.noisy_inputs and not stop():
@@ -134,7 +134,7 @@ def identify(
     found_all = _concluded(task, found, values, second, how)
     if ended is None and _may_lose_bounces(task, found_all) and not stop():
         tell("fitting each record by itself", 0.92)
-        alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, pace=pace)
+        alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, schedule=schedule)
         found_all = _apart(task, found, found_all, how, alone)
     if how.profile:
         tell("profiles", 0.95)
@@ -200,14 +200,14 @@ def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray)
     return plain_cost(found.problem, index, width(), whole), "white"
 
 
-def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, pace: Pace) -> Starts:
+def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:
     problem = task.problem
     began = starts_from_base_model(
         task, sobol_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
     )
     on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
     free = problem.layout.free(began)
-    return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, pace))
+    return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, schedule))
 
 
 def _as_it_ended(task: Task, ended: Ended) -> Starts:

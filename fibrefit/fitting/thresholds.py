@@ -111,7 +111,7 @@ ALL_COUNT = 0.99
 """Share of the samples that count from which no more can be won by looking once more."""
 MORE_COUNT = 0.01
 """Share of the samples that have to count more for another look."""
-MOST_LOOKS = 8
+MOST_LINEARISATIONS = 8
 """How often readings are linearised in the errors of inputs at the most: five did where a ninth of the samples counted
 at first."""
 FALLS = 0.9

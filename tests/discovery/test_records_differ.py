@@ -79,8 +79,8 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
     _, search, base = begin(tmp_path, 3, (3, 4))
     anew = inputs.relinearised(search, base)
     assert anew is not None
-    for looks, low, high in ((gls.MOST_LOOKS, 0.9, 1.1), (1, 2.0, np.inf)):
-        monkeypatch.setattr(gls, "MOST_LOOKS", looks)
+    for linearisations, low, high in ((gls.MOST_LINEARISATIONS, 0.9, 1.1), (1, 2.0, np.inf)):
+        monkeypatch.setattr(gls, "MOST_LINEARISATIONS", linearisations)
         found = conclusion._final(*anew, 1, 0, Budget.of(1e3))
         assert low < total(found.gap) < high
         assert found.gls is not None

@@ -284,7 +284,7 @@ CASES = (
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
     Bracket("FEWEST_ORDINATES", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
-    Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
+    Bracket("APART", plan, lambda x: plan.probability_distinguished(x) > 0.5, 6.0, 4.0),
     Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
     Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
     Bracket("ACTS", free_form, lambda x: free_form.acting(np.repeat([x, 1.0], 5)) is not None, 0.15, 0.3),

@@ -13,7 +13,7 @@ from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.search import around
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, collected, search, sobol_starts
-from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, gram_at
+from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Descent, Stopping, gram_at
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -89,9 +89,9 @@ def test_what_comes_back_to_the_best_minimum_is_followed_no_further(
 ) -> None:
     followed, asked = around.descend_all, list[tuple[float, int]]()
 
-    def seen(problem: Problem, free: Any, width: Any, counts: Any, active: Any, care: Care) -> Descent:
-        asked.append((float(care.near), int(np.sum(active))))
-        return followed(problem, free, width, counts, active, care)
+    def seen(problem: Problem, free: Any, width: Any, counts: Any, active: Any, stopping: Stopping) -> Descent:
+        asked.append((float(stopping.near), int(np.sum(active))))
+        return followed(problem, free, width, counts, active, stopping)
 
     monkeypatch.setattr(around, "descend_all", seen)
     searched_nearby(task.problem, found.starts, task.counts[-1:])

@@ -122,11 +122,11 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     lefts = {"a": 9.0, "b": 4.0, "c": 2.0, "d": 1.5}
     monkeypatch.setattr(gls, "_at_mode", at_mode)
     monkeypatch.setattr(gls, "_seen", lambda *of: None)
-    monkeypatch.setattr(gls, "_look", lambda _, found: gls._Look(found, True, 0.5, lefts[found.name]))
+    monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))
 
     def kept(seconds: float) -> str:
         with time_limit(seconds):
-            found = gls._looked(cast(Any, None), cast(Any, None), estimate("a"), True)
+            found = gls._relinearised(cast(Any, None), cast(Any, None), estimate("a"), True)
         return cast(Any, found).name
 
     # Two more are made, as there is no time for a third one.

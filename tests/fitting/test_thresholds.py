@@ -149,14 +149,14 @@ def worthwhile(ratio: float) -> bool:
     return found.identifier == "further_record"
 
 
-def look(share: float, left: float) -> gls._Look:
+def linearisation(share: float, left: float) -> gls._Linearisation:
     """One in which such a share of the samples counts, and so much is left of all."""
-    return gls._Look(cast("Any", None), False, share, left)
+    return gls._Linearisation(cast("Any", None), False, share, left)
 
 
 def more_counts(number: int) -> bool:
     """Whether one look more is made where in each of so many more samples count."""
-    return gls._tells_more([look(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
+    return gls._tells_more([linearisation(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
 
 
 CASES = (
@@ -169,8 +169,14 @@ CASES = (
     ),
     Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
-    Bracket("MOST_LOOKS", gls, lambda x: more_counts(int(x)), 7, 9),
-    Bracket("FALLS", gls, lambda x: gls._tells_more([look(0.5, 4.0), look(0.5, 4.0 * x)], True), 0.85, 0.95),
+    Bracket("MOST_LINEARISATIONS", gls, lambda x: more_counts(int(x)), 7, 9),
+    Bracket(
+        "FALLS",
+        gls,
+        lambda x: gls._tells_more([linearisation(0.5, 4.0), linearisation(0.5, 4.0 * x)], True),
+        0.85,
+        0.95,
+    ),
     Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("DIVERGED", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),

@@ -167,10 +167,10 @@ def test_a_law_that_stood_in_for_another_one_is_left_out_once_that_is_found(
         return Comparison(search, parent, next(rounds))
 
     monkeypatch.setattr(models, "comparison_of", compared)
-    looks, law = models._grown(search, base, quiet)
+    rounds, law = models._grown(search, base, quiet)
     assert seen == [(), (later.name,), true.names]
     assert law.names == true.names
-    assert models._beside(looks, law) == (both,)
+    assert models._beside(rounds, law) == (both,)
 
 
 def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(lawful: SeriesResult) -> None:

@@ -62,7 +62,7 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
     least = max(readings[0].gain - APART, NAMED)
     if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= least:
         return None
-    return ranked[0][0], _told(search, parent, ranked, readings)
+    return ranked[0][0], _summary(search, parent, ranked, readings)
 
 
 def _composed(readings: Sequence[Reading]) -> list[Composed]:
@@ -100,7 +100,7 @@ def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.nd
     return found - np.median(found)
 
 
-def _told(
+def _summary(
     search: Search, parent: LaplaceFit, ranked: Sequence[tuple[LaplaceFit, Composed]], readings: Sequence[Reading]
 ) -> ProposedLaw:
     best, law = ranked[0]

@@ -19,7 +19,7 @@ from fibrefit.problem.diagnose.residuals import ResidualSet
 
 AT_ONCE = 5
 """Windows just after an event and just before it."""
-LOOKS = 10
+TRIALS = 10
 """Times that what lies before an event is looked at: so often noise may be loud by chance."""
 
 
@@ -80,7 +80,7 @@ def _usual(values: np.ndarray, width: int) -> np.ndarray:
 def _is_noise(piece: ChannelResidual, powers: np.ndarray, first: int, width: int) -> bool:
     """Whether all windows before one, and the last few of them, are noise, each taken together."""
     numbers = (first, AT_ONCE)
-    limits = [loudest(piece.noise, number * width, len(piece.times), piece.rate, LOOKS) for number in numbers]
+    limits = [loudest(piece.noise, number * width, len(piece.times), piece.rate, TRIALS) for number in numbers]
     return all(powers[first - number : first].mean() <= limit for number, limit in zip(numbers, limits, strict=True))
 
 

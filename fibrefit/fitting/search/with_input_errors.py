@@ -30,7 +30,7 @@ from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_s
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-LOOKS = 4
+LINEARISATIONS = 4
 """How often readings are linearised at the most."""
 REDUCTION_TOLERANCE = 0.05
 """Predicted reduction of the cost by a further step below which a descent ends, in units where 1 is one standard error.
@@ -100,7 +100,7 @@ def with_input_errors(
     found: WithInputErrors | None = None
     beforehand: View | None = None
     samples, share = float(counted(problem).sum()), -1.0
-    for _ in range(LOOKS):
+    for _ in range(LINEARISATIONS):
         began = time.monotonic()
         if near is not None and roots is None:
             view = _view(problem, known, near)

@@ -119,12 +119,12 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     laws = laws_on(task.problem.model.rig)
     before = identify(task, FIRST_STARTS, seed, How(whiten=False, rivals=False), progress=tell)
     search, base = prepared_search(task, before, [law.effect for law in laws], tell)
-    looks, law = _grown(search, base, tell)
-    search = looks[-1].search
+    rounds, law = _grown(search, base, tell)
+    search = rounds[-1].search
     tell("comparing constant parameters, and parameters of each record", None)
-    constant = _constant(looks[-1], law, base)
+    constant = _constant(rounds[-1], law, base)
     own = own_values(search, law.supermodel, constant)
-    return ThreeModels(search, before, constant, law, own, _tried(looks[0], law, constant), _beside(looks, law))
+    return ThreeModels(search, before, constant, law, own, _tried(rounds[0], law, constant), _beside(rounds, law))
 
 
 def _grown(search: Search, base: LaplaceFit, tell: Progress) -> tuple[list[Comparison], LaplaceFit]:
@@ -132,15 +132,15 @@ def _grown(search: Search, base: LaplaceFit, tell: Progress) -> tuple[list[Compa
 
     A law that stood in for another one is left out once that has been found.
     """
-    looks = [comparison_of(SpeedSearch.of(search), base, "trying each law of speed")]
-    while found := _simplest(looks[-1]):
-        search, found = _about(looks[-1].search, found)
+    rounds = [comparison_of(SpeedSearch.of(search), base, "trying each law of speed")]
+    while found := _simplest(rounds[-1]):
+        search, found = _about(rounds[-1].search, found)
         law = pruned(search.inference, found)
-        if not _may_grow(law, len(looks)):
-            return [*looks, replace(looks[-1], search=search, parent=law, found=())], law
-        looks.append(comparison_of(SpeedSearch.of(search), law, "trying a further law of speed"))
-    last = looks[-1]
-    return looks, last.parent if last.parent.effects else _at_its_mode(last)
+        if not _may_grow(law, len(rounds)):
+            return [*rounds, replace(rounds[-1], search=search, parent=law, found=())], law
+        rounds.append(comparison_of(SpeedSearch.of(search), law, "trying a further law of speed"))
+    last = rounds[-1]
+    return rounds, last.parent if last.parent.effects else _at_its_mode(last)
 
 
 def _tried(first: Comparison, law: LaplaceFit, constant: LaplaceFit) -> tuple[TriedLaw, ...]:
@@ -154,9 +154,9 @@ def _tried(first: Comparison, law: LaplaceFit, constant: LaplaceFit) -> tuple[Tr
     return tuple(sorted(rows, key=lambda row: -row.log))
 
 
-def _beside(looks: Sequence[Comparison], law: LaplaceFit) -> tuple[LaplaceFit, ...]:
+def _beside(rounds: Sequence[Comparison], law: LaplaceFit) -> tuple[LaplaceFit, ...]:
     """Laws of the last round that tried the first law of a model."""
-    rounds = [comparison for comparison in looks if any(one.effects[-1] is law.effects[0] for one in comparison.found)]
+    rounds = [comparison for comparison in rounds if any(one.effects[-1] is law.effects[0] for one in comparison.found)]
     return rounds[-1].found if rounds else ()
 
 

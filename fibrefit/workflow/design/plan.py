@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
+from fibrefit.discovery.design.plan import Explanation, Worth, options_of, probability_distinguished, worths
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
@@ -105,7 +105,7 @@ class RecordPlan(FoundResult):
             records=records,
             purpose=self.purpose,
             rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
-            told_apart_now=told_apart(self.now) if self.rivals else None,
+            told_apart_now=probability_distinguished(self.now) if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
             remarks=REMARKS,
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
