@@ -30,9 +30,9 @@ from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.effect_sizes import effect_sizes
 from fibrefit.discovery.search.inputs import coefficients_of
-from fibrefit.discovery.search.pace import FITTED_AGAIN, slowdown
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import is_far
+from fibrefit.discovery.search.time_budget import FITTED_AGAIN, slowdown
 from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
@@ -146,7 +146,7 @@ def _fitted(
 
     Where inputs have errors the evidence is that of readings linearised in them. A fit that loses a bounce with an
     effect that the model without it does not lose shows that the effect is not what is missing. Where inputs are exact
-    so is the motion that the search followed, and it is the fit that went astray.
+    so is the motion that the search followed, and it is the fit that ended in a wrong minimum.
     """
     said: list[Statement] = []
     while best.effects:
@@ -158,7 +158,7 @@ def _fitted(
             return best, after, said
         if best.supermodel.sensitivities is None:
             followed = search.gap(search.plain(best))
-            return best, after, [Statement("fit_astray", {"gaps": (followed, gaps[1])})]
+            return best, after, [Statement("fit_in_wrong_minimum", {"gaps": (followed, gaps[1])})]
         said.append(Statement("lost", {"effect": best.names[-1], "gaps": gaps}))
         best = search.inference.without(best, best.effects[:-1])
     return best, before, said
@@ -296,7 +296,7 @@ def _looks_like(
 
 
 def _event(found: Identification) -> Statement | None:
-    """Records that part from the model at some instant and go on so; None where none does."""
+    """Records that depart from the model at some instant and go on so; None where none does."""
     if (one := where.onset(found.residual_set)) is not None:
         others = len(found.problem.layout.records) > 1
         return Statement("event", {"record": one[0], "instant": one[1], "others": others})

@@ -17,9 +17,9 @@ from fibrefit.discovery.engine.thresholds import AT_A_KINK
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.inputs import linearised_where_records_differ
-from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import minima_compared, prepared_search
+from fibrefit.discovery.search.time_budget import kept_for_conclusion
 from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, OTHERWISE
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total

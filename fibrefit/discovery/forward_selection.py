@@ -34,8 +34,8 @@ from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, prune
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
-from fibrefit.discovery.search.pace import kept_for_conclusion, slowdown
 from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown
 from fibrefit.discovery.unnamed import Unnamed, in_place_of_named, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet

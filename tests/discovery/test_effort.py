@@ -13,7 +13,7 @@ from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
 from fibrefit.discovery.search import inputs, setup
-from fibrefit.discovery.search.pace import kept_for_conclusion
+from fibrefit.discovery.search.time_budget import kept_for_conclusion
 from tests.brackets import Bracket, thresholds
 
 COSTS = (0.0, *[90.0] * 10)

@@ -206,7 +206,7 @@ def test_a_law_of_no_name_ends_the_search_without_effects(monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])
-def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missing(
+def test_a_pair_takes_the_place_of_one_in_a_wrong_minimum_where_something_is_missing(
     monkeypatch: pytest.MonkeyPatch, missing: bool, names: tuple[str, ...]
 ) -> None:
     first = round_of(GAINS, {(B, C): 290.0}, [])

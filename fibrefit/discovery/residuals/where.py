@@ -151,7 +151,7 @@ def _ways(found: ResidualSet, channel: int, phase: int) -> tuple[tuple[str, str]
 
 
 def onset(found: ResidualSet) -> tuple[str, float] | None:
-    """Record and instant [s] from which one record alone parts from the model; None if others do too.
+    """Record and instant [s] from which one record alone departs from the model; None if others do too.
 
     Of a series of one record it is the instant of its event; `events` tells of any number.
     """
