@@ -144,7 +144,7 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
     moved = False
     for _ in range(NOISES):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
-        inference = LaplaceInference(search.context, search.inference.reference, search.inference.refined(richest))
+        inference = search.inference.in_noise_of(richest)
         search = search.with_inference(inference)
         once_more = compared_again([one.log for one in ranked], richest.log > parent.log + NAMED)
         parent = inference.again(parent)

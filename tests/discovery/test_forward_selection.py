@@ -291,9 +291,7 @@ def test_a_hypothesis_is_compared_again_in_the_noise_it_leaves(case: Callable[..
     wrong = LaplaceInference(
         made.search.context, made.search.inference.reference, common_noise_of(made.base.supermodel, twice)
     )
-    right = LaplaceInference(
-        made.search.context, made.search.inference.reference, wrong.refined(wrong.again(made.base))
-    )
+    right = wrong.in_noise_of(wrong.again(made.base))
     fresh, stale = right.innovations(right.again(made.base)), wrong.innovations(wrong.again(made.base))
     valid = fresh != 0.0
     assert np.mean(fresh[valid] ** 2) == pytest.approx(1.0, abs=0.03)

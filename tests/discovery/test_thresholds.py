@@ -150,15 +150,13 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     for each in (one, other):
         each.names = (each.effects[0].name,)
         each.evidence.mode.steps = 1
-    inference = SimpleNamespace(
+    inference: Any = SimpleNamespace(
         again=lambda one: one,
-        refined=lambda one: None,
-        reference={},
+        in_noise_of=lambda one: inference,
         overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
         without=lambda one, kept: fitted(0.0),
         warm_started_without=lambda one, kept: fitted(-1.0),
     )
-    monkeypatch.setattr(comparison, "LaplaceInference", lambda *of: inference)
     monkeypatch.setattr(inputs, "occam", lambda before, after: 4.0)
     parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)

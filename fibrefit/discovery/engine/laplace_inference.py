@@ -20,12 +20,11 @@ from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
+from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import (
     RIGID,
-    Place,
     PosteriorMode,
     Unknowns,
     arrowhead,
@@ -72,9 +71,8 @@ class LaplaceInference:
             Deviations to begin with.
         """
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        return LaplaceFit(
-            effects, supermodel, self._at_mode(unknowns, place_of(unknowns, local, eta), supermodel, sigma)
-        )
+        start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
+        return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent()))
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
@@ -177,8 +175,8 @@ class LaplaceInference:
             effects = (*parent.effects, effect)
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            evidence = self._at_mode(unknowns, start, supermodel, found.sigma, slopes, found.objective)
-            ends.append(LaplaceFit(effects, supermodel, evidence))
+            gram, how = self.secant(supermodel, slopes), descent(found.objective)
+            ends.append(LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **how)))
             if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
@@ -294,10 +292,11 @@ class LaplaceInference:
         found = fitted.evidence.mode
         return self.fitted(fitted.supermodel, fitted.effects, fitted.local, found.sigma, found.place.eta)
 
-    def refined(self, fitted: LaplaceFit) -> CommonNoise:
-        """The noise a hypothesis leaves, to compare hypotheses in."""
+    def in_noise_of(self, fitted: LaplaceFit) -> LaplaceInference:
+        """The same in the noise that a hypothesis leaves."""
         steps = steps_at(fitted.supermodel, fitted.local, self.context.whole)
-        return common_noise_of(fitted.supermodel, self.noise(fitted), steps)
+        noise = common_noise_of(fitted.supermodel, self.noise(fitted), steps)
+        return LaplaceInference(self.context, self.reference, noise)
 
     def noise(self, fitted: LaplaceFit) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
@@ -356,18 +355,6 @@ class LaplaceInference:
             return known.beside(further.columns(np.arange(1, len(columns) - number + 1))).grams(seen.sensitivities)
 
         return gram
-
-    def _at_mode(
-        self,
-        unknowns: Unknowns,
-        start: Place,
-        supermodel: Supermodel,
-        sigma: np.ndarray | None,
-        seed: Seed | None = None,
-        parent: float = np.inf,
-    ) -> MarginalLikelihood:
-        """Mode and evidence from a place."""
-        return laplace_evidence(unknowns, start, self.secant(supermodel, seed), sigma, **descent(parent))
 
 
 def _with_absent(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:

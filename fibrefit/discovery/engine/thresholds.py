@@ -69,8 +69,8 @@ ONE_WAY = 0.8
 OF_TIME = 0.7
 """Share of the time from which that goes without saying."""
 BY_ITSELF = 2.0
-"""Mean squared residual of a record over the largest of the others from which it is said to depart from the model alone:
-that of noise of a thousand samples scatters by a twentieth."""
+"""Mean squared residual of a record over the largest of the others from which it alone is said to depart from the
+model: that of noise of a thousand samples scatters by a twentieth."""
 HAPPENED = 8.0
 """Mean squared residual of a window, in units of the noise, from which an event has happened."""
 SOON = 2.0 / 3.0

@@ -59,9 +59,7 @@ def prepared_search(
         base = max(base, search.inference.fitted(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):
-        search = search.with_inference(
-            LaplaceInference(context, search.inference.reference, search.inference.refined(base))
-        )
+        search = search.with_inference(search.inference.in_noise_of(base))
         base = search.inference.again(base)
     return search, base
 
