@@ -29,7 +29,7 @@ REASONS: dict[str, dict[str, str]] = {
     "fitting.search.around": {"STARTS_AT_ONCE": WORK},
     "fitting.search.multistart": {
         "STARTS_AT_ONCE": WORK,
-        "LOST": STEP,
+        "FAR_ABOVE": STEP,
     },
     "fitting.search.starts_from_base_model": {"FEW": START},
     "fitting.search.thinned": {"MISSED_BETWEEN": STEP},
@@ -37,7 +37,7 @@ REASONS: dict[str, dict[str, str]] = {
     "laws.push.hold": {"SHORT": ROUNDING},
     "laws.template": {"WIDTH": FORM},
     "problem.estimate.evidence": {"MANY": WORK},
-    "problem.estimate.gauss_newton": {"NOTICED": STEP, "SETTLED_FALL": ENDS},
+    "problem.estimate.gauss_newton": {"NOTICED": STEP, "MODE_TOLERANCE": ENDS},
     "problem.estimate.population": {"LIGHT": WORK},
     "problem.estimate.trust_region": {"0.75": STEP, "0.25": STEP, "ON_RADIUS": STEP, "0.001": STEP},
     "problem.formulate.formulate": {"CENTRED": START},

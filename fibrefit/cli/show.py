@@ -36,7 +36,7 @@ def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
     """Draw a saved result again, into a folder of the figures' own."""
     from fibrefit.core.errors import UsageError
     from fibrefit.core.formats import figure_formats
-    from fibrefit.plots import save_figures
+    from fibrefit.plots.save import save_figures
     from fibrefit.workflow.outcome.draw import draw_result
 
     kinds = figure_formats(formats)

@@ -1,1 +1,1 @@
-"""What the model lacks: where it parts from the measurement, which effect accounts for it, or that none does."""
+"""What the model lacks: where it departs from the measurement, which effect accounts for it, or that none does."""

@@ -1,4 +1,4 @@
-"""One round's comparison: a model with each further effect, all weighed in one noise."""
+"""One round's comparison: a model with each further effect, all compared in one noise."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
-from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, weighed_again
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, compared_again
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.search.inputs import Confirmation, inflation_of, sobered, weighed_about
+from fibrefit.discovery.search.inputs import Confirmation, fitted_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
@@ -23,23 +23,23 @@ NOISES = 2
 """Times the noise of a round is taken from what its best candidate leaves."""
 
 LOOKING = 0.8
-"""Share of the time left that candidates are given; what remains is for weighing the best ones in one noise."""
+"""Share of the time left that candidates are given; what remains is for comparing the best ones in one noise."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Candidates of one round, all weighed alike.
+    """Candidates of one round, all compared alike.
 
     Parameters
     ----------
     search : Search
-        With the scales they were weighed by.
-    parent : Weighed
+        With the noise they were compared in.
+    parent : LaplaceFit
         Refitted from where each of the best candidates led.
-    found : tuple of Weighed
+    found : tuple of LaplaceFit
         The most probable first.
     compared : frozenset of tuple of str
-        Names of those that were weighed in the same noise as the parent; the others are far behind.
+        Names of those that were compared in the same noise as the parent; the others are far behind.
     untried : tuple of Effect classes
         Candidates that the time did not suffice for.
     moved : bool
@@ -50,14 +50,14 @@ class Comparison:
     """
 
     search: Search
-    parent: Weighed
-    found: tuple[Weighed, ...]
+    parent: LaplaceFit
+    found: tuple[LaplaceFit, ...]
     compared: frozenset[tuple[str, ...]] = frozenset()
     untried: tuple[type[Effect], ...] = ()
     moved: bool = False
     shares: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
-    def gap_of(self, one: Weighed) -> float:
+    def gap_of(self, one: LaplaceFit) -> float:
         """Gap that one of them leaves, as the parent's is counted: Rms of residuals over the noise."""
         before = self.search.gap(self.search.plain(self.parent))
         # What was not followed is its parent, and leaves the same.
@@ -66,18 +66,18 @@ class Comparison:
         share = self.shares.get(one.names)
         return self.search.gap(self.search.plain(one)) if share is None else before * share
 
-    def gain(self, one: Weighed) -> float:
+    def gain(self, one: LaplaceFit) -> float:
         """Logarithm of the Bayes factor over the parent."""
         return one.log - self.parent.log
 
 
-def comparison_of(search: Search, parent: Weighed, what: str, first: Comparison | None = None) -> Comparison:
-    """A parent with each further effect, all weighed in the noise that the best one of them leaves.
+def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparison | None = None) -> Comparison:
+    """A parent with each further effect, all compared in the noise that the best one of them leaves.
 
     Parameters
     ----------
     search : Search
-    parent : Weighed
+    parent : LaplaceFit
     what : str
         What is said of it while it goes on.
     first : Comparison, optional
@@ -89,69 +89,74 @@ def comparison_of(search: Search, parent: Weighed, what: str, first: Comparison 
     costly = [effect for effect in effects if is_costly(effect)]
     with time_limit(LOOKING * time_left()):
         tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
-    look = _in_one_noise(search, parent, tried)
+    comparison = _in_one_noise(search, parent, tried)
     if not costly:
-        return look
-    least, _ = in_time(partial(_worth_following, look), -np.inf)
+        return comparison
+    least, _ = in_time(partial(_worth_following, comparison), -np.inf)
     if least == np.inf:
-        return look
+        return comparison
     with time_limit(LOOKING * time_left()):
-        more, _ = in_time(partial(look.search.tried, look.parent, costly, what, least), Tried([], tuple(costly)))
-    found = sorted([*look.found, *more.found], key=lambda one: -one.log)
+        more, _ = in_time(
+            partial(comparison.search.tried, comparison.parent, costly, what, least), Tried([], tuple(costly))
+        )
+    found = sorted([*comparison.found, *more.found], key=lambda one: -one.log)
     if not any(one.evidence.mode.steps for one in more.found):
-        # None was followed: there is nothing to weigh, and the noise is what it was.
-        return replace(look, found=tuple(found), untried=(*tried.untried, *more.untried))
-    whole = _in_one_noise(look.search, look.parent, Tried(found, (*tried.untried, *more.untried)))
-    return replace(whole, moved=look.moved or whole.moved)
+        # None was followed: there is nothing to compare, and the noise is what it was.
+        return replace(comparison, found=tuple(found), untried=(*tried.untried, *more.untried))
+    whole = _in_one_noise(comparison.search, comparison.parent, Tried(found, (*tried.untried, *more.untried)))
+    return replace(whole, moved=comparison.moved or whole.moved)
 
 
-def _in_one_noise(search: Search, parent: Weighed, tried: Tried) -> Comparison:
-    """Candidates weighed in the noise of the best; in that of the parent where the time ends."""
-    look, _ = in_time(partial(in_same_noise, search, parent, tried.found), None)
-    return replace(look or _as_found(search, parent, tried.found), untried=tried.untried)
+def _in_one_noise(search: Search, parent: LaplaceFit, tried: Tried) -> Comparison:
+    """Candidates compared in the noise of the best; in that of the parent where the time ends."""
+    comparison, _ = in_time(partial(in_same_noise, search, parent, tried.found), None)
+    return replace(comparison or _as_found(search, parent, tried.found), untried=tried.untried)
 
 
-def _as_found(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
+def _as_found(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -> Comparison:
     """Candidates as they were found; what is beyond doubt has to be so over the parent from where it led, too."""
     if found and found[0].log > parent.log + BEYOND_DOUBT:
         with beyond_limits():
-            parent = max(parent, search.scales.without(found[0], parent.effects), key=lambda one: one.log)
+            parent = max(parent, search.inference.without(found[0], parent.effects), key=lambda one: one.log)
     return Comparison(search, parent, tuple(found))
 
 
-def _worth_following(look: Comparison) -> float:
-    """Nats that slopes have to promise of an effect that takes long to simulate: not far less than was found.
+def _worth_following(comparison: Comparison) -> float:
+    """Nats that slopes have to predict of an effect that takes long to simulate: not far less than was found.
 
     Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
     """
-    gain, gap = look.gain(look.found[0]) if look.found else 0.0, look.search.gap(look.search.plain(look.parent))
+    gain, gap = (
+        comparison.gain(comparison.found[0]) if comparison.found else 0.0,
+        comparison.search.gap(comparison.search.plain(comparison.parent)),
+    )
     if gain <= NAMED:
-        return np.inf if look.parent.effects and gap <= ENOUGH else -np.inf
-    if look.search.gap(look.search.plain(look.found[0])) > ENOUGH:
+        return np.inf if comparison.parent.effects and gap <= ENOUGH else -np.inf
+    if comparison.search.gap(comparison.search.plain(comparison.found[0])) > ENOUGH:
         return -np.inf
     return PROMISING * gain
 
 
-def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> Comparison:
-    """Candidates and parent, all weighed by the search as it is, weighed in the noise of the most probable of them."""
+def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -> Comparison:
+    """Candidates and parent, all fitted by the search as it is, compared in the noise of the most probable of them."""
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
-    again: list[Weighed] = []
+    again: list[LaplaceFit] = []
     moved = False
     for _ in range(NOISES):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
-        scales = Scales(search.context, search.scales.reference, search.scales.refined(richest))
-        search = search.weighed_with(scales)
-        once_more = weighed_again([one.log for one in ranked], richest.log > parent.log + NAMED)
-        parent = scales.again(parent)
+        inference = search.inference.in_noise_of(richest)
+        search = search.with_inference(inference)
+        once_more = compared_again([one.log for one in ranked], richest.log > parent.log + NAMED)
+        parent = inference.again(parent)
         near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
-        jobs = [partial(scales.again, one) for one in near if one.evidence.mode.steps]
+        jobs = [partial(inference.again, one) for one in near if one.evidence.mode.steps]
         again = sorted(_all_of(jobs), key=lambda one: -one.log)
         better = [one for one in again[:COMPARED] if one.log > parent.log]
         # From the one that may get its name to the end; from others as long as it takes to see where they lead.
-        ways = [partial(scales.without, one, parent.effects) for one in better[:1]]
-        ways += [partial(_led, scales, one, parent) for one in better[1:]]
+        ways = [partial(inference.without, one, parent.effects) for one in better[:1]]
+        ways += [partial(_warm_started, inference, one, parent) for one in better[1:]]
         if parent.evidence.mode.sigma.any():
-            ways.append(partial(_agreeing, scales, parent))
+            ways.append(partial(_pooled, inference, parent))
         here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)
         moved |= parent.log > here + NAMED
         if not again or again[0].names == ranked[0].names:
@@ -162,53 +167,61 @@ def in_same_noise(search: Search, parent: Weighed, found: Sequence[Weighed]) -> 
         if behind[one.names] <= max([NAMED, *(other.log - parent.log for other in again)]):
             break
         if one.evidence.mode.steps and all(one.names != other.names for other in again):
-            again.append(scales.again(one))
+            again.append(inference.again(one))
     # Innovations that scatter more with the best one do so with all: of two that explain the same, the one that happens
-    # to be sobered less would win.
-    own = {one.names: inflation_of(scales, parent, one) for one in again}
+    # to have less overdispersion would win.
+    own = {one.names: overdispersion_of(inference, parent, one) for one in again}
     best = max(again, key=lambda one: one.log).names if again else ()
     factors = {names: max(factor, own[best]) for names, factor in own.items()}
-    weighed = {one.names: sobered(parent, one, factors[one.names]) for one in again}
+    fitted = {one.names: overdispersion_corrected(parent, one, factors[one.names]) for one in again}
     # The others keep what they were found to be behind.
-    others = [one.moved_to(parent.log + behind[one.names]) for one in ranked if one.names not in weighed]
-    ranked = sorted([*weighed.values(), *others], key=lambda one: -one.log)
-    return Comparison(search, parent, tuple(ranked), frozenset(weighed), moved=moved)
+    others = [one.with_log(parent.log + behind[one.names]) for one in ranked if one.names not in fitted]
+    ranked = sorted([*fitted.values(), *others], key=lambda one: -one.log)
+    return Comparison(search, parent, tuple(ranked), frozenset(fitted), moved=moved)
 
 
-def compared_about(look: Comparison, seen: Confirmation) -> Comparison | None:
+def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | None:
     """A comparison with readings linearised about the best candidate: of the others, those that are near are too.
 
     None where the time does not suffice.
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
     seen : Confirmation
         Of the candidate.
     """
-    mine, first = seen.found.names, max(look.gain(one) for one in look.found)
-    likely = [one for one in look.found if one.names != mine and one.evidence.mode.steps and look.gain(one) > NAMED]
-    near = [one for one in likely if look.gain(one) > first - FAR_BEHIND][:PARTNERS]
+    mine, first = seen.found.names, max(comparison.gain(one) for one in comparison.found)
+    likely = [
+        one
+        for one in comparison.found
+        if one.names != mine and one.evidence.mode.steps and comparison.gain(one) > NAMED
+    ]
+    near = [one for one in likely if comparison.gain(one) > first - FAR_BEHIND][:PARTNERS]
     there = fit_all([partial(_about, seen, one) for one in near], lambda done: None)
     if any(one is None for one in there):
         return None
-    weighed = {mine: seen.found} | {one.names: one for one in there}
-    others = [one.moved_to(seen.parent.log + look.gain(one)) for one in look.found if one.names not in weighed]
-    found = tuple(sorted([*weighed.values(), *others], key=lambda one: -one.log))
-    before = look.gap_of(look.parent)
-    shares = {one.names: look.gap_of(one) / before for one in look.found if one.names not in weighed}
+    fitted = {mine: seen.found} | {one.names: one for one in there}
+    others = [
+        one.with_log(seen.parent.log + comparison.gain(one)) for one in comparison.found if one.names not in fitted
+    ]
+    found = tuple(sorted([*fitted.values(), *others], key=lambda one: -one.log))
+    before = comparison.gap_of(comparison.parent)
+    shares = {one.names: comparison.gap_of(one) / before for one in comparison.found if one.names not in fitted}
     return replace(
-        look, search=seen.search, parent=seen.parent, found=found, compared=frozenset(weighed), shares=shares
+        comparison, search=seen.search, parent=seen.parent, found=found, compared=frozenset(fitted), shares=shares
     )
 
 
-def _about(seen: Confirmation, other: Weighed) -> Weighed:
+def _about(seen: Confirmation, other: LaplaceFit) -> LaplaceFit:
     """Another candidate where readings are linearised about the best one."""
-    found = weighed_about(seen.search, other)
-    return sobered(seen.parent, found, max(seen.inflation, inflation_of(seen.search.scales, seen.parent, found)))
+    found = fitted_about(seen.search, other)
+    return overdispersion_corrected(
+        seen.parent, found, max(seen.overdispersion, overdispersion_of(seen.search.inference, seen.parent, found))
+    )
 
 
-def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:
+def _all_of(jobs: Sequence[Callable[[], LaplaceFit]]) -> list[LaplaceFit]:
     """Results of all jobs, side by side.
 
     Raises
@@ -222,12 +235,12 @@ def _all_of(jobs: Sequence[Callable[[], Weighed]]) -> list[Weighed]:
     return found
 
 
-def _led(scales: Scales, one: Weighed, parent: Weighed) -> Weighed:
+def _warm_started(inference: LaplaceInference, one: LaplaceFit, parent: LaplaceFit) -> LaplaceFit:
     """A parent refitted from where a candidate led: in full only if that begins better."""
-    begun = scales.first_steps_without(one, parent.effects)
-    return scales.again(begun) if begun.log > parent.log else begun
+    begun = inference.warm_started_without(one, parent.effects)
+    return inference.again(begun) if begun.log > parent.log else begun
 
 
-def _agreeing(scales: Scales, parent: Weighed) -> Weighed:
+def _pooled(inference: LaplaceInference, parent: LaplaceFit) -> LaplaceFit:
     """A parent refitted from where its records do not differ."""
-    return scales.again(scales.agreeing(parent))
+    return inference.again(inference.pooled(parent))

@@ -15,10 +15,10 @@ from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
-from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
-from fibrefit.discovery.engine.effort import TOO_FAR, lost, time_for_gls, time_for_starts
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
+from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls, time_for_starts
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
 from fibrefit.discovery.laws.propose import proposed
 from fibrefit.discovery.model.finding import Finding
@@ -28,11 +28,11 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.cross_validation import held_out
+from fibrefit.discovery.search.effect_sizes import effect_sizes
 from fibrefit.discovery.search.inputs import coefficients_of
-from fibrefit.discovery.search.pace import FITTED_AGAIN, slowdown
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import is_far
-from fibrefit.discovery.search.weighing import weights
+from fibrefit.discovery.search.time_budget import FITTED_AGAIN, slowdown
 from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
@@ -72,14 +72,14 @@ class _Parts:
         return found
 
 
-def concluded(before: Identification, base: Weighed, at: Selection, limits: Limits, budget: Budget) -> Finding:
+def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: Limits, budget: Budget) -> Finding:
     """What a selection amounts to.
 
     Parameters
     ----------
     before : Identification
         Of the model the search began with.
-    base : Weighed
+    base : LaplaceFit
         The same model.
     at : Selection
     limits : Limits
@@ -122,7 +122,7 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
         held_out=parts.take("left_out", predicted, ()) if added else (),
         ranking=_ranking(at),
         seconds=budget.used,
-        weights=parts.take("weights", partial(weights, search, best, after), ()) if added else (),
+        weights=parts.take("weights", partial(effect_sizes, search, best, after), ()) if added else (),
         detectable=parts.take("detectable", partial(detectable, search), ()) if verdict == NOTHING else (),
         separated_by=parts.take("rivals", partial(_separated, search, tuple(rivals.values())), (), 0.9),
         proposed_law=law and law[1],
@@ -134,19 +134,19 @@ def concluded(before: Identification, base: Weighed, at: Selection, limits: Limi
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
 
 
-def _takes_longer(search: Search, best: Weighed, before: Identification) -> float:
+def _takes_longer(search: Search, best: LaplaceFit, before: Identification) -> float:
     """Time in s by which a final fit takes longer than the first one: its simulations may be slower."""
     return FITTED_AGAIN * before.seconds * (slowdown(search, best) - 1.0) if best.effects else 0.0
 
 
 def _fitted(
-    search: Search, best: Weighed, before: Identification, limits: Limits, budget: Budget, longer: float
-) -> tuple[Weighed, Identification, list[Statement]]:
+    search: Search, best: LaplaceFit, before: Identification, limits: Limits, budget: Budget, longer: float
+) -> tuple[LaplaceFit, Identification, list[Statement]]:
     """What was found and its fit; without what no fit finds again, and what is said of that.
 
     Where inputs have errors the evidence is that of readings linearised in them. A fit that loses a bounce with an
     effect that the model without it does not lose shows that the effect is not what is missing. Where inputs are exact
-    so is the motion that the search followed, and it is the fit that went astray.
+    so is the motion that the search followed, and it is the fit that ended in a wrong minimum.
     """
     said: list[Statement] = []
     while best.effects:
@@ -154,17 +154,17 @@ def _fitted(
         after = _final(search, best, starts, limits.seed, budget)
         gaps = total(before.gap), total(after.gap)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
-        if cut or limits.choose is not None or not lost(*gaps):
+        if cut or limits.choose is not None or not motion_lost(*gaps):
             return best, after, said
         if best.supermodel.sensitivities is None:
             followed = search.gap(search.plain(best))
-            return best, after, [Statement("fit_astray", {"gaps": (followed, gaps[1])})]
+            return best, after, [Statement("fit_in_wrong_minimum", {"gaps": (followed, gaps[1])})]
         said.append(Statement("lost", {"effect": best.names[-1], "gaps": gaps}))
-        best = search.scales.without(best, best.effects[:-1])
+        best = search.inference.without(best, best.effects[:-1])
     return best, before, said
 
 
-def _of_interest(search: Search, best: Weighed, least: float) -> tuple[Weighed, list[Statement]]:
+def _of_interest(search: Search, best: LaplaceFit, least: float) -> tuple[LaplaceFit, list[Statement]]:
     """What was found without effects of less than the least strength, the smallest first; and what is said of these.
 
     A strength is the root of what the mean square of the normalised residuals falls by: the rms of what the effect
@@ -174,7 +174,7 @@ def _of_interest(search: Search, best: Weighed, least: float) -> tuple[Weighed, 
     while least > 0.0:
         needed = {name for effect in best.effects for name in effect.needs}
         lesser = {
-            effect: search.scales.without(best, tuple(other for other in best.effects if other is not effect))
+            effect: search.inference.without(best, tuple(other for other in best.effects if other is not effect))
             for effect in best.effects
             if effect.name not in needed
         }
@@ -193,7 +193,7 @@ NOTHING: Verdict = "nothing_missing"
 
 
 def _verdict(
-    best: Weighed, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool, tried: bool
+    best: LaplaceFit, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool, tried: bool
 ) -> tuple[Verdict, tuple[Statement, ...]]:
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
     if alarms or readings:
@@ -236,29 +236,29 @@ def _left_over(
 
 
 def _ranking(at: Selection) -> tuple[Candidate, ...]:
-    """Candidates of the last look, the best first."""
-    return () if at.look is None else candidates(at.look)
+    """Candidates of the last round, the best first."""
+    return () if at.comparison is None else candidates(at.comparison)
 
 
 def _left_out(at: Selection) -> tuple[str, ...]:
-    """Names of effects that the time did not suffice for in the last look."""
-    return () if at.look is None else tuple(effect.name for effect in at.look.untried)
+    """Names of effects that the time did not suffice for in the last round."""
+    return () if at.comparison is None else tuple(effect.name for effect in at.comparison.untried)
 
 
 def _outdone(
-    search: Search, base: Weighed, best: Weighed, before: Identification
-) -> tuple[Weighed, list[Reading]] | None:
+    search: Search, base: LaplaceFit, best: LaplaceFit, before: Identification
+) -> tuple[LaplaceFit, list[Reading]] | None:
     """The base and its curves, where one of them makes the records more probable than what was named."""
     if best.supermodel.sensitivities is not base.supermodel.sensitivities:
-        local = carried(search.base.supermodel, base.supermodel, base.local, search.base.fit.local)
-        base = search.scales.weigh(search.base.supermodel, (), local)
+        local = transferred(search.base.supermodel, base.supermodel, base.local, search.base.fit.local)
+        base = search.inference.fitted(search.base.supermodel, (), local)
     else:
-        base = search.scales.again(base)
+        base = search.inference.again(base)
     readings = probe_all(search, base, before, best.log - base.log + NAMED, NAMED)
     return (base, readings) if readings else None
 
 
-def _never_tried(search: Search, best: Weighed) -> list[tuple[str, str]]:
+def _never_tried(search: Search, best: LaplaceFit) -> list[tuple[str, str]]:
     """Each effect with those that no record of the rig tells from it and that were not tried."""
     tried = {effect.name for effect in search.effects}
     return [(effect.name, other) for effect in best.effects for other in look_alikes(effect) if other not in tried]
@@ -272,7 +272,7 @@ def _separated(search: Search, rivals: Sequence[Rivals]) -> tuple[Separation, ..
     return tuple(record for record in found if record is not None)
 
 
-def _taken_out(at: Selection, best: Weighed) -> list[Statement]:
+def _taken_out(at: Selection, best: LaplaceFit) -> list[Statement]:
     """Effects that were added and are not kept."""
     added = [name for step in at.steps for name in step.added]
     gone = [name for name in dict.fromkeys(added) if name not in best.names]
@@ -296,7 +296,7 @@ def _looks_like(
 
 
 def _event(found: Identification) -> Statement | None:
-    """Records that part from the model at some instant and go on so; None where none does."""
+    """Records that depart from the model at some instant and go on so; None where none does."""
     if (one := where.onset(found.residual_set)) is not None:
         others = len(found.problem.layout.records) > 1
         return Statement("event", {"record": one[0], "instant": one[1], "others": others})
@@ -304,7 +304,7 @@ def _event(found: Identification) -> Statement | None:
     return Statement("events", {"departing": departing}) if departing else None
 
 
-def _final(search: Search, best: Weighed, starts: int, seed: int, budget: Budget) -> Identification:
+def _final(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Budget) -> Identification:
     """The fit of what was found, from so many starts about it; without any, and on a drive, it begins where that is."""
     task, values = search.task_with(best)
     _, local = own_task_by_record(search.task, search.plain(best))

@@ -12,14 +12,14 @@ from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.engine.effort import first_fit_ends
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import AT_A_KINK
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.inputs import linearised_where_records_differ
-from fibrefit.discovery.search.pace import kept_for_conclusion
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import minima_weighed, prepared_search
+from fibrefit.discovery.search.setup import minima_compared, prepared_search
+from fibrefit.discovery.search.time_budget import kept_for_conclusion
 from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, OTHERWISE
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
@@ -70,9 +70,9 @@ def discover(
 
 def _started(
     task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None
-) -> tuple[Search, Weighed, Identification]:
+) -> tuple[Search, LaplaceFit, Identification]:
     search, base = prepared_search(task, before, effects, tell, folder)
-    base, before = minima_weighed(search, base, before)
+    base, before = minima_compared(search, base, before)
     return *linearised_where_records_differ(search, base), before
 
 
@@ -82,14 +82,14 @@ def _broken(before: Identification) -> tuple[Check, ...]:
     A model that lacks much comes to no rest where bounces begin or cease. What it has yet to gain is little beside what
     it lacks, and every candidate is held against a base that is fitted again from where the candidate ended.
     """
-    astray = AT_A_KINK * before.problem.n_measured
+    limit = AT_A_KINK * before.problem.n_measured
     return tuple(
         check
         for check in before.checks
         if check.fatal
         and not check.passed
         and check.identifier not in (EXPLAINED, OTHERWISE, DOUBTFUL)
-        and not (check.identifier == CONVERGED and (check.statistic or 0.0) <= astray)
+        and not (check.identifier == CONVERGED and (check.statistic or 0.0) <= limit)
     )
 
 

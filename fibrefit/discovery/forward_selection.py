@@ -16,6 +16,7 @@ from fibrefit.discovery.comparison import Comparison, compared_about, comparison
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import (
     APART,
@@ -27,15 +28,14 @@ from fibrefit.discovery.engine.thresholds import (
     false_alarm,
     occam,
 )
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
-from fibrefit.discovery.search.pace import kept_for_conclusion, slowdown
 from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown
 from fibrefit.discovery.unnamed import Unnamed, in_place_of_named, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -82,46 +82,46 @@ class Selection:
     Parameters
     ----------
     search : Search
-    best : Weighed
+    best : LaplaceFit
     steps : tuple of TracedRound
-    look : Comparison or None
+    comparison : Comparison or None
         The last one.
     rivals : tuple of Rivals
         What was added, each with an effect that does as well.
     cut_short : bool
-        Whether the time ended before a look at what else might be missing.
+        Whether the time ended before a round that looks for what else is missing.
     singles : Comparison or None
-        The first look: effects one by one.
+        The first round: effects one by one.
     curves : sequence of Reading or None
         What free curves explain beyond the best model; None where they were not drawn on it.
-    about : Weighed or None
+    about : LaplaceFit or None
         Model that readings are linearised about, where inputs have errors.
     paired : bool
-        Whether pairs of the best effects of the first look were tried.
-    law : (Weighed, ProposedLaw) or None
+        Whether pairs of the best effects of the first round were tried.
+    law : (LaplaceFit, ProposedLaw) or None
         A law of no name that accounts for all that the best model lacks.
     """
 
     search: Search
-    best: Weighed
+    best: LaplaceFit
     steps: tuple[TracedRound, ...] = ()
-    look: Comparison | None = None
+    comparison: Comparison | None = None
     rivals: tuple[Rivals, ...] = ()
     cut_short: bool = False
     singles: Comparison | None = None
     curves: Sequence[Reading] | None = None
-    about: Weighed | None = None
+    about: LaplaceFit | None = None
     paired: bool = False
-    law: tuple[Weighed, ProposedLaw] | None = None
+    law: tuple[LaplaceFit, ProposedLaw] | None = None
 
 
-def forward_select(search: Search, base: Weighed, before: Identification, limits: Limits) -> Selection:
+def forward_select(search: Search, base: LaplaceFit, before: Identification, limits: Limits) -> Selection:
     """Add effects while the records ask for them.
 
     Parameters
     ----------
     search : Search
-    base : Weighed
+    base : LaplaceFit
         The model the search began with.
     before : Identification
         Of it.
@@ -143,12 +143,14 @@ def forward_select(search: Search, base: Weighed, before: Identification, limits
 
 
 def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Selection, bool]:
-    """A selection after one more look, and whether an effect was added."""
+    """A selection after one more round, and whether an effect was added."""
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
-    look = comparison_of(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}", at.singles)
-    single, found = at.singles or look, _believed(look, limits)
-    at, found = _where_it_is(replace(at, search=look.search, best=look.parent, look=found.look), found)
+    comparison = comparison_of(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}", at.singles)
+    single, found = at.singles or comparison, _believed(comparison, limits)
+    at, found = _where_it_is(
+        replace(at, search=comparison.search, best=comparison.parent, comparison=found.comparison), found
+    )
     if limits.choose is None and (law := unnamed(*found, single, before)) is not None:
         return _ended_by(law, at), False
     if _doubtful(at, found):
@@ -172,24 +174,24 @@ def _ended_by(law: Unnamed, at: Selection) -> Selection:
 class _Believed(NamedTuple):
     """A comparison, what is added, and what that gains where readings are linearised about it."""
 
-    look: Comparison
-    chosen: Weighed | None
+    comparison: Comparison
+    chosen: LaplaceFit | None
     seen: Confirmation | None = None
 
 
-def _believed(look: Comparison, limits: Limits) -> _Believed:
+def _believed(comparison: Comparison, limits: Limits) -> _Believed:
     """What is added; what gains only where readings are linearised about another model is not."""
-    while (chosen := _chosen(look, limits)) is not None:
+    while (chosen := _chosen(comparison, limits)) is not None:
         with beyond_limits():
-            seen = confirmed(look.search, look.parent, chosen)
+            seen = confirmed(comparison.search, comparison.parent, chosen)
         if seen is None or limits.choose is not None:
-            return _Believed(look, chosen, seen)
+            return _Believed(comparison, chosen, seen)
         if seen.gain > NAMED:
-            return _among_rivals(_Believed(look, chosen, seen), limits)
-        less = chosen.moved_to(look.parent.log + seen.gain)
-        others = [one for one in look.found if one is not chosen]
-        look = replace(look, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
-    return _Believed(look, None)
+            return _among_rivals(_Believed(comparison, chosen, seen), limits)
+        less = chosen.with_log(comparison.parent.log + seen.gain)
+        others = [one for one in comparison.found if one is not chosen]
+        comparison = replace(comparison, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
+    return _Believed(comparison, None)
 
 
 def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
@@ -201,7 +203,7 @@ def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
     asked: set[tuple[str, ...]] = set()
     while (seen := found.seen) is not None and seen.gain > NAMED:
         asked.add(seen.found.names)
-        if (there := compared_about(found.look, seen)) is None:
+        if (there := compared_about(found.comparison, seen)) is None:
             break
         found, best = _Believed(there, seen.found, seen), _chosen(there, limits)
         if best is None or best.names in asked:
@@ -215,10 +217,14 @@ def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
 
 def _where_it_is(at: Selection, found: _Believed) -> tuple[Selection, _Believed]:
     """Where no effect is added, a model that was led elsewhere is tested, and curves are drawn, about where it is."""
-    look = found.look
-    if found.chosen is not None or not look.moved or (anew := relinearised(look.search, look.parent)) is None:
+    comparison = found.comparison
+    if (
+        found.chosen is not None
+        or not comparison.moved
+        or (anew := relinearised(comparison.search, comparison.parent)) is None
+    ):
         return at, found
-    there = found._replace(look=replace(look, search=anew[0], parent=anew[1]))
+    there = found._replace(comparison=replace(comparison, search=anew[0], parent=anew[1]))
     return replace(at, search=anew[0], best=anew[1]), there
 
 
@@ -226,11 +232,11 @@ def _together(
     at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits
 ) -> tuple[Selection, _Believed]:
     """Two effects at once, where something is missing that none accounts for by itself."""
-    look, curves = found.look, None
-    if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or look.untried:
+    comparison, curves = found.comparison, None
+    if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or comparison.untried:
         return at, found
     if found.chosen is None:
-        missing, curves = incomplete(look, before)
+        missing, curves = incomplete(comparison, before)
         if not missing:
             return replace(at, curves=curves), found
     pairs, _ = in_time(partial(best_pair, single, found.chosen or at.best), None)
@@ -240,50 +246,54 @@ def _together(
 
 def _doubtful(at: Selection, found: _Believed) -> bool:
     """Whether what was found beside an effect says little: that effect may stand in for two others."""
-    return found.chosen is None or (bool(at.best.effects) and found.look.gain(found.chosen) < BEYOND_DOUBT)
+    return found.chosen is None or (bool(at.best.effects) and found.comparison.gain(found.chosen) < BEYOND_DOUBT)
 
 
 def _grown(at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:
     """A selection with what was found."""
-    look, chosen, seen = found
+    comparison, chosen, seen = found
     assert chosen is not None
-    search, best = (look.search, chosen) if seen is None else (seen.search, seen.found)
+    search, best = (comparison.search, chosen) if seen is None else (seen.search, seen.found)
     with beyond_limits():
         return replace(
             at,
-            best=best if limits.choose is not None else pruned(search.scales, best),
+            best=best if limits.choose is not None else pruned(search.inference, best),
             search=search,
-            look=look,
+            comparison=comparison,
             singles=single,
-            steps=(*at.steps, _round(look, before, chosen)),
-            rivals=(*at.rivals, *rivals_of(look, chosen)),
+            steps=(*at.steps, _round(comparison, before, chosen)),
+            rivals=(*at.rivals, *rivals_of(comparison, chosen)),
             curves=None,
             about=best,
         )
 
 
-def _chosen(look: Comparison, limits: Limits) -> Weighed | None:
+def _chosen(comparison: Comparison, limits: Limits) -> LaplaceFit | None:
     """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing."""
     if limits.choose is not None:
-        name = limits.choose(candidates(look)[:LISTED])
-        return next((one for one in look.found[:LISTED] if name in one.names), None)
-    # Where the time ended before candidates were weighed in one noise, what little they differ by is not known.
-    if not look.found or look.gain(look.found[0]) <= (NAMED if look.compared else BEYOND_DOUBT):
+        name = limits.choose(candidates(comparison)[:LISTED])
+        return next((one for one in comparison.found[:LISTED] if name in one.names), None)
+    # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
+    if not comparison.found or comparison.gain(comparison.found[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
         return None
-    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER]
-    return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, look), -one.log))
+    near = [one for one in comparison.found if one.log > comparison.found[0].log - SIMPLER]
+    return min(
+        near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log)
+    )
 
 
-def _new(one: Weighed, look: Comparison) -> bool:
+def _new(one: LaplaceFit, comparison: Comparison) -> bool:
     """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
-    return any(not effect.name.startswith("study.") for effect in one.effects if effect not in look.parent.effects)
+    return any(
+        not effect.name.startswith("study.") for effect in one.effects if effect not in comparison.parent.effects
+    )
 
 
-def rivals_of(look: Comparison, best: Weighed) -> tuple[Rivals, ...]:
+def rivals_of(comparison: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
     """What was added, and each effect that would have explained the records as well in its place."""
     pairs: dict[tuple[str, str], Rivals] = {}
-    plain = look.search.plain
-    for other in look.found:
+    plain = comparison.search.plain
+    for other in comparison.found:
         mine = [name for name in best.names if name not in other.names]
         theirs = [name for name in other.names if name not in best.names]
         if abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
@@ -291,20 +301,20 @@ def rivals_of(look: Comparison, best: Weighed) -> tuple[Rivals, ...]:
     return tuple(pairs.values())
 
 
-def candidates(look: Comparison) -> tuple[Candidate, ...]:
+def candidates(comparison: Comparison) -> tuple[Candidate, ...]:
     """How the candidates of a round did over their parent, the most probable first."""
-    return tuple(candidate(look, one) for one in look.found)
+    return tuple(candidate(comparison, one) for one in comparison.found)
 
 
-def candidate(look: Comparison, one: Weighed) -> Candidate:
+def candidate(comparison: Comparison, one: LaplaceFit) -> Candidate:
     """How a hypothesis did over its parent; parameters with their standard errors.
 
     Parameters
     ----------
-    look : Comparison
-    one : Weighed
+    comparison : Comparison
+    one : LaplaceFit
     """
-    added = [effect for effect in one.effects if effect not in look.parent.effects]
+    added = [effect for effect in one.effects if effect not in comparison.parent.effects]
     shared, errors = one.shared, one.errors
     parameters = {
         name: ParameterSummary(value=shared[name], std_error=errors[name], unit=parameter.unit)
@@ -313,46 +323,48 @@ def candidate(look: Comparison, one: Weighed) -> Candidate:
         for name in [f"{effect.name}.{parameter.name}"]
         if np.isfinite(shared[name])
     }
-    others = [(sum(len(e.parameters) for e in o.effects if e not in look.parent.effects), o) for o in look.found]
-    # What was not weighed in the same noise costs what is usual.
+    others = [
+        (sum(len(e.parameters) for e in o.effects if e not in comparison.parent.effects), o) for o in comparison.found
+    ]
+    # What was not compared in the same noise costs what is usual.
     chances = [
-        (size, occam(look.parent.evidence, o.evidence) if o.names in look.compared else PRICE * size)
+        (size, occam(comparison.parent.evidence, o.evidence) if o.names in comparison.compared else PRICE * size)
         for size, o in others
     ]
     return Candidate(
         effect=" + ".join(effect.name for effect in added) or "nothing",
-        gap_after=look.gap_of(one),
-        evidence=look.gain(one),
+        gap_after=comparison.gap_of(one),
+        evidence=comparison.gain(one),
         parameters=parameters,
-        false_alarm=false_alarm(look.gain(one), chances),
+        false_alarm=false_alarm(comparison.gain(one), chances),
     )
 
 
-def _round(look: Comparison, before: Identification, chosen: Weighed) -> TracedRound:
-    parent, search = look.parent, look.search
-    ranking = candidates(look)
+def _round(comparison: Comparison, before: Identification, chosen: LaplaceFit) -> TracedRound:
+    parent, search = comparison.parent, comparison.search
+    ranking = candidates(comparison)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
     gaps = search.gap(search.plain(parent)), search.gap(search.plain(chosen))
     residual_set = before.residual_set if not parent.effects else remaining_residuals(search, parent)
-    residuals_with = tuple(residuals_left(search, one) for one in look.found[:COMPARED])
+    residuals_with = tuple(residuals_left(search, one) for one in comparison.found[:COMPARED])
     summary = Round(
         added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking
     )
-    facts = {"effects": added, "gaps": gaps, "gain": look.gain(chosen), "threshold": NAMED}
+    facts = {"effects": added, "gaps": gaps, "gain": comparison.gain(chosen), "threshold": NAMED}
     grown = Statement("added", facts | {"changes": _changes(parent, chosen)})
     return TracedRound(summary, residual_set.residuals, residuals_with, (where.most_of(residual_set), grown))
 
 
-def remaining_residuals(search: Search, weighed: Weighed) -> ResidualSet:
+def remaining_residuals(search: Search, fitted: LaplaceFit) -> ResidualSet:
     """What a hypothesis leaves, the errors of noisy inputs taken off them."""
-    task, values = search.task_with(weighed)
-    problem, sensitivities = task.problem, weighed.supermodel.sensitivities
+    task, values = search.task_with(fitted)
+    problem, sensitivities = task.problem, fitted.supermodel.sensitivities
     if sensitivities is not None:
         problem = corrected(problem, input_errors(task), coefficients_at(task, values, sensitivities))
     return residual_set_at(problem, values, search.task.noise)
 
 
-def _changes(parent: Weighed, chosen: Weighed) -> tuple[tuple[str, float, float, str], ...]:
+def _changes(parent: LaplaceFit, chosen: LaplaceFit) -> tuple[tuple[str, float, float, str], ...]:
     """Base parameters that had carried much in place of the effect: name, value before and with it, unit."""
     after = chosen.shared
     moved = [(name, old, after.get(name, old)) for name, old in parent.shared.items()]

@@ -1,4 +1,4 @@
-"""Two effects at once, where one after the other they gain too little or lead astray; and what says that they may."""
+"""Two effects at once, where one after the other they gain too little or end in wrong minima; what says so."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, probe_all
 from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING, is_partner
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
-from fibrefit.discovery.search.inputs import weighed_about
+from fibrefit.discovery.search.inputs import fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
@@ -25,21 +25,21 @@ PROBING, PAIRING = 0.3, 0.6
 name."""
 
 
-def alarms_of(search: Search, weighed: Weighed) -> list[Alarm]:
+def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
     """Tests of the innovations that say a model is not complete."""
-    tested = tests_of(search.scales, weighed, search.task.traces, search.task.problem.model.rig.channels)
+    tested = tests_of(search.inference, fitted, search.task.traces, search.task.problem.model.rig.channels)
     return [alarm for alarm in tested if alarm.raised]
 
 
 def curves_beyond(
-    search: Search, best: Weighed, before: Identification, ports: Collection[str] = tuple(PORTS)
+    search: Search, best: LaplaceFit, before: Identification, ports: Collection[str] = tuple(PORTS)
 ) -> list[Reading]:
     """Free curves that explain more than a model does, best first.
 
     Parameters
     ----------
     search : Search
-    best : Weighed
+    best : LaplaceFit
     before : Identification
         Of the model the search began with.
     ports : collection of str, optional
@@ -55,24 +55,24 @@ def curves_beyond(
     return found
 
 
-def incomplete(look: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
+def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
     """Whether something is missing though no effect gains enough, and the free curves where they were asked."""
-    if alarms_of(look.search, look.parent):
+    if alarms_of(comparison.search, comparison.parent):
         return True, None
     # Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
-    job = partial(curves_beyond, look.search, look.parent, before)
+    job = partial(curves_beyond, comparison.search, comparison.parent, before)
     curves, _ = in_time(job, None, PROBING * time_left())
     return bool(curves), curves
 
 
-def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
+def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     """Two effects together that are more than chance, need each other and gain more than what they take the place of.
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
         Of effects one by one: the pairs are those of the best of them.
-    instead : Weighed
+    instead : LaplaceFit
         What was found one by one, with two effects at the most.
 
     Returns
@@ -80,29 +80,29 @@ def best_pair(look: Comparison, instead: Weighed) -> Comparison | None:
     Comparison or None
         The pair first; None where there is none.
     """
-    search, found = look.search, list[Weighed]()
-    best, beside = [one for i, one in enumerate(look.found) if is_partner(i)], _beside(look, instead)
-    reached = max([look.parent.log, *(one.log for one in beside)])
+    search, found = comparison.search, list[LaplaceFit]()
+    best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
+    reached = max([comparison.parent.log, *(one.log for one in beside)])
 
-    def partners(first: Weighed, later: Sequence[Weighed]) -> list[Weighed]:
+    def partners(first: LaplaceFit, later: Sequence[LaplaceFit]) -> list[LaplaceFit]:
         allowed = set(search.extensions(first)) & {one.effects[-1] for one in later}
         ordered = [one.effects[-1] for one in later if one.effects[-1] in allowed]
-        # A pair has to gain more than what was found one by one: slopes promise a fair share of that.
+        # A pair has to gain more than what was found one by one: slopes predict a fair share of that.
         return search.tried(first, ordered, "trying effects in pairs", PROMISING * (reached - first.log)).found
 
     for i, first in enumerate(best):
-        some, _ = in_time(partial(partners, first, best[i + 1 :]), list[Weighed](), PAIRING * time_left())
+        some, _ = in_time(partial(partners, first, best[i + 1 :]), list[LaplaceFit](), PAIRING * time_left())
         found += some
     others = [one for one in found if one.names != instead.names]
-    pairs = in_same_noise(search, look.parent, [*others, *beside])
+    pairs = in_same_noise(search, comparison.parent, [*others, *beside])
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
     if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):
         return None
-    return pairs if pruned(pairs.search.scales, most) is most else None
+    return pairs if pruned(pairs.search.inference, most) is most else None
 
 
-def best_exchange(look: Comparison, found: Weighed) -> Comparison | None:
+def best_exchange(comparison: Comparison, found: LaplaceFit) -> Comparison | None:
     """Two effects, the first exchanged for one that came near it when it was added; None where that is no better.
 
     What is added first has to account for both; once the second is there, another one may do its part better (the
@@ -110,47 +110,47 @@ def best_exchange(look: Comparison, found: Weighed) -> Comparison | None:
 
     Parameters
     ----------
-    look : Comparison
+    comparison : Comparison
         Of effects one by one.
-    found : Weighed
+    found : LaplaceFit
         With two effects, added one after the other.
 
     Source
     ------
     Pudil, Novovicova and Kittler, Pattern Recognition Letters 15 (1994).
     """
-    search, (first, second) = look.search, found.effects
-    gain = max((look.gain(one) for one in look.found if one.names == (first.name,)), default=np.inf)
+    search, (first, second) = comparison.search, found.effects
+    gain = max((comparison.gain(one) for one in comparison.found if one.names == (first.name,)), default=np.inf)
     near = [
         one.effects[-1]
-        for one in look.found
-        if one.effects[-1] not in found.effects and look.gain(one) > max(NAMED, gain - FAR_BEHIND)
+        for one in comparison.found
+        if one.effects[-1] not in found.effects and comparison.gain(one) > max(NAMED, gain - FAR_BEHIND)
     ]
     if not near:
         return None
-    there = weighed_about(search, found)
-    alone = search.scales.without(there, (second,))
+    there = fitted_about(search, found)
+    alone = search.inference.without(there, (second,))
     allowed = set(search.extensions(alone))
     others = search.tried(alone, [one for one in near if one in allowed], "trying others in place of the first").found
-    pairs = in_same_noise(search, look.parent, [*others, there])
+    pairs = in_same_noise(search, comparison.parent, [*others, there])
     most = pairs.found[0]
     if set(most.names) == set(found.names) or most.log <= pairs.parent.log + NAMED:
         return None
-    return pairs if pruned(pairs.search.scales, most) is most else None
+    return pairs if pruned(pairs.search.inference, most) is most else None
 
 
-def _beside(look: Comparison, instead: Weighed) -> list[Weighed]:
+def _beside(comparison: Comparison, instead: LaplaceFit) -> list[LaplaceFit]:
     """What pairs are held against: the single effect that was found, or two that were found one after the other.
 
-    These were weighed in the noise of another look, whose nats say nothing here.
+    These were compared in the noise of another round, whose nats say nothing here.
     """
     if not instead.effects:
         return []
-    here = next((one for one in look.found if one.names == instead.names), None)
-    return [weighed_about(look.search, instead) if here is None else here]
+    here = next((one for one in comparison.found if one.names == instead.names), None)
+    return [fitted_about(comparison.search, instead) if here is None else here]
 
 
-def pruned(scales: Scales, best: Weighed) -> Weighed:
+def pruned(inference: LaplaceInference, best: LaplaceFit) -> LaplaceFit:
     """A hypothesis without the effects a later one has made needless."""
     if len(best.effects) < 2:
         return best
@@ -158,7 +158,7 @@ def pruned(scales: Scales, best: Weighed) -> Weighed:
         rest = tuple(other for other in best.effects if other is not effect)
         if any(effect.name in other.needs for other in rest):
             continue
-        lesser = scales.without(best, rest)
+        lesser = inference.without(best, rest)
         if best.log - lesser.log <= NAMED:
-            return pruned(scales, lesser)
+            return pruned(inference, lesser)
     return best

@@ -1,4 +1,4 @@
-"""A law of no name, weighed against the effect that a look has found.
+"""A law of no name, held against the effect that a round has found.
 
 A cause that no catalogue holds still changes the readings, and some effect always fits them better than none: added
 one after the other, such effects account for little and take all the time. Where tests of the innovations see something
@@ -14,13 +14,13 @@ from typing import NamedTuple
 from fibrefit.core.time_limit import in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING, alarms_of, curves_beyond
 from fibrefit.discovery.residuals.innovations import Alarm
-from fibrefit.discovery.search.inputs import Confirmation, weighed_about
+from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
@@ -36,41 +36,45 @@ class Unnamed(NamedTuple):
     Parameters
     ----------
     search : Search
-    parent : Weighed
+    parent : LaplaceFit
         The model without it, in the noise that it leaves.
     curves : sequence of Reading
         Free curves on top of the parent, the best first.
-    law : (Weighed, ProposedLaw)
+    law : (LaplaceFit, ProposedLaw)
     """
 
     search: Search
-    parent: Weighed
+    parent: LaplaceFit
     curves: Sequence[Reading]
-    law: tuple[Weighed, ProposedLaw]
+    law: tuple[LaplaceFit, ProposedLaw]
 
 
 def unnamed(
-    look: Comparison, chosen: Weighed | None, seen: Confirmation | None, first: Comparison, before: Identification
+    comparison: Comparison,
+    chosen: LaplaceFit | None,
+    seen: Confirmation | None,
+    first: Comparison,
+    before: Identification,
 ) -> Unnamed | None:
-    """A law that accounts for what the effect chosen in a look does not; None where there is no such.
+    """A law that accounts for what the effect chosen in a round does not; None where there is no such.
 
     Parameters
     ----------
-    look : Comparison
-    chosen : Weighed or None
+    comparison : Comparison
+    chosen : LaplaceFit or None
         What is to be added. Where nothing is, pairs come first: a search that ends without them proposes a law anyway.
     seen : Confirmation or None
         Of it.
     first : Comparison
-        The first look, at effects one by one.
+        The first round, at effects one by one.
     before : Identification
         Of the model the search began with.
     """
     if chosen is None:
         return None
-    if (left := _left(look, chosen, seen)) > 0.0:
-        job = partial(_law_about, look.search, look.parent, chosen, before, tuple(PORTS), left)
-    elif ports := _in_one_place(chosen, look.parent):
+    if (left := _left(comparison, chosen, seen)) > 0.0:
+        job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
+    elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
     else:
@@ -79,7 +83,7 @@ def unnamed(
     return found
 
 
-def in_place_of_named(search: Search, best: Weighed, before: Identification) -> Unnamed | None:
+def in_place_of_named(search: Search, best: LaplaceFit, before: Identification) -> Unnamed | None:
     """A law of the place of one of the effects that were named which does better; None where there is no such.
 
     An effect whose law is near that of a cause which no catalogue holds leaves next to nothing, and no test objects: it
@@ -88,7 +92,7 @@ def in_place_of_named(search: Search, best: Weighed, before: Identification) -> 
     Parameters
     ----------
     search : Search
-    best : Weighed
+    best : LaplaceFit
         With all effects that were found.
     before : Identification
         Of the model the search began with.
@@ -105,16 +109,16 @@ def in_place_of_named(search: Search, best: Weighed, before: Identification) -> 
 
 
 def _law_in_place(
-    search: Search, best: Weighed, rest: tuple[type[Effect], ...], before: Identification, port: str
+    search: Search, best: LaplaceFit, rest: tuple[type[Effect], ...], before: Identification, port: str
 ) -> Unnamed | None:
     """A law of a port beside the rest of what was named, better than all of it and what is left beside that."""
-    parent = search.scales.without(best, rest)
+    parent = search.inference.without(best, rest)
     return _law_about(search, parent, best, before, {port}, _most(alarms_of(search, best)))
 
 
-def _left(look: Comparison, chosen: Weighed, seen: Confirmation | None) -> float:
+def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None) -> float:
     """Nats that tests of the innovations see left beside what is to be added; 0 where none objects."""
-    return _most(alarms_of(look.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
+    return _most(alarms_of(comparison.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
 
 
 def _most(alarms: Collection[Alarm]) -> float:
@@ -122,7 +126,7 @@ def _most(alarms: Collection[Alarm]) -> float:
     return max((alarm.nats for alarm in alarms), default=0.0)
 
 
-def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
+def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:
     """Ports of what is to be added where all effects of its parent change the same quantity there as it does."""
     new = {(str(port_of(effect)), hook) for effect in chosen.effects[len(parent.effects) :] for hook in said_by(effect)}
     old = [{(str(port_of(effect)), hook) for hook in said_by(effect)} & new for effect in parent.effects]
@@ -130,13 +134,15 @@ def _in_one_place(chosen: Weighed, parent: Weighed) -> frozenset[str]:
     return ports if all(old) else frozenset()
 
 
-def _law_instead(first: Comparison, chosen: Weighed, before: Identification, ports: Collection[str]) -> Unnamed | None:
-    """A law in the place of two effects, all in the noise of the first look and linearised about its model."""
-    return _law_about(first.search, first.parent, weighed_about(first.search, chosen), before, ports, 0.0)
+def _law_instead(
+    first: Comparison, chosen: LaplaceFit, before: Identification, ports: Collection[str]
+) -> Unnamed | None:
+    """A law in the place of two effects, all in the noise of the first round and linearised about its model."""
+    return _law_about(first.search, first.parent, fitted_about(first.search, chosen), before, ports, 0.0)
 
 
 def _law_about(
-    search: Search, parent: Weighed, chosen: Weighed, before: Identification, ports: Collection[str], left: float
+    search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
     """A law that gains what the effect does and what is left beside it, and leaves nothing itself."""
     curves = curves_beyond(search, parent, before, ports)
@@ -145,8 +151,8 @@ def _law_about(
         return None
     law, told = found
     there = in_same_noise(search, parent, [law, chosen])
-    weighed = next(one for one in there.found if one.names == law.names)
-    most = max([there.parent.log, *(one.log for one in there.found if one is not weighed)])
-    if weighed.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, weighed):
+    fitted = next(one for one in there.found if one.names == law.names)
+    most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
+    if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):
         return None
-    return Unnamed(there.search, there.parent, curves, (weighed, told))
+    return Unnamed(there.search, there.parent, curves, (fitted, told))

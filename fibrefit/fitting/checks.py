@@ -19,13 +19,13 @@ from fibrefit.fitting.thresholds import (
     DIVERGED,
     FACTOR,
     FEW_STARTS,
+    FIT_TOLERANCE,
     GRAVITY_OFF,
     INPUT_ERROR,
     LATE_FORCE,
     LESS_PROBABLE,
     MINIMA_KNOWN,
     ROUGHLY,
-    SETTLED_FIT,
     STARTS_AGREED,
     UNEXPLAINED,
     USELESS,
@@ -56,7 +56,7 @@ def converged(predicted_decrease: float, success: bool, rough: bool = False) -> 
     rough : bool
         Whether errors of measured inputs were fitted too.
     """
-    enough = ROUGHLY if rough else SETTLED_FIT
+    enough = ROUGHLY if rough else FIT_TOLERANCE
     return Check(
         name="the solver converged",
         passed=bool(success and predicted_decrease <= enough),
@@ -86,7 +86,7 @@ def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) ->
 
 def second_solver(distance: float, gain: float) -> Check:
     """Whether another solver, with other coordinates, ends at the same place."""
-    passed = distance <= AGREEMENT and gain <= SETTLED_FIT
+    passed = distance <= AGREEMENT and gain <= FIT_TOLERANCE
     return Check(
         name="a second solver agrees",
         passed=passed,

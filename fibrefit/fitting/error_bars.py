@@ -47,14 +47,14 @@ def size(problem: Problem, covariance: np.ndarray) -> float:
     return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
 
 
-def inflation(problem: Problem, bars: ErrorBars) -> float:
+def error_inflation(problem: Problem, bars: ErrorBars) -> float:
     """Standard errors that are believed over those for noise without memory, median of the shared parameters."""
     return ratio(problem, bars.errors[bars.method], bars.errors["white"])
 
 
-def settling_unit(problem: Problem, bars: ErrorBars) -> float:
+def convergence_unit(problem: Problem, bars: ErrorBars) -> float:
     """The same, at least one and finite: the unit in which it is judged whether a search has come to its end."""
-    found = inflation(problem, bars)
+    found = error_inflation(problem, bars)
     return max(found, 1.0) if math.isfinite(found) else 1.0
 
 

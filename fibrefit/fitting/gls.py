@@ -1,4 +1,4 @@
-"""The last step of a fit: the likelihood that the search for effects weighs hypotheses with, at its mode.
+"""The last step of a fit: the likelihood that the search for effects compares hypotheses by, at its mode.
 
 Plain least squares is honest under autocorrelated noise, but wasteful, and it takes all records for alike. From where
 it ended, each sample is weighed by what it adds to those before it, each record may deviate in the rig's own
@@ -19,8 +19,8 @@ from fibrefit.core.time_limit import time_left
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, lets_more_count, linearised_in_errors
-from fibrefit.fitting.thresholds import FALLS, MISSED_LINEARISED, MODE_REACHED, MOST_LOOKS
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.fitting.thresholds import FALLS, MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
@@ -67,10 +67,10 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
         seen = replace(seen, beforehand=seen)
     if task.steps:
         seen = _in_steps(task, plain, seen, local_of(unknowns, place))
-    return _looked(task, bars, _settled(bars, unknowns, place, seen), apart_already)
+    return _relinearised(task, bars, _at_mode(bars, unknowns, place, seen), apart_already)
 
 
-class _Look(NamedTuple):
+class _Linearisation(NamedTuple):
     """An estimate, the share of the samples that count in it, and the mean square of what it leaves of all of them."""
 
     found: GlsEstimate
@@ -79,7 +79,7 @@ class _Look(NamedTuple):
     left: float
 
 
-def _looked(task: Task, bars: ErrorBars, found: GlsEstimate | None, searched: bool) -> GlsEstimate | None:
+def _relinearised(task: Task, bars: ErrorBars, found: GlsEstimate | None, searched: bool) -> GlsEstimate | None:
     """An estimate, readings linearised in the errors of inputs again and again until they are as predicted.
 
     Parameters
@@ -92,36 +92,40 @@ def _looked(task: Task, bars: ErrorBars, found: GlsEstimate | None, searched: bo
     searched : bool
         Whether that is one of a search, made with what is known of the errors beforehand alone.
     """
-    looks: list[_Look] = []
+    linearisations: list[_Linearisation] = []
     took = 0.0
     while found is not None and found.seen.raw is not None:
-        looks.append(_look(task, found))
+        linearisations.append(_linearisation(task, found))
         # Another look takes as long as the last one.
-        if time_left() <= took or not _tells_more(looks, searched):
+        if time_left() <= took or not _tells_more(linearisations, searched):
             break
         began, mode = time.monotonic(), found.evidence.mode
-        found = _settled(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
+        found = _at_mode(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
         took = time.monotonic() - began
-    return min(looks, key=lambda look: look.left).found if looks else found
+    return min(linearisations, key=lambda one: one.left).found if linearisations else found
 
 
-def _look(task: Task, found: GlsEstimate) -> _Look:
+def _linearisation(task: Task, found: GlsEstimate) -> _Linearisation:
     assert found.seen.raw is not None
     counts, downweight = counted(task.problem), found.seen.raw.downweight
     left = np.asarray(problem_at(task, found).linearised_at(found.local).residuals)
     bends = not as_predicted(left * downweight, found.residuals)
     share = float(counted(task.problem, downweight).sum() / counts.sum())
-    return _Look(found, bends, share, float(np.sum(left**2) / counts.sum()))
+    return _Linearisation(found, bends, share, float(np.sum(left**2) / counts.sum()))
 
 
-def _tells_more(looks: Sequence[_Look], searched: bool) -> bool:
+def _tells_more(linearisations: Sequence[_Linearisation], searched: bool) -> bool:
     """Whether one look more may tell more: of samples beyond a bounce, once more is known of what leads there."""
-    last = looks[-1]
-    if len(looks) >= MOST_LOOKS:
+    last = linearisations[-1]
+    if len(linearisations) >= MOST_LINEARISATIONS:
         return False
-    if len(looks) == 1 or last.left < 1.0 + MISSED_LINEARISED:
+    if len(linearisations) == 1 or last.left < 1.0 + MISSED_LINEARISED:
         return last.bends or (searched and last.left > 1.0 + MISSED_LINEARISED)
-    return last.bends or lets_more_count(last.share, looks[-2].share) or last.left < FALLS * looks[-2].left
+    return (
+        last.bends
+        or lets_more_count(last.share, linearisations[-2].share)
+        or last.left < FALLS * linearisations[-2].left
+    )
 
 
 def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View:
@@ -136,7 +140,7 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
     return replace(linearised_in_errors(whole, known, local, coefficients, roots), beforehand=seen.beforehand)
 
 
-def _settled(
+def _at_mode(
     bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None = None
 ) -> GlsEstimate | None:
     """The mode in the noise that is left there; standard deviations between records begin at `sigma`."""
@@ -152,20 +156,22 @@ def _settled(
         )
         noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))
-        evidence = _weighed(unknowns, place, seen, sigma)
+        evidence = _laplace_evidence(unknowns, place, seen, sigma)
         if evidence is None:
             return None
         place, sigma = evidence.mode.place, evidence.mode.sigma
     return None if evidence is None else _estimate(bars, evidence, seen, noise)
 
 
-def _weighed(unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None) -> MarginalLikelihood | None:
+def _laplace_evidence(
+    unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None
+) -> MarginalLikelihood | None:
     with np.errstate(all="ignore"):
         try:
-            found = weigh(unknowns, place, seen.gram(unknowns), sigma)
+            found = laplace_evidence(unknowns, place, seen.gram(unknowns), sigma)
         except np.linalg.LinAlgError:
             return None
-    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.promised < MODE_REACHED
+    sound = np.isfinite(found.log) and np.isfinite(found.spread).all() and found.mode.predicted_reduction < MODE_REACHED
     return found if sound else None
 
 

@@ -18,7 +18,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.error_bars import error_bars, estimates, inflation, settling_unit
+from fibrefit.fitting.error_bars import convergence_unit, error_bars, error_inflation, estimates
 from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
@@ -31,12 +31,12 @@ from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
-from fibrefit.fitting.search.multistart import Pace, Searched, collected, search, sobol_starts
+from fibrefit.fitting.search.multistart import HorizonSchedule, Searched, collected, search, sobol_starts
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
-from fibrefit.fitting.thresholds import SETTLED_FIT
+from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
@@ -122,8 +122,8 @@ def identify(
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
     ended = how.known
-    pace = Pace.of(task, how.often)
-    found = _search(task, starts, seed, tell, stop, pace) if ended is None else _as_it_ended(task, ended)
+    schedule = HorizonSchedule.of(task, how.often)
+    found = _search(task, starts, seed, tell, stop, schedule) if ended is None else _as_it_ended(task, ended)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
     if ended is None and not task.noisy_inputs and not stop():
@@ -134,7 +134,7 @@ def identify(
     found_all = _concluded(task, found, values, second, how)
     if ended is None and _may_lose_bounces(task, found_all) and not stop():
         tell("fitting each record by itself", 0.92)
-        alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, pace=pace)
+        alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, schedule=schedule)
         found_all = _apart(task, found, found_all, how, alone)
     if how.profile:
         tell("profiles", 0.95)
@@ -200,14 +200,14 @@ def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray)
     return plain_cost(found.problem, index, width(), whole), "white"
 
 
-def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, pace: Pace) -> Starts:
+def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:
     problem = task.problem
     began = starts_from_base_model(
         task, sobol_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
     )
     on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
     free = problem.layout.free(began)
-    return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, pace))
+    return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, schedule))
 
 
 def _as_it_ended(task: Task, ended: Ended) -> Starts:
@@ -239,7 +239,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
-        *(() if how.known else (_agreed(second, settling_unit(problem, bars)),)),
+        *(() if how.known else (_agreed(second, convergence_unit(problem, bars)),)),
         judge.starts_agree(starts, *_undecided_starts(task, starts, plain, bars, sound.gap.passed, how.rivals)),
         sound.inside,
         judge.determined(weak),
@@ -260,7 +260,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
         values=best.values,
         covariance=best.bars.covariance,
         method=best.bars.method,
-        inflation=inflation(problem, best.bars),
+        error_inflation=error_inflation(problem, best.bars),
         estimates=estimates(problem, best.values, best.bars, None if best.gls is None else aside, best.gls),
         gap=seen.gap,
         expected_gap=best.expected_gap,
@@ -312,7 +312,7 @@ def _undecided_starts(
     """
     if not judge.undecided(starts, noise):
         return noise, 0.0
-    unit = settling_unit(best.problem, bars)
+    unit = convergence_unit(best.problem, bars)
     if not best.input_errors:
         # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
         return noise, 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / unit**2
@@ -347,7 +347,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
         errors = rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
         gain = cost - other.cost
-        if not gain > SETTLED_FIT:
+        if not gain > FIT_TOLERANCE:
             break
         found = descend(problem, problem.layout.free(other.values), width(), whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
@@ -356,9 +356,9 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
     return values, _Second(float(np.max(np.abs(other.values - values) / errors)), gain / variance)
 
 
-def _agreed(second: _Second | None, inflation: float) -> Check:
+def _agreed(second: _Second | None, unit: float) -> Check:
     """Whether both solvers agree, in units of the reported standard errors."""
-    return judge.no_second_solver() if second is None else judge.second_solver(second.distance / inflation, second.gain)
+    return judge.no_second_solver() if second is None else judge.second_solver(second.distance / unit, second.gain)
 
 
 SECOND_CHANCES = 3

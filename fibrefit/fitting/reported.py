@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.error_bars import ErrorBars, estimates, ratio, settling_unit
+from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, estimates, ratio
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
 from fibrefit.fitting.gls import gls_estimate, problem_at
@@ -20,7 +20,7 @@ from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
 from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum
-from fibrefit.fitting.thresholds import SETTLED_FIT
+from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -173,7 +173,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
             other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
-    moving = judge.converged(min(gls.evidence.mode.promised, SETTLED_FIT), True)
+    moving = judge.converged(min(gls.evidence.mode.predicted_reduction, FIT_TOLERANCE), True)
     expected, limits = (
         gls.expected_gap,
         [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],
@@ -189,8 +189,8 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     seen, residuals = evaluate(task, problem, plain.local), plain.linear.residuals
     noise = noise_of_residuals(problem, residuals) if np.isfinite(residuals).all() else tuple(task.noise.values())
     found = estimates(problem, plain.values, bars)
-    decrease = plain.promised([not estimate.found.at_bound for estimate in found])
-    arrived = judge.converged(decrease / settling_unit(problem, bars) ** 2, success, bool(plain.input_errors))
+    decrease = plain.predicted_reduction([not estimate.found.at_bound for estimate in found])
+    arrived = judge.converged(decrease / convergence_unit(problem, bars) ** 2, success, bool(plain.input_errors))
     limits = [estimate.name for estimate in found if estimate.found.at_bound]
     errors, expected = plain.input_errors, plain.expected_gap
     sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))

@@ -124,7 +124,7 @@ class Identification:
         The one that is reported.
     method : str
         Where it comes from.
-    inflation : float
+    error_inflation : float
         Median ratio of reported to white standard errors of the shared parameters.
     estimates : tuple of Estimate
         Shared parameters first, then those of each record.
@@ -153,7 +153,7 @@ class Identification:
     values: np.ndarray
     covariance: np.ndarray
     method: str
-    inflation: float
+    error_inflation: float
     estimates: tuple[Estimate, ...]
     gap: Gap
     expected_gap: float

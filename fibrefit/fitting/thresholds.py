@@ -5,9 +5,9 @@ How large residuals may be stands in `problem.thresholds`.
 
 from __future__ import annotations
 
-SETTLED_FIT = 0.01
-"""Fall of the cost that one more Gauss-Newton step may still promise; 1 is one standard error, so that values are
-a tenth of theirs from the minimum at most."""
+FIT_TOLERANCE = 0.01
+"""Reduction of the cost that may still be predicted of one more Gauss-Newton step; 1 is one standard error, so that
+values are a tenth of theirs from the minimum at most."""
 ROUGHLY = 0.05
 """The same where errors of measured inputs are fitted too: the cost of a motion that sticks and bounces is rough at
 this scale, and values are a fifth of their standard errors from the minimum at most."""
@@ -111,7 +111,7 @@ ALL_COUNT = 0.99
 """Share of the samples that count from which no more can be won by looking once more."""
 MORE_COUNT = 0.01
 """Share of the samples that have to count more for another look."""
-MOST_LOOKS = 8
+MOST_LINEARISATIONS = 8
 """How often readings are linearised in the errors of inputs at the most: five did where a ninth of the samples counted
 at first."""
 FALLS = 0.9
@@ -120,4 +120,4 @@ LOSES = 2.0
 """Ratio of the gap that values shared by all records leave to that which values of their own leave, beyond which the
 former have lost a bounce: nothing that is missing from a model does that."""
 MODE_REACHED = 0.5
-"""Promised fall of the objective beyond which the mode of the likelihood was not reached."""
+"""Predicted reduction of the objective beyond which the mode of the likelihood was not reached."""

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, weigh
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, laplace_evidence
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at
 from fibrefit.problem.estimate.normal_equations import Unknowns, local_of, place_of
@@ -99,7 +99,9 @@ def gls_deviations(problem: Problem, where: Deviations, whitening: Whitening, le
     sigma = None if where.evidence is None else where.evidence.mode.sigma
     with np.errstate(all="ignore"):
         try:
-            found = weigh(where.unknowns, place_of(where.unknowns, where.local), seen.gram(where.unknowns), sigma)
+            found = laplace_evidence(
+                where.unknowns, place_of(where.unknowns, where.local), seen.gram(where.unknowns), sigma
+            )
         except np.linalg.LinAlgError:
             return None
     sound = np.isfinite(found.log) and np.isfinite(found.spread).all()

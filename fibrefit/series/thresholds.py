@@ -11,7 +11,7 @@ MOST_LAWS = 3
 """Laws of speed in one model: one for each parameter of a base model that can have one."""
 SIGNIFICANT = 0.05
 """Probability, corrected for all looks, below which a trend is reported: the usual one in twenty."""
-STRAY = 0.01
+OUTLIER = 0.01
 """Probability by chance of an outlier in a whole series, below which a record is named: one series in a hundred."""
 FEWEST_RECORDS = 4
 """Records from which a line can be tested: two are the line's, and of three none could be told from the others."""

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.series.thresholds import FEWEST_RECORDS, MOST_OUTLIERS, SIGNIFICANT, STRAY
+from fibrefit.series.thresholds import FEWEST_RECORDS, MOST_OUTLIERS, OUTLIER, SIGNIFICANT
 
 BY_ORDER = "order of the records"
 """Condition that counts the records, one after the other."""
@@ -149,10 +149,10 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
     outliers: list[Outlier] = []
     while True:
         line = _line(x.values[kept], y.values[kept], x.errors[kept], y.errors[kept])
-        stray = None if line is None else _stray(line, seen.sum())
-        if stray is None or len(outliers) >= max(1, MOST_OUTLIERS * seen.sum()) or len(kept) <= FEWEST_RECORDS:
+        outlier = None if line is None else _outlier(line, seen.sum())
+        if outlier is None or len(outliers) >= max(1, MOST_OUTLIERS * seen.sum()) or len(kept) <= FEWEST_RECORDS:
             break
-        place, score, chance = stray
+        place, score, chance = outlier
         outliers.append(Outlier(names[kept[place]], score, chance))
         kept = np.delete(kept, place)
     return None if line is None else _fitted(line, y, x, len(kept), tuple(outliers))
@@ -271,7 +271,7 @@ def _between(x: np.ndarray, y: np.ndarray, known: np.ndarray, slope: float | Non
     return 0.5 * (low + high)
 
 
-def _stray(line: _Line, number: int) -> tuple[int, float, float] | None:
+def _outlier(line: _Line, number: int) -> tuple[int, float, float] | None:
     """The record that is furthest from the line of the others, where that is more than chance."""
     from scipy.stats import t
     from statsmodels.regression.linear_model import OLS
@@ -287,7 +287,7 @@ def _stray(line: _Line, number: int) -> tuple[int, float, float] | None:
         scores = np.nan_to_num(inside * np.sqrt(freedom / np.maximum(freedom + 1.0 - inside**2, 1e-12)))
     place = int(np.argmax(np.abs(scores)))
     chance = min(1.0, number * 2.0 * float(t.sf(abs(scores[place]), freedom)))
-    return (place, float(scores[place]), chance) if chance < STRAY else None
+    return (place, float(scores[place]), chance) if chance < OUTLIER else None
 
 
 def _fitted(line: _Line, y: Quantity, x: Quantity, number: int, outliers: tuple[Outlier, ...]) -> Trend:

@@ -25,7 +25,7 @@ from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
     from fibrefit.store.hdf5 import Variable
 
 FIT_STARTS = 32
@@ -79,7 +79,7 @@ class Fit(Predicts):
 
     def first_figures(self) -> Figures:
         """The overview: all eleven pictures of five records take as long as their fit."""
-        from fibrefit.plots import fit_overview
+        from fibrefit.plots.fit import fit_overview
 
         return fit_overview(self.summary(), self.groups())
 

@@ -14,7 +14,7 @@ from fibrefit.study import Study
 from fibrefit.workflow.outcome.result import AnyResult
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
     from fibrefit.store.hdf5 import Variable
 
 
@@ -110,6 +110,6 @@ def write_figures(
     """Write ``figures/``, unless none are asked for, or asked to stop before they, or the next of them, are drawn."""
     if stop() or not formats_asked():
         return
-    from fibrefit.plots import save_figures
+    from fibrefit.plots.save import save_figures
 
     save_figures(figures(), directory.path / "figures", stop)

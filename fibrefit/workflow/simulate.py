@@ -25,7 +25,7 @@ from fibrefit.workflow.saved import Saved
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
 
 PRINTED = {
     "force": ("force [N]", 1.0, "%.6g"),
@@ -129,7 +129,7 @@ class Simulation(Shown, Saved):
 
     def plot(self) -> Figures:
         """One figure a record."""
-        from fibrefit.plots import simulation_figures
+        from fibrefit.plots.simulated import simulation_figures
 
         return simulation_figures(self.groups())
 

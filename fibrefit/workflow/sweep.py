@@ -165,7 +165,7 @@ def _conditions(study: Study, model: Model) -> list[Conditions]:
 
 
 def _stems(curves: tuple[SweptCurve, ...]) -> list[str]:
-    from fibrefit.plots import file_names
+    from fibrefit.plots.save import file_names
 
     return file_names([curve.conditions.name for curve in curves])
 

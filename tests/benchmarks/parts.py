@@ -57,7 +57,7 @@ def parts() -> dict[str, float]:
             FIGURES.set(())
             fit.save(Path(folder) / "fit")
         with part(AFTER_IT[1]):
-            from fibrefit.plots import save_figures
+            from fibrefit.plots.save import save_figures
 
             save_figures(fit.first_figures(), Path(folder), formats=("png",))
         with part(AFTER_IT[2]):

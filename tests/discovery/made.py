@@ -70,7 +70,7 @@ def identified(
         values=values,
         covariance=np.diag((0.01 * values) ** 2),
         method="newey_west",
-        inflation=2.0,
+        error_inflation=2.0,
         estimates=estimates,
         gap=gap,
         expected_gap=1.0,

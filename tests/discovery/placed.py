@@ -51,7 +51,7 @@ def stands_out(ratio: float) -> bool:
 
 
 def parts(worst: float, other: float, block: float) -> bool:
-    """Whether one record is said to part from the model, by its mean squares, those of another, and of a window."""
+    """Whether one record is said to depart from the model, by its mean squares, those of another, and of a window."""
     squares = np.full((2, 1, COUNT), other)
     squares[1] = (worst * COUNT - block * WIDTH) / (COUNT - WIDTH)
     squares[1, 0, -WIDTH:] = block

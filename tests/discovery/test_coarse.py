@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.supermodel import residual_rows, supermodel_of
-from fibrefit.discovery.engine.yardstick import steps_at, yardstick_of
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task
@@ -64,10 +64,10 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
 def test_noise_of_coarse_channels_is_white_whatever_is_said_of_it(coarse: Task) -> None:
     supermodel, channels = supermodel_of(coarse, ()), coarse.problem.model.rig.channels
     steps = coarse.steps
-    yardstick = yardstick_of(supermodel, [coarse.noise[channel] for channel in channels], steps)
+    common_noise = common_noise_of(supermodel, [coarse.noise[channel] for channel in channels], steps)
     residuals = np.random.default_rng(0).standard_normal(np.asarray(coarse.problem.residuals(coarse.start)).shape)
     found = noise_of_residuals(with_steps(supermodel.problem, dict(steps)), residuals)
-    assert [noise.white for noise in yardstick.noise] == [noise.white for noise in found]
-    white = np.asarray(yardstick.whitening.whiten_rows(jnp.asarray(residuals)[None])[0])
+    assert [noise.white for noise in common_noise.noise] == [noise.white for noise in found]
+    white = np.asarray(common_noise.whitening.whiten_rows(jnp.asarray(residuals)[None])[0])
     counted = np.stack([np.asarray(w) > 0.0 for w in supermodel.problem.observations.weight.values()], axis=1)
     np.testing.assert_allclose(white[counted], residuals[counted], rtol=1e-6)

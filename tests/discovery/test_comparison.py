@@ -1,4 +1,4 @@
-"""What is believed of candidates where the time ends before they are weighed in one noise."""
+"""What is believed of candidates where the time ends before they are compared in one noise."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def test_what_is_beyond_doubt_is_so_over_the_parent_from_where_it_led(
         raise OutOfTimeError
 
     monkeypatch.setattr(comparison, "in_same_noise", ended)
-    search: Any = SimpleNamespace(scales=SimpleNamespace(without=without))
+    search: Any = SimpleNamespace(inference=SimpleNamespace(without=without))
     found = Tried(cast(Any, [Model(EFFECTS[:1], gain), Model(EFFECTS[1:2], 3.0)]), ())
     with time_limit(0.0):
-        look = comparison._in_one_noise(search, cast(Any, BASE), found)
+        ranked = comparison._in_one_noise(search, cast(Any, BASE), found)
     assert asked == [(EFFECTS[0].name,)] * refitted
-    assert look.parent.log == max(BASE.log, parent_from_there if refitted else BASE.log)
-    assert (_chosen(look, Limits()) is not None) is named
+    assert ranked.parent.log == max(BASE.log, parent_from_there if refitted else BASE.log)
+    assert (_chosen(ranked, Limits()) is not None) is named
 
 
 def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: pytest.MonkeyPatch) -> None:

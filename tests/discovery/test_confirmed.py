@@ -14,33 +14,33 @@ from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _believed, _further
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.report.sentences.discovery import discovery_sentence
-from tests.discovery.test_pairs import Model, look_of
+from tests.discovery.test_pairs import Model, round_of
 
 A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abc")
 FIRST: dict[Any, float] = {A: 60.0, B: 40.0, C: 2.0}
 
 
-def moved_to(self: Model, log: float) -> Model:
+def with_log(self: Model, log: float) -> Model:
     return replace(self, log=log)
 
 
 @pytest.fixture(autouse=True)
-def weighed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Model, "moved_to", moved_to, raising=False)
+def fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Model, "with_log", with_log, raising=False)
     followed = SimpleNamespace(mode=SimpleNamespace(steps=1))
     monkeypatch.setattr(Model, "evidence", followed, raising=False)
 
 
 def with_gaps(search: Any, gaps: dict[tuple[str, ...], float] | None = None) -> Any:
     """A search in which hypotheses leave these gaps, by their names; 1 where nothing is said."""
-    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0), "scales": None}
+    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0), "inference": None}
     return SimpleNamespace(**(vars(search) | told))
 
 
-def first_look(moved: bool = False) -> Any:
-    look = look_of(FIRST, {}, [])
+def first_round(moved: bool = False) -> Any:
+    ranked = round_of(FIRST, {}, [])
     return replace(
-        look, search=with_gaps(look.search), compared=frozenset(one.names for one in look.found), moved=moved
+        ranked, search=with_gaps(ranked.search), compared=frozenset(one.names for one in ranked.found), moved=moved
     )
 
 
@@ -65,20 +65,20 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
         last = search.about[-1]
         return replace(other, log=search.parent.log + gains.get(last, {}).get(other.effects[-1], 0.0))
 
-    def compared(look: Any, seen: Any) -> Any:
+    def compared(ranked: Any, seen: Any) -> Any:
         search = SimpleNamespace(**(vars(seen.search) | {"about": seen.found.effects, "parent": seen.parent}))
-        return own(look, replace(seen, search=search))
+        return own(ranked, replace(seen, search=search))
 
     own = comparison.compared_about
-    monkeypatch.setattr(comparison, "weighed_about", about)
-    monkeypatch.setattr(comparison, "inflation_of", lambda scales, parent, one: 1.0)
-    monkeypatch.setattr(comparison, "sobered", lambda parent, one, inflation: one)
+    monkeypatch.setattr(comparison, "fitted_about", about)
+    monkeypatch.setattr(comparison, "overdispersion_of", lambda inference, parent, one: 1.0)
+    monkeypatch.setattr(comparison, "overdispersion_corrected", lambda parent, one, overdispersion: one)
     monkeypatch.setattr(forward_selection, "compared_about", compared)
 
 
 def test_what_gains_about_itself_is_taken_and_the_next_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = confirmation(monkeypatch, {A: 30.0})
-    found = _believed(first_look(), Limits())
+    found = _believed(first_round(), Limits())
     assert found.chosen is not None
     assert found.chosen.names == (A.name,)
     assert found.seen is not None
@@ -90,17 +90,17 @@ def test_what_gains_only_about_another_model_is_passed_over_and_told_with_what_i
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     confirmation(monkeypatch, {A: NAMED - 0.1, B: 35.0})
-    found = _believed(first_look(), Limits())
+    found = _believed(first_round(), Limits())
     assert found.chosen is not None
     assert found.chosen.names == (B.name,)
-    assert {one.names[0]: found.look.gain(one) for one in found.look.found} == {
+    assert {one.names[0]: found.comparison.gain(one) for one in found.comparison.found} == {
         B.name: 35.0, A.name: pytest.approx(NAMED - 0.1), C.name: 2.0,
     }  # fmt: skip
 
 
 def test_where_none_is_believed_nothing_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = confirmation(monkeypatch, {A: 1.0, B: -3.0})
-    assert _believed(first_look(), Limits()).chosen is None
+    assert _believed(first_round(), Limits()).chosen is None
     assert asked == [A.name, B.name]
 
 
@@ -108,24 +108,24 @@ def test_the_best_is_the_one_that_is_so_where_readings_are_linearised_about_it(m
     """A gains most about the parent; about A, B does better, and about B it still does."""
     asked = confirmation(monkeypatch, {A: 30.0, B: 45.0})
     seen_from_there(monkeypatch, {A: {B: 44.0}, B: {A: 31.0}})
-    found = _believed(first_look(), Limits())
+    found = _believed(first_round(), Limits())
     assert found.chosen is not None
     assert found.seen is not None
     assert found.chosen.names == found.seen.found.names == (B.name,)
     assert asked == [A.name, B.name]
-    gains = {one.names[0]: found.look.gain(one) for one in found.look.found}
+    gains = {one.names[0]: found.comparison.gain(one) for one in found.comparison.found}
     assert gains == {B.name: pytest.approx(45.0), A.name: pytest.approx(31.0), C.name: pytest.approx(2.0)}
-    assert found.look.compared == {(A.name,), (B.name,)}
+    assert found.comparison.compared == {(A.name,), (B.name,)}
 
 
 def test_gaps_seen_about_another_model_are_told_as_shares_of_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
     """C was seen about the parent alone, where errors of inputs take most of any gap along."""
     about_parent = {(): 0.9, (A.name,): 0.6, (B.name,): 0.7, (C.name,): 0.81}
-    look = replace(first_look(), search=with_gaps(SimpleNamespace(), about_parent))
+    ranked = replace(first_round(), search=with_gaps(SimpleNamespace(), about_parent))
     seen_from_there(monkeypatch, {A: {B: 20.0}})
     about_a = with_gaps(SimpleNamespace(), {(): 1.3, (A.name,): 1.0, (B.name,): 1.1})
     seen = Confirmation(about_a, cast(Any, Model((A,), 30.0)), cast(Any, Model((), 0.0)))
-    found = forward_selection.compared_about(look, seen)
+    found = forward_selection.compared_about(ranked, seen)
     assert found is not None
     gaps = {one.names[0]: found.gap_of(one) for one in found.found}
     assert gaps == pytest.approx({A.name: 1.0, B.name: 1.1, C.name: 1.3 * 0.81 / 0.9})
@@ -134,7 +134,7 @@ def test_gaps_seen_about_another_model_are_told_as_shares_of_the_gap(monkeypatch
 def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = confirmation(monkeypatch, {A: 30.0, B: 30.0})
     seen_from_there(monkeypatch, {A: {B: 44.0}, B: {A: 44.0}})
-    found = _believed(first_look(), Limits())
+    found = _believed(first_round(), Limits())
     assert asked == [A.name, B.name]
     assert found.seen is not None
     assert found.seen.found.names == (B.name,)
@@ -143,15 +143,15 @@ def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: p
 def test_what_is_better_about_another_but_nothing_about_itself_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     confirmation(monkeypatch, {A: 30.0, B: 1.0})
     seen_from_there(monkeypatch, {A: {B: 44.0}})
-    found = _believed(first_look(), Limits())
+    found = _believed(first_round(), Limits())
     assert found.seen is not None
     assert found.seen.found.names == (A.name,)
 
 
 def test_what_a_person_chooses_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     confirmation(monkeypatch, {B: -3.0})
-    monkeypatch.setattr(forward_selection, "candidates", lambda look: ())
-    found = _believed(first_look(), Limits(choose=lambda ranking: B.name))
+    monkeypatch.setattr(forward_selection, "candidates", lambda ranked: ())
+    found = _believed(first_round(), Limits(choose=lambda ranking: B.name))
     assert found.chosen is not None
     assert found.chosen.names == (B.name,)
 
@@ -161,19 +161,19 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
     monkeypatch: pytest.MonkeyPatch, moved: bool
 ) -> None:
     confirmation(monkeypatch, {A: 1.0, B: 1.0})
-    there, searched = Model((), 5.0), SimpleNamespace(scales=None)
-    monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: first_look(moved))
+    there, searched = Model((), 5.0), SimpleNamespace(inference=None)
+    monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: first_round(moved))
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: (searched, there))
     tested: list[Any] = []
 
-    def incomplete(look: Any, before: Any) -> tuple[bool, list[Any]]:
-        tested.append(look.parent)
+    def incomplete(ranked: Any, before: Any) -> tuple[bool, list[Any]]:
+        tested.append(ranked.parent)
         return False, []
 
     monkeypatch.setattr(forward_selection, "incomplete", incomplete)
-    monkeypatch.setattr(forward_selection, "unnamed", lambda look, *of: tested.append(look.parent))
-    look = first_look()
-    after, grown = _further(Selection(look.search, look.parent), SimpleNamespace(), Limits())  # type: ignore[arg-type]
+    monkeypatch.setattr(forward_selection, "unnamed", lambda ranked, *of: tested.append(ranked.parent))
+    ranked = first_round()
+    after, grown = _further(Selection(ranked.search, ranked.parent), SimpleNamespace(), Limits())  # type: ignore[arg-type]
     assert not grown
     assert (after.best is there, after.search is searched) == (moved, moved)
     assert (tested == [there, there]) is moved
@@ -196,8 +196,8 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
     seen = SimpleNamespace(sensitivities=None if exact else ())
     monkeypatch.setattr(Model, "supermodel", seen, raising=False)
-    scales = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
-    search: Any = SimpleNamespace(scales=scales, plain=lambda one: one, gap=lambda one: 1.01)
+    inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
+    search: Any = SimpleNamespace(inference=inference, plain=lambda one: one, gap=lambda one: 1.01)
     best, fit, said = conclusion._fitted(
         search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0), 0.0
     )

@@ -87,7 +87,7 @@ def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Searc
     quiet = read_from(
         supermodel.problem, supermodel.problem.layout.pack(dict(zip(supermodel.names, made.T, strict=True)))
     )
-    without = laid.scales.yardstick.on(replace(supermodel, task=replace(supermodel.task, problem=quiet)))
+    without = laid.inference.common_noise.whitened(replace(supermodel, task=replace(supermodel.task, problem=quiet)))
     left = refit(without, context.subset(()), laid.base.fit.local, context.whole, enough=1e-9).cost
     # The slope of readings that jump is good to some tens of percent over such a change.
     assert 1.0 / 2.0 < left / gate(len(viscous.parameters)) < 2.0

@@ -15,8 +15,8 @@ from fibrefit.discovery.engine.candidates import (
     SMALL,
     Hypothesis,
     _continuation,
-    _gentle,
     _starts,
+    _weakened,
     strengthened,
     trial_of,
 )
@@ -54,11 +54,11 @@ def test_a_start_that_blows_up_is_made_weaker_and_no_other(search: Search, paren
     strong[:, column] = 60.0
     most = BLOWN * parent.fit.cost
     assert supermodel.costs(strong, context.whole).sum() > most
-    weak = _gentle(supermodel, context, strong, (VISCOUS,), most)
+    weak = _weakened(supermodel, context, strong, (VISCOUS,), most)
     assert supermodel.costs(weak, context.whole).sum() <= most
     assert weak[0, column] in (60.0 * SMALL, 60.0 * SMALL**2, 60.0 * SMALL**3)
     # Once is enough for it, and what is gentle stays as it is.
-    assert _gentle(supermodel, context, weak, (VISCOUS,), most) is weak
+    assert _weakened(supermodel, context, weak, (VISCOUS,), most) is weak
 
 
 def test_strengths_grow_from_nothing_and_towards_it(search: Search) -> None:

@@ -13,7 +13,7 @@ from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
 from fibrefit.discovery.search import inputs, setup
-from fibrefit.discovery.search.pace import kept_for_conclusion
+from fibrefit.discovery.search.time_budget import kept_for_conclusion
 from tests.brackets import Bracket, thresholds
 
 COSTS = (0.0, *[90.0] * 10)
@@ -24,7 +24,7 @@ LOGS = (50.0, *[-200.0] * 10)
 
 def goes_on_after(steps: int) -> bool:
     """Whether a parent is followed further from where a candidate led, after so many evaluations."""
-    return effort.first_steps()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
+    return effort.warm_start()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
 
 
 def linearised(times: int) -> bool:
@@ -47,20 +47,20 @@ CASES = (
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
-    Bracket("WRONG_MINIMUM", effort, lambda x: not effort.astray(-x, 0.0), 7.0, 9.0),
-    Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["settled"], 0.19, 0.21),
+    Bracket("WRONG_MINIMUM", effort, lambda x: not effort.in_wrong_minimum(-x, 0.0), 7.0, 9.0),
+    Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["tolerance"], 0.19, 0.21),
     Bracket("PATIENCE_OF_DESCENT", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
-    Bracket("LED", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
-    Bracket("FADES", effort, lambda x: len(effort.fading()) >= x, 3.0, 4.0),
+    Bracket("WARM_START_STEPS", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
+    Bracket("CONTINUATION_STEPS", effort, lambda x: len(effort.continuation_steps()) >= x, 3.0, 4.0),
     Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 2.0, 3.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),
-    Bracket("COMPARED", effort, lambda x: effort.weighed_again(LOGS, True)[int(x)], 2.0, 3.0),
-    Bracket("FAR_BEHIND", effort, lambda x: effort.weighed_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
+    Bracket("COMPARED", effort, lambda x: effort.compared_again(LOGS, True)[int(x)], 2.0, 3.0),
+    Bracket("FAR_BEHIND", effort, lambda x: effort.compared_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
     Bracket("PARTNERS", effort, lambda x: effort.is_partner(int(x)), 7.0, 8.0),
     Bracket(
-        "STEADY_LIMIT", effort, lambda x: effort.strengths_settled(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11
+        "STEADY_LIMIT", effort, lambda x: effort.strengths_converged(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11
     ),
     Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 2.5, 1.5),
     Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
@@ -76,14 +76,14 @@ def test_no_number_is_without_a_case() -> None:
     assert thresholds(effort) == {case.name for case in CASES}
 
 
-def test_a_candidate_behind_one_without_a_name_is_not_weighed_again() -> None:
-    assert effort.weighed_again((1.0, 0.9, 0.8, 0.7), False) == [True, True, True, False]
+def test_a_candidate_behind_one_without_a_name_is_not_compared_again() -> None:
+    assert effort.compared_again((1.0, 0.9, 0.8, 0.7), False) == [True, True, True, False]
 
 
 def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
-    assert effort.lost(1.0, 1.2)
-    assert not effort.lost(1.0, 1.05)
-    assert not effort.lost(3.0, 1.2)
+    assert effort.motion_lost(1.0, 1.2)
+    assert not effort.motion_lost(1.0, 1.05)
+    assert not effort.motion_lost(3.0, 1.2)
 
 
 @pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (25.0, 75.0), (90.0, 105.0)])

@@ -10,9 +10,9 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from fibrefit.fitting.result import Identification
-from fibrefit.plots import discovery_figures
 from fibrefit.plots.before_after import SMOOTH, _smooth, averaged_noise
 from fibrefit.plots.curve import curve_figure
+from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.places import places_figure
 from fibrefit.plots.quantities import readable_unit

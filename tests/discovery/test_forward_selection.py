@@ -18,11 +18,11 @@ from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noi
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine import remaining
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import slopes_tell
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.forward_selection import (
     Limits,
     Selection,
@@ -108,9 +108,9 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
     assert first.ranking[0].evidence > NAMED
     assert first.ranking[0].false_alarm < 1e-3
     assert first.gap_before > first.gap_after == pytest.approx(1.0, abs=0.05)
-    # The last look found nothing more.
-    assert found.look is not None
-    assert all(one.evidence <= NAMED for one in candidates(found.look))
+    # The last round found nothing more.
+    assert found.comparison is not None
+    assert all(one.evidence <= NAMED for one in candidates(found.comparison))
     value, error = found.best.shared[COEFFICIENT], found.best.errors[COEFFICIENT]
     assert abs(value - coefficient) < SURE * error
     for name in ("stiffness", "damping", "friction"):
@@ -122,70 +122,70 @@ def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], sca
     """The negative control, with records that agree and with records that differ by a percent."""
     found = selected(case(0.0, scatter))
     assert (found.best.names, found.steps, found.rivals) == ((), (), ())
-    assert found.look is not None
-    assert all(one.evidence <= NAMED for one in candidates(found.look))
-    assert max(one.false_alarm for one in candidates(found.look)) > 0.01
+    assert found.comparison is not None
+    assert all(one.evidence <= NAMED for one in candidates(found.comparison))
+    assert max(one.false_alarm for one in candidates(found.comparison)) > 0.01
     for name in ("stiffness", "damping", "friction"):
         assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
 
 
-def test_costly_effects_that_slopes_promise_nothing_of_are_not_weighed_again(
+def test_costly_effects_that_slopes_predict_nothing_of_are_not_compared_again(
     case: Callable[..., Case], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made, weighed = case(FAINT), list[int]()
+    made, fitted = case(FAINT), list[int]()
 
     def counted(*args: Any) -> Comparison:
-        weighed.append(1)
+        fitted.append(1)
         return in_same_noise(*args)
 
     monkeypatch.setattr(comparison, "in_same_noise", counted)
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is DELAY)
-    look = comparison_of(made.search, made.base, "trying")
-    assert len(weighed) == 1
-    assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
-    assert (DELAY.name,) not in look.compared
+    ranked = comparison_of(made.search, made.base, "trying")
+    assert len(fitted) == 1
+    assert {one.effects[-1] for one in ranked.found} == {VISCOUS, DRAG, DELAY}
+    assert (DELAY.name,) not in ranked.compared
     # Where it is what is missing it is followed, and weighed like the others.
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is VISCOUS)
-    look = comparison_of(made.search, made.base, "trying")
-    assert len(weighed) == 3
-    assert look.found[0].names == (VISCOUS.name,)
+    ranked = comparison_of(made.search, made.base, "trying")
+    assert len(fitted) == 3
+    assert ranked.found[0].names == (VISCOUS.name,)
 
 
 def test_all_candidates_contain_their_parent(case: Callable[..., Case]) -> None:
     """None can be worse than it by more than its own parameters cost, and the ranking is by probability."""
     made = case(0.0)
-    look = comparison_of(made.search, made.base, "trying")
-    assert {one.effects[-1] for one in look.found} == {VISCOUS, DRAG, DELAY}
-    logs = [one.log for one in look.found]
+    ranked = comparison_of(made.search, made.base, "trying")
+    assert {one.effects[-1] for one in ranked.found} == {VISCOUS, DRAG, DELAY}
+    logs = [one.log for one in ranked.found]
     assert logs == sorted(logs, reverse=True)
-    assert all(-12.0 < look.gain(one) < NAMED for one in look.found)
-    assert all(one.evidence.mode.normal.cost <= look.parent.evidence.mode.normal.cost + 1.0 for one in look.found)
+    assert all(-12.0 < ranked.gain(one) < NAMED for one in ranked.found)
+    assert all(one.evidence.mode.normal.cost <= ranked.parent.evidence.mode.normal.cost + 1.0 for one in ranked.found)
 
 
-def both(made: Case) -> Weighed:
+def both(made: Case) -> LaplaceFit:
     """Both frictions on the base, whatever they are good for."""
     return with_effect(made, with_effect(made, made.base, VISCOUS), DRAG)
 
 
-def with_effect(made: Case, parent: Weighed, effect: type[Effect]) -> Weighed:
-    """An effect on a parent, from where slopes promise most of it."""
-    scales, supermodel = made.search.scales, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
-    return scales.extended(parent, supermodel, effect, scales.screened(parent, supermodel, [effect])[effect])
+def with_effect(made: Case, parent: LaplaceFit, effect: type[Effect]) -> LaplaceFit:
+    """An effect on a parent, from where slopes predict most of it."""
+    inference, supermodel = made.search.inference, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
+    return inference.extended(parent, supermodel, effect, inference.screened(parent, supermodel, [effect])[effect])
 
 
 def test_an_effect_that_has_become_needless_is_taken_out(case: Callable[..., Case]) -> None:
     made = case(PLAIN)
-    kept = pruned(made.search.scales, both(made))
+    kept = pruned(made.search.inference, both(made))
     assert kept.names == (VISCOUS.name,)
     # Of none is left what one alone explains.
-    assert pruned(made.search.scales, kept) is kept
+    assert pruned(made.search.inference, kept) is kept
 
 
 def test_an_effect_that_explains_nothing_costs_its_parameters(case: Callable[..., Case]) -> None:
     made = case(0.0)
     pair = both(made)
-    assert pair.log < made.search.scales.again(made.base).log
-    assert len(pruned(made.search.scales, pair).effects) == 1
+    assert pair.log < made.search.inference.again(made.base).log
+    assert len(pruned(made.search.inference, pair).effects) == 1
 
 
 def test_what_is_there_and_smaller_than_is_of_interest_is_told_and_not_kept(case: Callable[..., Case]) -> None:
@@ -217,12 +217,12 @@ def test_limits_are_kept(case: Callable[..., Case]) -> None:
 
 
 def test_rivals_are_those_within_a_few_nats() -> None:
-    def weighed(effect: type[Effect], log: float) -> Weighed:
-        return cast(Weighed, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log))
+    def fitted(effect: type[Effect], log: float) -> LaplaceFit:
+        return cast(LaplaceFit, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log))
 
-    best, near, far = weighed(VISCOUS, 20.0), weighed(DRAG, 20.5 - APART), weighed(DELAY, 19.5 - APART)
-    look = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
-    (rival,) = rivals_of(look, best)
+    best, near, far = fitted(VISCOUS, 20.0), fitted(DRAG, 20.5 - APART), fitted(DELAY, 19.5 - APART)
+    ranked = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
+    (rival,) = rivals_of(ranked, best)
     assert rival.names == (VISCOUS.name, DRAG.name)
 
 
@@ -235,8 +235,8 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
         SimpleNamespace(log=log, effects=(effect,), names=(effect.name,))
         for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
     )
-    look = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
-    chosen = _chosen(cast(Any, look), Limits())
+    ranked = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
+    chosen = _chosen(cast(Any, ranked), Limits())
     assert chosen is not None
     assert chosen.effects == (taken,)
 
@@ -246,10 +246,10 @@ def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_do
     gain: float, named: bool
 ) -> None:
     found = (SimpleNamespace(log=gain, effects=(VISCOUS,), names=(VISCOUS.name,)),)
-    look = SimpleNamespace(
+    ranked = SimpleNamespace(
         found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=()
     )
-    assert (_chosen(cast(Any, look), Limits()) is not None) == named
+    assert (_chosen(cast(Any, ranked), Limits()) is not None) == named
 
 
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:
@@ -279,17 +279,19 @@ def test_a_base_fit_at_a_kink_is_searched_and_one_that_broke_down_is_not(task: T
 def test_what_records_do_not_tell_apart_is_said_though_it_was_not_tried() -> None:
     inertia, stribeck, mass = (CATALOGUE[n] for n in ("pulley.inertia", "guide.stribeck_friction", "fibre.mass"))
     search = lambda *effects: cast(Search, SimpleNamespace(effects=effects))  # noqa: E731
-    best = lambda *effects: cast(Weighed, SimpleNamespace(effects=effects))  # noqa: E731
+    best = lambda *effects: cast(LaplaceFit, SimpleNamespace(effects=effects))  # noqa: E731
     assert _never_tried(search(inertia), best(inertia, stribeck)) == [(inertia.name, mass.name)]
     assert _never_tried(search(inertia, mass), best(inertia)) == []
 
 
-def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[..., Case]) -> None:
+def test_a_hypothesis_is_compared_again_in_the_noise_it_leaves(case: Callable[..., Case]) -> None:
     made = case(0.0)
-    assert (made.base.moved_to(-1.0).log, made.base.moved_to(-1.0).names) == (-1.0, ())
-    twice = [noise.scaled(2.0) for noise in made.search.scales.yardstick.noise]
-    wrong = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, twice))
-    right = Scales(made.search.context, made.search.scales.reference, wrong.refined(wrong.again(made.base)))
+    assert (made.base.with_log(-1.0).log, made.base.with_log(-1.0).names) == (-1.0, ())
+    twice = [noise.scaled(2.0) for noise in made.search.inference.common_noise.noise]
+    wrong = LaplaceInference(
+        made.search.context, made.search.inference.reference, common_noise_of(made.base.supermodel, twice)
+    )
+    right = wrong.in_noise_of(wrong.again(made.base))
     fresh, stale = right.innovations(right.again(made.base)), wrong.innovations(wrong.again(made.base))
     valid = fresh != 0.0
     assert np.mean(fresh[valid] ** 2) == pytest.approx(1.0, abs=0.03)
@@ -299,8 +301,8 @@ def test_a_hypothesis_is_weighed_again_in_the_noise_it_leaves(case: Callable[...
 
 def test_noise_holds_no_jumps(case: Callable[..., Case], monkeypatch: pytest.MonkeyPatch) -> None:
     made, own = case(0.0), remaining.residuals_of
-    scales = made.search.scales
-    at = np.linspace(0.3, 0.7, len(scales.context.whole)) * scales.context.whole
+    inference = made.search.inference
+    at = np.linspace(0.3, 0.7, len(inference.context.whole)) * inference.context.whole
 
     def jumping(*of: Any) -> np.ndarray:
         residuals = own(*of).copy()
@@ -308,7 +310,7 @@ def test_noise_holds_no_jumps(case: Callable[..., Case], monkeypatch: pytest.Mon
         residuals[:, :, 0] += np.where(after & (residuals[:, :, 0] != 0.0), 0.6, 0.0)
         return residuals
 
-    slow = lambda: scales.noise(made.base)[0].density(np.array([1.0]))[0]  # noqa: E731
+    slow = lambda: inference.noise(made.base)[0].density(np.array([1.0]))[0]  # noqa: E731
     quiet_one = slow()
     monkeypatch.setattr(remaining, "residuals_of", jumping)
     assert slow() < 1.5 * quiet_one
@@ -322,10 +324,12 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
     others = ("sensor.force_gain", "sensor.force_drift", "guide.stribeck_friction")
     effects = (*made.search.effects, *(CATALOGUE[name] for name in others))
     for factor in (1.0, 0.8):
-        noise = [one.scaled(factor) for one in made.search.scales.yardstick.noise]
-        scales = Scales(made.search.context, made.search.scales.reference, yardstick_of(made.base.supermodel, noise))
-        search = replace(made.search, effects=effects).weighed_with(scales)
-        look = comparison_of(search, scales.again(made.base), "trying")
-        found.append({one.effect: one for one in candidates(look)}["sensor.force_delay"])
+        noise = [one.scaled(factor) for one in made.search.inference.common_noise.noise]
+        inference = LaplaceInference(
+            made.search.context, made.search.inference.reference, common_noise_of(made.base.supermodel, noise)
+        )
+        search = replace(made.search, effects=effects).with_inference(inference)
+        ranked = comparison_of(search, inference.again(made.base), "trying")
+        found.append({one.effect: one for one in candidates(ranked)}["sensor.force_delay"])
     assert min(one.evidence for one in found) > NAMED
     assert max(one.false_alarm for one in found) < 0.01

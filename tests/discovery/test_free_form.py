@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -25,12 +26,12 @@ from fibrefit.discovery.curves.probes import (
     PositionErrorOfPosition,
     TensionOfRate,
 )
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.common_noise import common_noise_of
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.inputs import About
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
@@ -72,8 +73,8 @@ def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
     # What is planted has white noise, of the level the weights stand for.
     weights, band = task.problem.observations.weight, 0.5 / float(np.diff(task.traces[0].times).mean())
     white = [Noise(float(weights[c].max()) ** -2 / band, 0.0, 0.0, 1000) for c in task.problem.model.rig.channels]
-    yardstick = yardstick_of(search.base.supermodel, white)
-    return search.weighed_with(Scales(search.context, search.scales.reference, yardstick))
+    common_noise = common_noise_of(search.base.supermodel, white)
+    return search.with_inference(LaplaceInference(search.context, search.inference.reference, common_noise))
 
 
 def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:
@@ -96,7 +97,7 @@ def probed(task: Task, found: Identification, worth: float) -> tuple[list[Readin
     search = begun_at(task)
     supermodel, context = search.base.supermodel, search.context
     fit = refit(supermodel, context.subset(()), search.base.fit.local, context.whole)
-    readings = probe_all(search, search.scales.weigh(supermodel, (), fit.local), found, worth)
+    readings = probe_all(search, search.inference.fitted(supermodel, (), fit.local), found, worth)
     return readings, drawn(readings, found, search.samples)
 
 
@@ -136,14 +137,14 @@ def test_a_planted_curve_gains_as_much_about_itself(
     """What is linear in its inputs is the same about any model: the gain is that over the model without the curve."""
     probes = (FrictionOfSpeed, TensionOfRate)
     monkeypatch.setattr(free_form, "PROBES", probes)
-    monkeypatch.setattr(free_form, "linearised_about", lambda search, weighed: About(search, weighed.supermodel))
+    monkeypatch.setattr(free_form, "linearised_about", lambda search, fitted: About(search, fitted.supermodel))
     heights = 0.02 * np.sin(np.linspace(0.0, 2.0 * np.pi, FrictionOfSpeed.knots))
     search = begun_at(planted(task, found, FrictionOfSpeed, heights))
-    parent = search.scales.weigh(search.base.supermodel, (), search.base.fit.local)
+    parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     ends: list[Any] = []
 
     def held(found: Sequence[Any], worth: float, gain: Any) -> Sequence[Any]:
-        ends.extend((end.weighed.log - parent.log, gain(end)) for end in found)
+        ends.extend((end.fitted.log - parent.log, gain(end)) for end in found)
         return found
 
     monkeypatch.setattr(free_form, "_held", held)
@@ -166,21 +167,25 @@ def test_no_curve_is_worth_anything_where_there_is_nothing(task: Task, found: Id
         assert curve.gap_after == pytest.approx(1.0, abs=NOISE), curve.says
 
 
-def test_slopes_of_the_parent_promise_what_simulated_ones_do(task: Task, found: Identification) -> None:
+def test_slopes_of_the_parent_predict_what_simulated_ones_do(task: Task, found: Identification) -> None:
     search, probe = (
         begun_at(planted(task, found, FrictionOfPosition, 0.4 * np.ones(FrictionOfPosition.knots))),
         PROBES[0],
     )
-    parent = search.scales.weigh(search.base.supermodel, (), search.base.fit.local)
+    parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     supermodel = supermodel_of(search.task, PROBES)
     start = _prepared(
         supermodel, parent, PROBES, {name: _range(name, of) for name, (of, _) in in_motion(found).items()}
     )
     names = tuple(f"{probe.name}.{height}" for height in probe.heights)
-    known, simulated = search.scales.secant(supermodel, search.scales.slopes(parent)), search.scales.secant(supermodel)
+    known, simulated = (
+        search.inference.secant(supermodel, search.inference.slopes(parent)),
+        search.inference.secant(supermodel),
+    )
     for walk in WALKS:
         curve = Heights(names, probe.size, walk)
-        one, other = (search.scales.promise_of(curve, parent, supermodel, start, gram) for gram in (known, simulated))
+        predicted = partial(search.inference.predicted_evidence, curve, parent, supermodel, start)
+        one, other = predicted(known), predicted(simulated)
         assert one == pytest.approx(other, abs=0.01)
 
 
@@ -214,8 +219,8 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
 
     monkeypatch.setattr(free_form, "_fit", fitted)
     monkeypatch.setattr(free_form, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
-    scales = SimpleNamespace(slopes=lambda parent: None)
-    search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None, scales=scales))
+    inference = SimpleNamespace(slopes=lambda parent: None)
+    search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None, inference=inference))
     assert probe_all(search, parent, cast(Any, SimpleNamespace(problem=task.problem)), NAMED) == []
     assert began == [pytest.approx(cost, rel=1e-4)]
 

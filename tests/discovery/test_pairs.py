@@ -36,11 +36,11 @@ class Model:
 
 
 floors: dict[Any, float] = {}
-"""Nats that slopes had to promise beside an effect, when it was last tried."""
+"""Nats that slopes had to predict beside an effect, when it was last tried."""
 
 
-def look_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], asked: list[Any]) -> Comparison:
-    """A first look in which effects gain so much one by one, and two together gain nothing beyond but as told."""
+def round_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], asked: list[Any]) -> Comparison:
+    """A first round in which effects gain so much one by one, and two together gain nothing beyond but as told."""
 
     def tried(first: Model, effects: Sequence[Any], what: str, least: float = -math.inf) -> Tried:
         asked.extend((first.effects[0], effect) for effect in effects)
@@ -48,21 +48,21 @@ def look_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], ask
         ends = [Model((*first.effects, e), together.get((first.effects[0], e), first.log - 4.0)) for e in effects]
         return Tried(cast("Any", ends), ())
 
-    search: Any = SimpleNamespace(tried=tried, extensions=lambda one: EFFECTS, scales=None)
+    search: Any = SimpleNamespace(tried=tried, extensions=lambda one: EFFECTS, inference=None)
     found = sorted((Model((effect,), gain) for effect, gain in gains.items()), key=lambda one: -one.log)
     return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
 
 
 @pytest.fixture(autouse=True)
 def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All are weighed in one noise already, and nothing is needless."""
+    """All are compared in one noise already, and nothing is needless."""
 
     def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     monkeypatch.setattr(pairs, "in_same_noise", same)
-    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: other)
-    monkeypatch.setattr(pairs, "pruned", lambda scales, best: best)
+    monkeypatch.setattr(pairs, "fitted_about", lambda search, other: other)
+    monkeypatch.setattr(pairs, "pruned", lambda inference, best: best)
 
 
 GAINS = {effect: 240.0 - 10.0 * i for i, effect in enumerate(EFFECTS)}
@@ -70,8 +70,8 @@ GAINS = {effect: 240.0 - 10.0 * i for i, effect in enumerate(EFFECTS)}
 
 def test_a_pair_of_effects_that_are_not_first_by_themselves_is_found() -> None:
     asked: list[Any] = []
-    look = look_of(GAINS, {(B, C): 290.0}, asked)
-    found = best_pair(look, look.found[0])
+    comparison = round_of(GAINS, {(B, C): 290.0}, asked)
+    found = best_pair(comparison, comparison.found[0])
     assert found is not None
     assert found.found[0].names == (B.name, C.name)
     # Each two of the best eight, once.
@@ -81,31 +81,31 @@ def test_a_pair_of_effects_that_are_not_first_by_themselves_is_found() -> None:
 @pytest.mark.parametrize(("more", "there"), [(NAMED, False), (NAMED + 3.0, False), (NAMED + 3.5, True)])
 def test_a_pair_has_to_gain_more_than_what_it_replaces_and_its_number_is_paid_for(more: float, there: bool) -> None:
     # The logarithm of 28 pairs is 3.3.
-    look = look_of(GAINS, {(B, C): 240.0 + more}, [])
-    assert (best_pair(look, look.found[0]) is not None) is there
+    comparison = round_of(GAINS, {(B, C): 240.0 + more}, [])
+    assert (best_pair(comparison, comparison.found[0]) is not None) is there
 
 
-def test_beside_an_effect_slopes_have_to_promise_half_of_what_it_is_behind() -> None:
-    look = look_of(GAINS, {(B, C): 310.0}, [])
-    assert best_pair(look, cast(Any, Model((A, E), 300.0))) is not None
+def test_beside_an_effect_slopes_have_to_predict_half_of_what_it_is_behind() -> None:
+    comparison = round_of(GAINS, {(B, C): 310.0}, [])
+    assert best_pair(comparison, cast(Any, Model((A, E), 300.0))) is not None
     assert (floors[A], floors[C]) == (30.0, 40.0)
 
 
 def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pairs, "pruned", lambda scales, best: replace(best, effects=best.effects[:1]))
-    look = look_of(GAINS, {(B, C): 290.0}, [])
-    assert best_pair(look, look.found[0]) is None
+    monkeypatch.setattr(pairs, "pruned", lambda inference, best: replace(best, effects=best.effects[:1]))
+    comparison = round_of(GAINS, {(B, C): 290.0}, [])
+    assert best_pair(comparison, comparison.found[0]) is None
 
 
 @pytest.mark.parametrize(("here", "there"), [(285.0, True), (305.0, False)])
-def test_two_found_one_after_the_other_are_weighed_in_the_noise_of_the_pairs(
+def test_two_found_one_after_the_other_are_compared_in_the_noise_of_the_pairs(
     monkeypatch: pytest.MonkeyPatch, here: float, there: bool
 ) -> None:
-    # In the noise of a later look they have 40 000 nats less: that says nothing of them.
+    # In the noise of a later round they have 40 000 nats less: that says nothing of them.
     later = cast(Any, Model((A, E), -39_700.0))
-    look = look_of(GAINS, {(B, C): 300.0}, [])
-    monkeypatch.setattr(pairs, "weighed_about", lambda search, other: replace(other, log=here))
-    found = best_pair(look, later)
+    comparison = round_of(GAINS, {(B, C): 300.0}, [])
+    monkeypatch.setattr(pairs, "fitted_about", lambda search, other: replace(other, log=here))
+    found = best_pair(comparison, later)
     assert (found is not None) is there
     if found is not None:
         assert [(one.names, one.log) for one in found.found[:2]] == [
@@ -118,9 +118,9 @@ def exchange(
     monkeypatch: pytest.MonkeyPatch, together: dict[tuple[Any, Any], float], asked: list[Any]
 ) -> Comparison | None:
     """What takes the place of A, which was found first, beside E: 300 nats together, E alone 60."""
-    look = look_of(GAINS, together, asked)
-    look.search.scales = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
-    return best_exchange(look, cast(Any, Model((A, E), 300.0)))
+    comparison = round_of(GAINS, together, asked)
+    comparison.search.inference = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
+    return best_exchange(comparison, cast(Any, Model((A, E), 300.0)))
 
 
 def test_the_first_effect_is_exchanged_for_one_that_does_its_part_better(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,8 +138,8 @@ def test_an_exchange_that_is_no_better_is_none(monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_was_first_by_far_is_not_exchanged(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
-    look = look_of({A: 240.0, B: 60.0, C: 50.0}, {(E, B): 900.0}, asked)
-    assert best_exchange(look, cast(Any, Model((A, E), 300.0))) is None
+    comparison = round_of({A: 240.0, B: 60.0, C: 50.0}, {(E, B): 900.0}, asked)
+    assert best_exchange(comparison, cast(Any, Model((A, E), 300.0))) is None
     assert asked == []
 
 
@@ -147,7 +147,7 @@ def test_what_was_first_by_far_is_not_exchanged(monkeypatch: pytest.MonkeyPatch)
 def test_two_that_were_found_one_after_the_other_are_seen_with_the_first_exchanged(
     monkeypatch: pytest.MonkeyPatch, better: bool
 ) -> None:
-    first = look_of(GAINS, {}, [])
+    first = round_of(GAINS, {}, [])
     pair = Comparison(first.search, first.parent, (Model((D, B), 900.0),), frozenset({(D.name, B.name)}))  # type: ignore[arg-type]
     found = after_a_look(monkeypatch, first, first.found[0], False, 500.0, exchanged=pair if better else None)
     assert found == ((D.name, B.name) if better else (A.name, D.name), True)
@@ -165,7 +165,7 @@ def test_alarms_and_curves_say_that_something_is_missing(
         return ["curve"] * curve
 
     monkeypatch.setattr(pairs, "curves_beyond", curves_beyond)
-    missing, curves = incomplete(look_of(GAINS, {}, []), SimpleNamespace())  # type: ignore[arg-type]
+    missing, curves = incomplete(round_of(GAINS, {}, []), SimpleNamespace())  # type: ignore[arg-type]
     assert missing is (alarm or curve)
     # Where tests say so, no curve is drawn for it; else they are handed on.
     assert (curves, len(drawn)) == ((None, 0) if alarm else (["curve"] * curve, 1))
@@ -181,35 +181,35 @@ def after_a_look(
     exchanged: Comparison | None = None,
     law: Any = None,
 ) -> tuple[tuple[str, ...], bool]:
-    """Effects after a look in which the best further one gains so much, and whether any are new."""
+    """Effects after a round in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
     monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
-    monkeypatch.setattr(forward_selection, "incomplete", lambda look, before: (missing, []))
+    monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, []))
     monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
     monkeypatch.setattr(forward_selection, "in_place_of_named", lambda *of: None)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
-    monkeypatch.setattr(forward_selection, "pruned", lambda scales, best: best)
-    monkeypatch.setattr(forward_selection, "best_exchange", lambda look, found: exchanged)
-    at = Selection(first.search, best, singles=first, look=first, paired=paired)
+    monkeypatch.setattr(forward_selection, "pruned", lambda inference, best: best)
+    monkeypatch.setattr(forward_selection, "best_exchange", lambda comparison, found: exchanged)
+    at = Selection(first.search, best, singles=first, comparison=first, paired=paired)
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
 
 
 def test_a_law_of_no_name_ends_the_search_without_effects(monkeypatch: pytest.MonkeyPatch) -> None:
-    first = look_of(GAINS, {(B, C): 290.0}, [])
+    first = round_of(GAINS, {(B, C): 290.0}, [])
     law = SimpleNamespace(search=first.search, parent=first.parent, curves=["curve"], law=("model", "told"))
     assert after_a_look(monkeypatch, first, first.found[0], True, gain=8.0, law=law) == ((), False)
 
 
 @pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])
-def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missing(
+def test_a_pair_takes_the_place_of_one_in_a_wrong_minimum_where_something_is_missing(
     monkeypatch: pytest.MonkeyPatch, missing: bool, names: tuple[str, ...]
 ) -> None:
-    first = look_of(GAINS, {(B, C): 290.0}, [])
+    first = round_of(GAINS, {(B, C): 290.0}, [])
     assert after_a_look(monkeypatch, first, first.found[0], missing) == (names, missing)
 
 
@@ -220,7 +220,7 @@ def test_a_pair_takes_the_place_of_one_that_led_astray_where_something_is_missin
 def test_a_pair_takes_the_place_of_two_that_were_found_one_after_the_other(
     monkeypatch: pytest.MonkeyPatch, log: float, paired: bool, replaced: bool
 ) -> None:
-    first, stand_in = look_of(GAINS, {(B, C): 290.0}, []), Model((A, E), log)
+    first, stand_in = round_of(GAINS, {(B, C): 290.0}, []), Model((A, E), log)
     expected = ((B.name, C.name), True) if replaced else (stand_in.names, False)
     assert after_a_look(monkeypatch, first, stand_in, True, paired=paired) == expected
 
@@ -231,7 +231,7 @@ def test_a_second_effect_that_gains_little_is_held_against_pairs(
 ) -> None:
     """The first may stand in for two others, and the second for what it does otherwise than they."""
     asked: list[Any] = []
-    first = look_of(GAINS, {(B, C): 290.0}, asked)
+    first = round_of(GAINS, {(B, C): 290.0}, asked)
     found = after_a_look(monkeypatch, first, first.found[0], False, gain)
     assert found == (tuple(effect.name for effect in names), True)
     assert bool(asked) is (gain < BEYOND_DOUBT)

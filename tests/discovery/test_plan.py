@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError, UsageError
-from fibrefit.discovery.design.plan import Worth, _errors, told_apart
+from fibrefit.discovery.design.plan import Worth, _errors, probability_distinguished
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.model.finding import Choice
-from fibrefit.plots import plan_figures
+from fibrefit.plots.plan import plan_figures
 from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.study.summaries.design import PlanSummary
@@ -105,14 +105,14 @@ def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monke
 
 
 def test_the_probability_to_tell_rivals_apart() -> None:
-    assert told_apart(0.0) == told_apart(float("nan")) == 0.0
-    assert told_apart(APART) == pytest.approx(0.5)
-    assert told_apart(8.0 * APART) > 0.99
+    assert probability_distinguished(0.0) == probability_distinguished(float("nan")) == 0.0
+    assert probability_distinguished(APART) == pytest.approx(0.5)
+    assert probability_distinguished(8.0 * APART) > 0.99
     # Twice the log of the ratio of two normals a distance d apart, drawn from one of them.
     d = 4.0
     draws = np.random.default_rng(3).standard_normal(200_000)
     share = np.mean(0.5 * d**2 + d * draws > APART)
-    assert told_apart(0.5 * d**2) == pytest.approx(share, abs=5e-3)
+    assert probability_distinguished(0.5 * d**2) == pytest.approx(share, abs=5e-3)
 
 
 def test_standard_errors_are_those_of_least_squares_with_what_is_each_records_own() -> None:

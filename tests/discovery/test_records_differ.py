@@ -14,7 +14,7 @@ from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import Budget
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.candidates import own_task_by_record
-from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
@@ -33,7 +33,7 @@ from tests.validation.cases import Case
 LEFT = 4e-4
 
 
-def begin(folder: Path, index: int, kept: Sequence[int] | None = None) -> tuple[np.ndarray, Search, Weighed]:
+def begin(folder: Path, index: int, kept: Sequence[int] | None = None) -> tuple[np.ndarray, Search, LaplaceFit]:
     """Stiffnesses of some records of a series, those that differ most unless said, and where a search begins there."""
     made = Case("records that differ", "null", "pulley_drive", index, "pink", 0.03, tuning=True).write(folder)
     truth = np.array([record.base.stiffness for record in made.series.records])
@@ -45,19 +45,19 @@ def begin(folder: Path, index: int, kept: Sequence[int] | None = None) -> tuple[
 
 
 @pytest.fixture(scope="module")
-def far_apart(tmp_path_factory: pytest.TempPathFactory) -> tuple[np.ndarray, Search, Weighed]:
+def far_apart(tmp_path_factory: pytest.TempPathFactory) -> tuple[np.ndarray, Search, LaplaceFit]:
     """Two records without bounces that errors of the drive lead elsewhere."""
     return begin(tmp_path_factory.mktemp("apart"), 2)
 
 
-def error_left(truth: np.ndarray, search: Search, base: Weighed) -> float:
+def error_left(truth: np.ndarray, search: Search, base: LaplaceFit) -> float:
     """Largest relative error of a stiffness after readings were linearised anew."""
     _, base = inputs.linearised_where_records_differ(search, base)
     return float(np.abs(base.local[:, base.supermodel.names.index("stiffness")] / truth - 1.0).max())
 
 
 def test_what_records_differ_by_is_not_taken_for_errors_of_their_inputs(
-    far_apart: tuple[np.ndarray, Search, Weighed], monkeypatch: pytest.MonkeyPatch
+    far_apart: tuple[np.ndarray, Search, LaplaceFit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     error = error_left(*far_apart)
     assert error < LEFT
@@ -79,8 +79,8 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
     _, search, base = begin(tmp_path, 3, (3, 4))
     anew = inputs.relinearised(search, base)
     assert anew is not None
-    for looks, low, high in ((gls.MOST_LOOKS, 0.9, 1.1), (1, 2.0, np.inf)):
-        monkeypatch.setattr(gls, "MOST_LOOKS", looks)
+    for linearisations, low, high in ((gls.MOST_LINEARISATIONS, 0.9, 1.1), (1, 2.0, np.inf)):
+        monkeypatch.setattr(gls, "MOST_LINEARISATIONS", linearisations)
         found = conclusion._final(*anew, 1, 0, Budget.of(1e3))
         assert low < total(found.gap) < high
         assert found.gls is not None

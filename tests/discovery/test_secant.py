@@ -12,7 +12,7 @@ import pytest
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.problem.estimate.gauss_newton import SETTLED_FALL, mode
+from fibrefit.problem.estimate.gauss_newton import MODE_TOLERANCE, mode
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams
 from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
@@ -65,7 +65,7 @@ def test_the_mode_is_that_of_simulated_slopes(curved: float) -> None:
     exact = found_with(gram_of(bench.residuals))
     secant = SecantGram(bench, COUNTS)  # type: ignore[arg-type]
     found = found_with(secant)
-    assert found.objective == pytest.approx(exact.objective, abs=SETTLED_FALL)
+    assert found.objective == pytest.approx(exact.objective, abs=MODE_TOLERANCE)
     np.testing.assert_allclose(found.place.z, exact.place.z, atol=0.02)
     # The matrices that errors come from are those of simulated slopes.
     np.testing.assert_allclose(np.diag(found.normal.shared), np.diag(exact.normal.shared), rtol=0.05)
@@ -106,7 +106,7 @@ def test_a_wrong_seed_leads_to_the_same_mode() -> None:
     local_grams(unknowns(), begun(unknowns()), keep)
     secant = SecantGram(bench, COUNTS, Seed(NAMES, seeds[0]))  # type: ignore[arg-type]
     found = found_with(secant)
-    assert found.objective == pytest.approx(exact.objective, abs=SETTLED_FALL)
+    assert found.objective == pytest.approx(exact.objective, abs=MODE_TOLERANCE)
 
 
 def test_a_seed_saves_the_simulations_it_stands_for() -> None:

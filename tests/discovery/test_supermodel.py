@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.discovery.engine.candidates import carried
+from fibrefit.discovery.engine.candidates import transferred
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
     Supermodel,
@@ -19,7 +20,6 @@ from fibrefit.discovery.engine.supermodel import (
     stretch_products,
     supermodel_of,
 )
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.formulate.formulate import formulate
@@ -66,8 +66,8 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     local = np.asarray(task.problem.layout.local(values))
     # The same from the values of each record.
     search: Any = SimpleNamespace(context=SimpleNamespace(whole=task.counts[-1]))
-    weighed: Any = SimpleNamespace(supermodel=supermodel, local=local)
-    own = coefficients_of(search, weighed)
+    fitted: Any = SimpleNamespace(supermodel=supermodel, local=local)
+    own = coefficients_of(search, fitted)
     assert own is not None
     np.testing.assert_allclose(own["drive"], coefficients["drive"], atol=1e-3 * np.abs(waves).max())
     cost = supermodel.costs(local, task.counts[-1]).sum()
@@ -93,7 +93,7 @@ def test_an_absent_effect_changes_nothing(task: Task) -> None:
     bare = supermodel_of(task, (), sensitivities)
     supermodel = supermodel_of(task, (find_effect("guide.viscous_friction"),), sensitivities)
     local = np.asarray(task.problem.layout.local(task.start))
-    wider = carried(supermodel, Supermodel(task), local)
+    wider = transferred(supermodel, Supermodel(task), local)
     costs = [bare.costs(local, task.counts[-1]), supermodel.costs(wider, task.counts[-1])]
     np.testing.assert_allclose(*costs, rtol=SINGLE)
 
@@ -142,26 +142,26 @@ def changes(
 
 def test_products_are_those_of_whitened_rows(drops: Task) -> None:
     supermodel, whole = supermodel_of(drops, ()), drops.counts[-1]
-    yardstick = yardstick_of(supermodel, coloured(drops))
+    common_noise = common_noise_of(supermodel, coloured(drops))
     values = varied(drops, supermodel)
-    rows = whitened(yardstick.whitening, changes(supermodel, *values, whole))
+    rows = whitened(common_noise.whitening, changes(supermodel, *values, whole))
     expected = np.einsum("irt,jrt->rij", rows, rows)
-    found = yardstick.on(supermodel).grams(*values, whole)
+    found = common_noise.whitened(supermodel).grams(*values, whole)
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
-    assert yardstick.on(supermodel).costs(values[0], whole) == pytest.approx(expected[:, -1, -1], rel=EXACT)
+    assert common_noise.whitened(supermodel).costs(values[0], whole) == pytest.approx(expected[:, -1, -1], rel=EXACT)
     # The negative control: without whitening it is another sum of squares.
     assert not np.allclose(supermodel.costs(values[0], whole), expected[:, -1, -1], rtol=0.01)
 
 
 def test_products_within_stretches_add_up_and_squares_are_those_of_the_noise(drops: Task) -> None:
     supermodel, whole = supermodel_of(drops, ()), drops.counts[-1]
-    yardstick = yardstick_of(supermodel, coloured(drops))
-    seen, values = yardstick.on(supermodel), varied(drops, supermodel)
+    common_noise = common_noise_of(supermodel, coloured(drops))
+    seen, values = common_noise.whitened(supermodel), varied(drops, supermodel)
     products, squares = stretch_products(seen, *values, whole)
     assert products.shape == (2, STRETCHES, 3, 3)
     grams = seen.grams(*values, whole)
     np.testing.assert_allclose(products.sum(axis=1), grams, rtol=EXACT, atol=1e-12 * np.abs(grams).max())
-    rows = whitened(yardstick.whitening, changes(supermodel, *values, whole))
+    rows = whitened(common_noise.whitening, changes(supermodel, *values, whole))
     expected = np.einsum("irt,jrt,rt->rij", rows[:-1], rows[:-1], rows[-1] ** 2)
     np.testing.assert_allclose(squares, expected, rtol=1e-4, atol=1e-9 * np.abs(expected).max())
     # A stretch holds a sixty-fourth of each record, all channels together.
@@ -177,15 +177,15 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     supermodel, whole = supermodel_of(task, (), plain), task.counts[-1]
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     slow = tuple(Noise(of.white, of.pink, 0.0, 1000, slow=((8.0, 0.3 * of.rms(1.0, 2000.0) ** 2),)) for of in noise)
-    yardstick = yardstick_of(supermodel, slow)
+    common_noise = common_noise_of(supermodel, slow)
     local = np.asarray(task.problem.layout.local(task.start * 1.0002))
-    left = whitened(yardstick.whitening, np.asarray(residual_rows(supermodel, local, whole))[None])[0, 0]
+    left = whitened(common_noise.whitening, np.asarray(residual_rows(supermodel, local, whole))[None])[0, 0]
     directions = plain.records[0]
     every = directions.imitated(np.eye(len(directions.rows)), left.size)
-    rows = whitened(yardstick.whitening, every[:, None])[:, 0]
+    rows = whitened(common_noise.whitening, every[:, None])[:, 0]
     # The best errors, each with a prior of variance one, from one dense solve.
     wave = np.linalg.solve(rows @ rows.T + np.eye(len(rows)), rows @ left)
     cost = np.sum((left - wave @ rows) ** 2) + wave @ wave
-    assert yardstick.on(supermodel).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
+    assert common_noise.whitened(supermodel).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
     # The negative control: were only the readings counted, the errors would cost nothing.
     assert wave @ wave > 10.0 * SINGLE * cost

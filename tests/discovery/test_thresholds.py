@@ -14,8 +14,8 @@ from fibrefit.discovery import discover as search
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.engine import priors, thresholds
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.search import inputs
 from fibrefit.fitting.checks import CONVERGED
@@ -92,13 +92,13 @@ def test_an_effect_is_expected_to_be_named_at_its_gate() -> None:
         assert 0.5 * gate(parameters) - PRICE * parameters == pytest.approx(NAMED)
 
 
-def weighed(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
+def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     """A hypothesis by what is asked of it."""
     mode = SimpleNamespace(objective=0.0)
     supermodel = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
     return SimpleNamespace(
         log=log, effects=effects, shared=shared, supermodel=supermodel, evidence=SimpleNamespace(log=log, mode=mode),
-        moved_to=lambda other: weighed(other, effects), lost_to=lambda other: 0.0,
+        with_log=lambda other: fitted(other, effects), largest_loss_to=lambda other: 0.0,
     )  # fmt: skip
 
 
@@ -108,16 +108,16 @@ def effect(parameters: int) -> Any:
 
 def chosen(*gains: tuple[float, int]) -> Any:
     """What is added of candidates of such gains, in nats, and numbers of parameters."""
-    found = [weighed(gain, (effect(number),)) for gain, number in gains]
-    look: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=weighed(0.0), compared=("all",))
-    return forward_selection._chosen(look, cast(Any, SimpleNamespace(choose=None)))
+    found = [fitted(gain, (effect(number),)) for gain, number in gains]
+    ranked: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
+    return forward_selection._chosen(ranked, cast(Any, SimpleNamespace(choose=None)))
 
 
-def sobered(gain: float) -> bool:
+def overdispersion_corrected(gain: float) -> bool:
     """Whether a gain counts for less in innovations that scatter twice as much as they should."""
-    scales: Any = SimpleNamespace(inflation=lambda one, names: 2.0)
-    parent, one = weighed(0.0), weighed(gain, (effect(1),))
-    return inputs.sobered(parent, one, inputs.inflation_of(scales, parent, one)).log < gain
+    inference: Any = SimpleNamespace(overdispersion=lambda one, names: 2.0)
+    parent, one = fitted(0.0), fitted(gain, (effect(1),))
+    return inputs.overdispersion_corrected(parent, one, inputs.overdispersion_of(inference, parent, one)).log < gain
 
 
 EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range(5)))
@@ -126,7 +126,7 @@ EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range
 def of_records(log: float, *costs: float) -> Any:
     """A hypothesis by its evidence and the sum of squares that it leaves of each record."""
     mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)))
-    return Weighed((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
+    return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
 
 
 def believed(lost: float, gain: float = 50.0) -> bool:
@@ -134,7 +134,7 @@ def believed(lost: float, gain: float = 50.0) -> bool:
     parent, one = of_records(0.0, 100.0, 100.0), of_records(gain, 100.0 + 2.0 * lost, 100.0 - 2.0 * (gain + lost))
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(inputs, "occam", lambda before, after: 4.0)
-        return inputs.sobered(parent, one, 1.0).log > 0.0
+        return inputs.overdispersion_corrected(parent, one, 1.0).log > 0.0
 
 
 def test_a_gain_that_one_record_objects_to_is_none() -> None:
@@ -144,34 +144,32 @@ def test_a_gain_that_one_record_objects_to_is_none() -> None:
     assert believed(17.0, 500.0)
 
 
-def test_of_two_that_explain_the_same_none_wins_by_being_sobered_less(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypatch: pytest.MonkeyPatch) -> None:
     factors = {1: 1.4, 2: 1.0}
-    one, other = weighed(50.0, (effect(1),)), weighed(48.0, (effect(2),))
+    one, other = fitted(50.0, (effect(1),)), fitted(48.0, (effect(2),))
     for each in (one, other):
         each.names = (each.effects[0].name,)
         each.evidence.mode.steps = 1
-    scales = SimpleNamespace(
+    inference: Any = SimpleNamespace(
         again=lambda one: one,
-        refined=lambda one: None,
-        reference={},
-        inflation=lambda one, names: factors[len(one.effects[0].parameters)],
-        without=lambda one, kept: weighed(0.0),
-        first_steps_without=lambda one, kept: weighed(-1.0),
+        in_noise_of=lambda one: inference,
+        overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
+        without=lambda one, kept: fitted(0.0),
+        warm_started_without=lambda one, kept: fitted(-1.0),
     )
-    monkeypatch.setattr(comparison, "Scales", lambda *of: scales)
     monkeypatch.setattr(inputs, "occam", lambda before, after: 4.0)
-    parent = weighed(0.0)
+    parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)
-    search: Any = SimpleNamespace(context=None, scales=scales, weighed_with=lambda scales: search)
-    look = comparison.in_same_noise(search, parent, [one, other])
-    assert [found.effects for found in look.found] == [one.effects, other.effects]
+    search: Any = SimpleNamespace(context=None, inference=inference, with_inference=lambda inference: search)
+    ranked = comparison.in_same_noise(search, parent, [one, other])
+    assert [found.effects for found in ranked.found] == [one.effects, other.effects]
 
 
 def nothing_left(gap: float) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
     search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
-    look: Any = SimpleNamespace(found=(), search=search, parent=weighed(0.0, (effect(1),)))
-    return comparison._worth_following(look) == np.inf
+    ranked: Any = SimpleNamespace(found=(), search=search, parent=fitted(0.0, (effect(1),)))
+    return comparison._worth_following(ranked) == np.inf
 
 
 def an_event(share: float) -> bool:
@@ -249,12 +247,12 @@ def as_at_rest(slow: float) -> bool:
 
 def unremarked(gap: float) -> bool:
     """Whether such a gap is taken for noise where detection limits are told."""
-    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, inflation=1.0)
+    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, error_inflation=1.0)
     return limits._beyond_noise(fit) == ((), 1.0)
 
 
 def at_a_kink(share: float) -> bool:
-    """Whether a base fit is trusted from which a further step promises such a share of the cost."""
+    """Whether a base fit is trusted from which a further step predicts such a share of the cost."""
     check = Check(name="", passed=False, statistic=100.0 * share, fatal=True, identifier=CONVERGED)
     before: Any = SimpleNamespace(problem=SimpleNamespace(n_measured=100), checks=(check,))
     return not search._broken(before)
@@ -274,7 +272,7 @@ CASES = (
     Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),
     Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
     Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
-    Bracket("BEYOND_DOUBT", inputs, sobered, 90.0, 110.0),
+    Bracket("BEYOND_DOUBT", inputs, overdispersion_corrected, 90.0, 110.0),
     Bracket("OBJECTS", inputs, believed, 6.0, 10.0),
     Bracket("ENOUGH", comparison, nothing_left, 1.01, 1.03),
     Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),
@@ -284,7 +282,7 @@ CASES = (
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
     Bracket("FEWEST_ORDINATES", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
-    Bracket("APART", plan, lambda x: plan.told_apart(x) > 0.5, 6.0, 4.0),
+    Bracket("APART", plan, lambda x: plan.probability_distinguished(x) > 0.5, 6.0, 4.0),
     Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
     Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
     Bracket("ACTS", free_form, lambda x: free_form.acting(np.repeat([x, 1.0], 5)) is not None, 0.15, 0.3),
@@ -294,7 +292,7 @@ CASES = (
 
 
 def changes(share: float) -> tuple:
-    return forward_selection._changes(weighed(0.0, friction=4.0), weighed(0.0, friction=4.0 * (1.0 + share)))
+    return forward_selection._changes(fitted(0.0, friction=4.0), fitted(0.0, friction=4.0 * (1.0 + share)))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

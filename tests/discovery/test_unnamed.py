@@ -1,4 +1,4 @@
-"""When a law of no name is weighed against effects, and what it has to do to take their place."""
+"""When a law of no name is compared against effects, and what it has to do to take their place."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Bench:
         monkeypatch.setattr(module, "curves_beyond", self.curves)
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
-        monkeypatch.setattr(module, "weighed_about", self.about)
+        monkeypatch.setattr(module, "fitted_about", self.about)
 
     def alarms(self, search: Any, one: Model) -> list[Alarm]:
         self.searches.append(search)
@@ -63,7 +63,7 @@ class Bench:
         return ["a curve"]
 
     def about(self, search: Any, other: Model) -> Model:
-        # A later look has another noise, in which nats count from elsewhere.
+        # A later round has another noise, in which nats count from elsewhere.
         return replace(other, log=other.log + self.elsewhere)
 
     @staticmethod
@@ -71,24 +71,24 @@ class Bench:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
-        look = Comparison(cast(Any, None), cast(Any, parent), ())
+        comparison = Comparison(cast(Any, None), cast(Any, parent), ())
         base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
-        return unnamed(look, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
+        return unnamed(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
 
 
 BASE = Model((), 0.0)
 
 
 @pytest.mark.parametrize(
-    ("gain", "left", "weighed", "there"),
+    ("gain", "left", "fitted", "there"),
     [(17.0, 60.0, True, True), (17.0, 80.0, True, False), (95.0, 1.0, True, False), (17.0, 0.0, False, False)],
 )
 def test_a_law_has_to_gain_what_the_effect_does_and_what_is_left_beside_it(
-    monkeypatch: pytest.MonkeyPatch, gain: float, left: float, weighed: bool, there: bool
+    monkeypatch: pytest.MonkeyPatch, gain: float, left: float, fitted: bool, there: bool
 ) -> None:
     bench = Bench(monkeypatch, **{TOE.name: left})
     found = bench.asked(BASE, Model((TOE,), gain))
-    assert (bool(bench.ports), found is not None) == (weighed, there)
+    assert (bool(bench.ports), found is not None) == (fitted, there)
     if found is not None:
         assert (found.law[0].names, found.law[1], found.curves) == ((LAW.name,), "told", ["a curve"])
 
@@ -132,7 +132,7 @@ def test_a_law_has_to_be_beyond_doubt_better_and_its_forms_are_paid_for(
     assert (bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), WORTH - less)) is not None) is there
 
 
-def test_two_effects_are_weighed_in_the_noise_of_the_first_look_before_a_law_takes_their_place(
+def test_two_effects_are_compared_in_the_noise_of_the_first_look_before_a_law_takes_their_place(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     bench = Bench(monkeypatch)
@@ -149,7 +149,7 @@ def test_a_law_that_leaves_more_than_noise_takes_no_place(monkeypatch: pytest.Mo
 class Removing:
     """A search whose models, with one effect less, are the base."""
 
-    scales = SimpleNamespace(without=lambda best, rest: Model(tuple(rest), 0.0))
+    inference = SimpleNamespace(without=lambda best, rest: Model(tuple(rest), 0.0))
 
 
 def in_place(monkeypatch: pytest.MonkeyPatch, gain: float, effects: Any = (TOE,), **left: float) -> Any:

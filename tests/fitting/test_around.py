@@ -13,7 +13,7 @@ from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.search import around
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, collected, search, sobol_starts
-from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, gram_at
+from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Descent, Stopping, gram_at
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -26,14 +26,14 @@ LIFT, SLOPE, SEED, FEW = 7.5e-3, math.radians(74.0), 97, 4
 
 
 @pytest.fixture(scope="module")
-def led_astray(tmp_path_factory: pytest.TempPathFactory) -> tuple[Task, dict[str, float]]:
+def in_wrong_minimum(tmp_path_factory: pytest.TempPathFactory) -> tuple[Task, dict[str, float]]:
     """A drop and its truth, of which all starts end beside it."""
     random = np.random.default_rng(SEED)
     truth = {name: usual * math.exp(0.02 * random.normal()) for name, usual in USUAL.items()}
     truth["release"] = random.uniform(0.1, 0.3)
     name = f"drop_{1e3 * LIFT:g}mm.csv"
     one = made.record(name, LIFT, seed=SEED, inclination=SLOPE, samples=2000, loud=0.5, **truth)
-    study = made.study(tmp_path_factory.mktemp("astray"), (LIFT,), own=['inclination = "74 deg"'])
+    study = made.study(tmp_path_factory.mktemp("wrong_minimum"), (LIFT,), own=['inclination = "74 deg"'])
     return formulate(study, [one], Model(RIGS["fibre_mass"])), truth
 
 
@@ -47,9 +47,9 @@ def searched(task: Task) -> Starts:
 
 
 def test_what_all_starts_agree_on_is_left_for_a_lower_minimum_beside_it(
-    led_astray: tuple[Task, dict[str, float]],
+    in_wrong_minimum: tuple[Task, dict[str, float]],
 ) -> None:
-    task, truth = led_astray
+    task, truth = in_wrong_minimum
     alone = searched(task)
     assert alone.agreeing == FEW
     found = searched_nearby(task.problem, alone, task.counts[-1:])
@@ -65,9 +65,9 @@ def test_what_all_starts_agree_on_is_left_for_a_lower_minimum_beside_it(
 
 
 def test_few_of_many_samples_find_it_too(
-    led_astray: tuple[Task, dict[str, float]], monkeypatch: pytest.MonkeyPatch
+    in_wrong_minimum: tuple[Task, dict[str, float]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    task, _ = led_astray
+    task, _ = in_wrong_minimum
     alone = searched(task)
     every = searched_nearby(task.problem, alone, task.counts[-1:])
     monkeypatch.setattr(around, "thinning", lambda problem: 2)
@@ -76,8 +76,8 @@ def test_few_of_many_samples_find_it_too(
     assert FEW < few.planned < every.planned
 
 
-def test_a_fit_says_that_starts_ended_in_several(led_astray: tuple[Task, dict[str, float]]) -> None:
-    task, _ = led_astray
+def test_a_fit_says_that_starts_ended_in_several(in_wrong_minimum: tuple[Task, dict[str, float]]) -> None:
+    task, _ = in_wrong_minimum
     found = identify(task, FEW)
     (check,) = [check for check in found.checks if check.identifier == "starts"]
     assert check.facts["others"] >= FEW
@@ -85,20 +85,20 @@ def test_a_fit_says_that_starts_ended_in_several(led_astray: tuple[Task, dict[st
 
 
 def test_what_comes_back_to_the_best_minimum_is_followed_no_further(
-    led_astray: tuple[Task, dict[str, float]], task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
+    in_wrong_minimum: tuple[Task, dict[str, float]], task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     followed, asked = around.descend_all, list[tuple[float, int]]()
 
-    def seen(problem: Problem, free: Any, width: Any, counts: Any, active: Any, care: Care) -> Descent:
-        asked.append((float(care.near), int(np.sum(active))))
-        return followed(problem, free, width, counts, active, care)
+    def seen(problem: Problem, free: Any, width: Any, counts: Any, active: Any, stopping: Stopping) -> Descent:
+        asked.append((float(stopping.near), int(np.sum(active))))
+        return followed(problem, free, width, counts, active, stopping)
 
     monkeypatch.setattr(around, "descend_all", seen)
     searched_nearby(task.problem, found.starts, task.counts[-1:])
     assert asked == [(FOR_A_HORIZON, STARTS_AT_ONCE)]
     asked.clear()
     # Where another minimum is lower, those that come into it are followed to its end.
-    led, _ = led_astray
+    led, _ = in_wrong_minimum
     lower = searched_nearby(led.problem, searched(led), led.counts[-1:])
     assert {near for near, _ in asked} == {FOR_A_HORIZON, TO_THE_END}
     normal = gram_at(led.problem, lower.values[int(np.argmin(lower.cost))])

@@ -114,19 +114,19 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     def estimate(name: str) -> Any:
         return SimpleNamespace(name=name, seen=SimpleNamespace(raw=True), evidence=SimpleNamespace(mode=mode))
 
-    def settled(*of: Any) -> Any:
+    def at_mode(*of: Any) -> Any:
         time.sleep(0.2)
         return estimate(next(names))
 
     mode = SimpleNamespace(unknowns=None, place=None, sigma=None)
     lefts = {"a": 9.0, "b": 4.0, "c": 2.0, "d": 1.5}
-    monkeypatch.setattr(gls, "_settled", settled)
+    monkeypatch.setattr(gls, "_at_mode", at_mode)
     monkeypatch.setattr(gls, "_seen", lambda *of: None)
-    monkeypatch.setattr(gls, "_look", lambda _, found: gls._Look(found, True, 0.5, lefts[found.name]))
+    monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))
 
     def kept(seconds: float) -> str:
         with time_limit(seconds):
-            found = gls._looked(cast(Any, None), cast(Any, None), estimate("a"), True)
+            found = gls._relinearised(cast(Any, None), cast(Any, None), estimate("a"), True)
         return cast(Any, found).name
 
     # Two more are made, as there is no time for a third one.

@@ -16,11 +16,11 @@ from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search import multistart
 from fibrefit.fitting.search.multistart import (
-    LOST,
+    FAR_ABOVE,
     SAME_BASIN,
-    Pace,
+    HorizonSchedule,
     Searched,
-    _are_lost,
+    _far_above_best,
     _leaders,
     as_long_as_needed,
     collected,
@@ -28,7 +28,7 @@ from fibrefit.fitting.search.multistart import (
     sobol_starts,
 )
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import TO_THE_END, Care, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import FEWEST_KEPT, thinning
 from fibrefit.fitting.search.trust_region import TrustRegion
 from fibrefit.problem.statement.layout import Layout, Slot
@@ -59,9 +59,9 @@ def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(tas
 
 def test_a_start_far_from_what_another_explains_is_given_up() -> None:
     np.testing.assert_array_equal(
-        _are_lost(np.array([1.0, 0.9 * LOST, 1.1 * LOST, np.inf])), [False, False, True, True]
+        _far_above_best(np.array([1.0, 0.9 * FAR_ABOVE, 1.1 * FAR_ABOVE, np.inf])), [False, False, True, True]
     )
-    assert not _are_lost(np.full(3, np.inf)).any()
+    assert not _far_above_best(np.full(3, np.inf)).any()
 
 
 def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
@@ -92,8 +92,8 @@ def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(long_task
     assert near.max() <= length_of(short) <= LONG // 2
     same = gram_at(problem.until(near[0]), long_task.start)
     np.testing.assert_allclose(gram_at(short.until(near[0]), long_task.start), same, rtol=1e-9)
-    pace = Pace.of(long_task, often=True)
-    cut = search(problem, began, long_task.horizons, lambda _: None, pace=pace).descent
+    schedule = HorizonSchedule.of(long_task, often=True)
+    cut = search(problem, began, long_task.horizons, lambda _: None, schedule=schedule).descent
     # Arrays of another length are summed in another order: that they were used shows in last digits.
     assert not np.array_equal(cut.free, plain.free)
     width = widths(problem, plain.free[0])
@@ -102,7 +102,7 @@ def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(long_task
 
 def test_a_horizon_has_arrays_of_its_own_where_that_spares_more_than_compiling_takes(long_task: Task) -> None:
     problem, near = long_task.problem, long_task.horizons[:1, 0]
-    worth = Pace.of(long_task).spared
+    worth = HorizonSchedule.of(long_task).spared
     spared = length_of(problem) - length_of(as_long_as_needed(problem, near, 0))
     for samples, cut in ((5e5, False), (2e6, True)):
         starts = np.repeat(near, round(samples / spared), axis=0)
@@ -174,7 +174,7 @@ def with_data(problem: Problem, data: Observations) -> Problem:
 
 def test_starts_take_no_more_steps_than_they_are_given(task: Task, found: Identification) -> None:
     began = task.problem.layout.free(found.starts.values[:1] * 1.3)
-    few = search(task.problem, began, task.horizons, lambda _: None, pace=Pace(steps=2)).descent
+    few = search(task.problem, began, task.horizons, lambda _: None, schedule=HorizonSchedule(steps=2)).descent
     enough = search(task.problem, began, task.horizons, lambda _: None).descent
     assert few.steps[0] <= 2 * task.horizons.shape[1] < enough.steps[0]
 
@@ -190,13 +190,13 @@ def test_rounding_of_the_cost_holds_no_descent_up(task: Task, found: Identificat
     width = widths(task.problem, free)
     away = free + 3.0 * width * np.random.default_rng(0).choice([-1.0, 1.0], (8, layout.size))
     starts, counts = np.resize(away, (8, layout.size)), np.tile(task.counts[-1], (8, 1))
-    ended = descend_all(task.problem, starts, width, counts, np.ones(8, dtype=bool), Care(np.asarray(TO_THE_END)))
+    ended = descend_all(task.problem, starts, width, counts, np.ones(8, dtype=bool), Stopping(np.asarray(TO_THE_END)))
     # Quadratic convergence from three errors away: what more there is would be steps that rounding refuses.
     assert np.max(np.asarray(ended.steps)) <= MOST_FROM_NEARBY
     np.testing.assert_allclose(np.asarray(ended.free), np.tile(free, (8, 1)), atol=1e-2 * width.min())
 
 
-def test_a_step_that_promises_less_than_rounding_is_taken_and_the_next_is_shorter() -> None:
+def test_a_step_predicted_to_gain_less_than_rounding_is_taken_and_the_next_is_shorter() -> None:
     flat = optx.FunctionInfo.ResidualJac(jnp.array([1e2]), lx.MatrixLinearOperator(jnp.array([[1e-12]])))
     higher = optx.FunctionInfo.Eval(flat.as_min() * (1.0 + 1e-14))
     for rounding, taken in ((0.0, False), (1e-12, True)):

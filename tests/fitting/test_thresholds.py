@@ -66,12 +66,12 @@ def all_known(minima: int) -> bool:
     return judge.starts_agree(starts(basin, [1.0 if b == 0 else 2.0 for b in basin])).passed
 
 
-def reached(promised: float) -> bool:
-    """Whether a mode from which such a fall is promised is the estimate."""
-    found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(promised=promised))
+def reached(predicted_reduction: float) -> bool:
+    """Whether a mode of which such a reduction is predicted is the estimate."""
+    found = SimpleNamespace(log=0.0, spread=np.ones(1), mode=SimpleNamespace(predicted_reduction=predicted_reduction))
     seen: Any = SimpleNamespace(gram=lambda _: None)
-    with patch.object(gls, "weigh", lambda *_: found):
-        return gls._weighed(cast(Any, None), cast(Any, None), seen, None) is not None
+    with patch.object(gls, "laplace_evidence", lambda *_: found):
+        return gls._laplace_evidence(cast(Any, None), cast(Any, None), seen, None) is not None
 
 
 def tied(correlation: float, value: float = 4.0) -> list[str]:
@@ -149,19 +149,19 @@ def worthwhile(ratio: float) -> bool:
     return found.identifier == "further_record"
 
 
-def look(share: float, left: float) -> gls._Look:
+def linearisation(share: float, left: float) -> gls._Linearisation:
     """One in which such a share of the samples counts, and so much is left of all."""
-    return gls._Look(cast("Any", None), False, share, left)
+    return gls._Linearisation(cast("Any", None), False, share, left)
 
 
 def more_counts(number: int) -> bool:
     """Whether one look more is made where in each of so many more samples count."""
-    return gls._tells_more([look(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
+    return gls._tells_more([linearisation(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
 
 
 CASES = (
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
-    Bracket("SETTLED_FIT", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
+    Bracket("FIT_TOLERANCE", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
     Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
     Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),
     Bracket(
@@ -169,8 +169,14 @@ CASES = (
     ),
     Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
-    Bracket("MOST_LOOKS", gls, lambda x: more_counts(int(x)), 7, 9),
-    Bracket("FALLS", gls, lambda x: gls._tells_more([look(0.5, 4.0), look(0.5, 4.0 * x)], True), 0.85, 0.95),
+    Bracket("MOST_LINEARISATIONS", gls, lambda x: more_counts(int(x)), 7, 9),
+    Bracket(
+        "FALLS",
+        gls,
+        lambda x: gls._tells_more([linearisation(0.5, 4.0), linearisation(0.5, 4.0 * x)], True),
+        0.85,
+        0.95,
+    ),
     Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("DIVERGED", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),

@@ -12,7 +12,12 @@ import pytest
 
 from fibrefit.fitting.checks import converged
 from fibrefit.fitting.identify import identify
-from fibrefit.fitting.search.with_input_errors import SETTLED, linearised_in_errors, noise_left, with_input_errors
+from fibrefit.fitting.search.with_input_errors import (
+    REDUCTION_TOLERANCE,
+    linearised_in_errors,
+    noise_left,
+    with_input_errors,
+)
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors, no_errors
 from fibrefit.rigs.catalogue import RIGS
@@ -25,9 +30,9 @@ TRUTH = {"stiffness": 14693.386, "damping": 26.943, "friction": 3.951}
 
 
 def test_a_descent_ends_where_it_is_judged_to_have_arrived() -> None:
-    assert converged(SETTLED, True, rough=True).passed
-    assert not converged(1.01 * SETTLED, True, rough=True).passed
-    assert not converged(SETTLED, True).passed
+    assert converged(REDUCTION_TOLERANCE, True, rough=True).passed
+    assert not converged(1.01 * REDUCTION_TOLERANCE, True, rough=True).passed
+    assert not converged(REDUCTION_TOLERANCE, True).passed
 
 
 def test_a_measured_drive_with_noise_leaves_neither_bias_nor_gap() -> None:
@@ -144,7 +149,7 @@ def test_a_model_that_lacks_much_is_left_with_its_inputs_as_they_were_measured()
     lacking = replace(task, problem=eqx.tree_at(lambda p: p.observations.measured, task.problem, louder))
     found = with_input_errors(lacking, input_errors(lacking), start)
     assert not np.any(found.coefficients["drive"])
-    assert found.promised == 0.0
+    assert found.predicted_reduction == 0.0
 
 
 def test_errors_that_explain_nothing_are_no_place_to_begin() -> None:

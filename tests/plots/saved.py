@@ -9,7 +9,9 @@ import numpy as np
 
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.fitting.result import Identification
-from fibrefit.plots import Figures, discovery_figures, fit_figures
+from fibrefit.plots.discovery import discovery_figures
+from fibrefit.plots.figures import Figures
+from fibrefit.plots.fit import fit_figures
 from fibrefit.plots.fitted import Fitted
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary

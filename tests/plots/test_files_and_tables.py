@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 import fibrefit.plots
-from fibrefit.plots import save_figures, table_figure
 from fibrefit.plots.lines import MOST, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.save import LONGEST_STEM, figure_file, file_names
+from fibrefit.plots.save import LONGEST_STEM, figure_file, file_names, save_figures
 from fibrefit.plots.style import axes_at, logarithmic, new_figure
+from fibrefit.plots.table import table_figure
 from fibrefit.records import read_record, read_table
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -18,10 +18,10 @@ from PIL import Image, ImageColor
 
 from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
-from fibrefit.plots import fit_figures, save_figures, small_png
 from fibrefit.plots.certainty import correlation_figure, correlations
-from fibrefit.plots.fit import MOST_RECORDS
-from fibrefit.plots.save import figure_file
+from fibrefit.plots.fit import MOST_RECORDS, fit_figures
+from fibrefit.plots.save import figure_file, save_figures
+from fibrefit.plots.shrink import small_png
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import VERMILLION, caption_of
@@ -156,7 +156,7 @@ def test_correlations_leave_out_what_is_not_determined() -> None:
 def test_the_reported_interval_stands_out(found: Identification, figures: dict[str, Figure]) -> None:
     said = texts(figures["errors"])
     assert said.count("(reported)") == 3
-    assert f"The reported error bars are {found.inflation:.2g} times those under white noise" in said
+    assert f"The reported error bars are {found.error_inflation:.2g} times those under white noise" in said
     for method in ("white (i.i.d.) noise", "whitened (GLS) (reported)", "not whitened (OLS)"):
         assert method in said
 
@@ -288,7 +288,8 @@ def test_nothing_global_is_touched(found: Identification) -> None:
 
 
 def test_drawing_needs_neither_pyplot_nor_jax() -> None:
-    code = "import sys; import fibrefit.plots; print({'matplotlib.pyplot', 'jax'} & set(sys.modules))"
+    loads = "import sys; import fibrefit.plots.fit, fibrefit.plots.save"
+    code = f"{loads}; print({{'matplotlib.pyplot', 'jax'}} & set(sys.modules))"
     root = Path(__file__).resolve().parents[2]
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
     assert done.stdout.strip() in ("set()", "{'jax'}")

@@ -8,7 +8,8 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
-from fibrefit.plots import save_figures, table_figure
+from fibrefit.plots.save import save_figures
+from fibrefit.plots.table import table_figure
 from fibrefit.records import read_table
 
 RECORD = Path(__file__).resolve().parents[2] / "configs" / "drop_series" / "drop_10mm_90deg.csv"

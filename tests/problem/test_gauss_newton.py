@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, lsq_linear
 
-from fibrefit.problem.estimate.gauss_newton import NOTICED, SETTLED_FALL, Effort, mode
+from fibrefit.problem.estimate.gauss_newton import MODE_TOLERANCE, NOTICED, Effort, mode
 from fibrefit.problem.estimate.normal_equations import (
     Place,
     PosteriorMode,
@@ -49,7 +49,7 @@ def test_the_mode_is_that_of_a_dense_solve(scattering: tuple[int, ...]) -> None:
     assert found.steps <= 4
 
 
-def test_where_slopes_are_no_numbers_nothing_is_promised() -> None:
+def test_where_slopes_are_no_numbers_nothing_is_predicted() -> None:
     # Those that were predicted on the way are; those simulated at its end are not, though the motion has a cost.
     of, linear = unknowns(()), Linear.drawn(1, TRUTH)
 
@@ -66,7 +66,7 @@ def test_where_slopes_are_no_numbers_nothing_is_promised() -> None:
             return found
 
     found = mode(of, begun(of), Predicted(), np.zeros(0), ARRIVED)
-    assert found.normal.cost == found.promised == np.inf
+    assert found.normal.cost == found.predicted_reduction == np.inf
 
 
 def test_matrices_are_those_of_the_columns() -> None:
@@ -164,16 +164,16 @@ def test_a_start_outside_its_bounds_is_brought_in() -> None:
     assert found.place.z[1] == 0.5
 
 
-def test_the_promised_fall_is_the_fall() -> None:
+def test_the_predicted_reduction_is_the_fall() -> None:
     of, sigma = unknowns(), np.array([0.05])
     linear = Linear.drawn(8, TRUTH, scatter=0.05)
-    # Settled at any promise: nothing is done, and the first step's promise is told.
-    begin = mode(of, begun(of), linear.gram, sigma, settled=np.inf)
+    # At any tolerance nothing is done, and the predicted reduction of the first step is returned.
+    begin = mode(of, begun(of), linear.gram, sigma, tolerance=np.inf)
     assert begin.steps == 1
     # The damping of the first step, 1e-4, costs its square.
-    assert begin.promised == pytest.approx(begin.objective - dense(linear, of, sigma)[1], rel=1e-4)
+    assert begin.predicted_reduction == pytest.approx(begin.objective - dense(linear, of, sigma)[1], rel=1e-4)
     end = mode(of, begun(of), linear.gram, sigma)
-    assert 0.0 <= end.promised <= SETTLED_FALL
+    assert 0.0 <= end.predicted_reduction <= MODE_TOLERANCE
 
 
 def test_what_no_record_sees_stays() -> None:
@@ -184,7 +184,7 @@ def test_what_no_record_sees_stays() -> None:
     start = begun(of, records=2)._replace(own=np.full((2, 2), 0.3))
     found = mode(of, start, blind.gram, np.zeros(0), ARRIVED)
     np.testing.assert_array_equal(found.place.own[:, 1], 0.3)
-    assert found.promised < SETTLED_FALL
+    assert found.predicted_reduction < MODE_TOLERANCE
 
 
 def test_where_slopes_are_no_numbers_a_start_is_lost_and_nothing_fails() -> None:
@@ -286,7 +286,7 @@ def test_a_step_that_leads_nowhere_is_not_taken() -> None:
     found = mode(of, begun(of), gram_of(walled), np.zeros(0))
     assert np.isfinite(found.objective)
     assert found.place.z[0] <= 0.2
-    assert found.objective < mode(of, begun(of), gram_of(walled), np.zeros(0), settled=np.inf).objective
+    assert found.objective < mode(of, begun(of), gram_of(walled), np.zeros(0), tolerance=np.inf).objective
 
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf])
@@ -302,21 +302,21 @@ def test_a_motion_that_is_lost_at_the_start_is_told_and_not_raised(lost: float) 
 
 
 @pytest.mark.parametrize("share", [1e-6, 1e-3, 0.1, 0.5, 0.8])
-def test_a_step_has_the_size_of_the_radius_and_promises_less_the_shorter_it_is(share: float) -> None:
+def test_a_step_has_the_size_of_the_radius_and_is_predicted_to_gain_less_the_shorter_it_is(share: float) -> None:
     of, linear = unknowns(), Linear.drawn(11, TRUTH)
     at = PosteriorMode(of, begun(of), arrowhead(of, begun(of), linear.gram), np.array([0.05]), np.inf, 1)
     whole = step_within(at, 1e9)
     shorter = step_within(at, share * whole.size)
     assert shorter.size == pytest.approx(share * whole.size, rel=0.11)
     # Q along any way falls at most as it does at its start.
-    assert 0.0 < shorter.promised < min(whole.promised, shorter.slope)
+    assert 0.0 < shorter.predicted_reduction < min(whole.predicted_reduction, shorter.slope)
     here = penalty(of, shorter.place, at.sigma) + np.sum(linear.residuals(local_of(of, shorter.place)) ** 2)
-    assert at.objective - here == pytest.approx(shorter.promised, rel=1e-4)
+    assert at.objective - here == pytest.approx(shorter.predicted_reduction, rel=1e-4)
 
 
 def test_after_a_rise_the_radius_is_where_a_parabola_is_lowest() -> None:
     # Q falls as 4 t - 10 t^2 along a step of size 3: a fall of -6 at its end, most at t = 0.2.
-    step = DampedStep(begun(unknowns()), promised=2.0, slope=4.0, size=3.0)
+    step = DampedStep(begun(unknowns()), predicted_reduction=2.0, slope=4.0, size=3.0)
     assert radius_after(step, -6.0, 5.0) == pytest.approx(0.6)
     assert radius_after(step, -1e6, 5.0) == radius_after(step, np.nan, 5.0) == pytest.approx(3.0 * SHORTEST_STEP)
     assert radius_after(step, 1.0, 5.0) == 5.0
@@ -339,7 +339,7 @@ def test_what_creeps_is_left_and_what_is_worth_nothing_given_up() -> None:
     assert mode(of, begun(of), misled, nothing, effort=given_up).steps == 6
     # What does not creep ends where it ended.
     easy = [mode(of, begun(of), linear.gram, nothing, effort=effort) for effort in (Effort(), Effort(patience=2))]
-    assert easy[0].objective == pytest.approx(easy[1].objective, abs=SETTLED_FALL)
+    assert easy[0].objective == pytest.approx(easy[1].objective, abs=MODE_TOLERANCE)
 
 
 def test_of_several_places_it_goes_on_from_the_one_that_leads_lowest() -> None:

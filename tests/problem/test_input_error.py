@@ -215,16 +215,16 @@ def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
         )
 
 
-def test_the_best_errors_lower_the_cost_as_promised(task: Task, known: dict[str, InputErrors]) -> None:
+def test_the_best_errors_lower_the_cost_as_predicted(task: Task, known: dict[str, InputErrors]) -> None:
     parts = expanded(task.problem, known, task.start, no_errors(known))
     residuals = np.stack([residuals for residuals, _, _ in parts])
     seen = weighted_sensitivities(no_errors(known), [rows for _, _, rows in parts], np.ones(residuals.shape))
     left, waves = without_input_errors(seen, residuals.reshape(len(parts), 1, -1))
     after = np.asarray(corrected(task.problem, known, {"drive": -waves[:, 0]}).residuals(jnp.asarray(task.start)))
     before, cost = np.sum(residuals**2), np.sum(after**2) + np.sum(waves**2)
-    promised = before - np.sum(left**2) - np.sum(waves**2)
-    assert promised > 0.1 * before
-    assert before - cost == pytest.approx(promised, rel=0.05)
+    predicted_reduction = before - np.sum(left**2) - np.sum(waves**2)
+    assert predicted_reduction > 0.1 * before
+    assert before - cost == pytest.approx(predicted_reduction, rel=0.05)
 
 
 def test_what_counts_in_full_is_what_the_linearised_problem_foretells() -> None:

@@ -19,7 +19,7 @@ from fibrefit.problem.estimate.evidence import (
     MANY,
     MarginalLikelihood,
     laplace,
-    weigh,
+    laplace_evidence,
 )
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode, Unknowns, arrowhead
@@ -56,7 +56,7 @@ def exact(linear: Linear, of: Unknowns, sigma: np.ndarray) -> float:
 
 
 def weighed(linear: Linear, of: Unknowns, **start: np.ndarray) -> MarginalLikelihood:
-    return weigh(of, begun(of, records=len(linear.slopes)), linear.gram, settled=1e-9, **start)
+    return laplace_evidence(of, begun(of, records=len(linear.slopes)), linear.gram, tolerance=1e-9, **start)
 
 
 def agreeing(found: MarginalLikelihood) -> float:
@@ -105,7 +105,7 @@ def test_where_it_was_linearised_does_not_matter_to_a_linear_model() -> None:
     np.testing.assert_allclose(away.spread, found.spread, rtol=1e-3)
 
 
-def test_what_slopes_promise_and_no_step_brings_is_no_evidence() -> None:
+def test_what_slopes_predict_and_no_step_brings_is_no_evidence() -> None:
     """Q with a kink: slopes say that it falls, and it rises wherever one goes."""
     of, linear = unknowns(()), Linear.drawn(2, TRUTH, loud=10.0)
     start = begun(of)
@@ -116,7 +116,7 @@ def test_what_slopes_promise_and_no_step_brings_is_no_evidence() -> None:
         grams[:, -1, -1] += 1e6 * float(np.abs(local - here.local).max() > 0.0)
         return grams
 
-    best, stuck = weighed(linear, of), weigh(of, start, kinked, settled=1e-9)
+    best, stuck = weighed(linear, of), laplace_evidence(of, start, kinked, tolerance=1e-9)
     fall = here.objective - best.mode.objective
     assert fall > 10.0
     assert stuck.mode.unmet == pytest.approx(fall, rel=1e-4)

@@ -51,7 +51,7 @@ def weighed(logs: np.ndarray) -> weighing.MarginalLikelihood:
         return rows[:, :, None] * rows[:, None, :]
 
     start = place_of(unknowns(), np.ones((RECORDS, 1)))
-    return weighing.weigh(unknowns(), start, gram)
+    return weighing.laplace_evidence(unknowns(), start, gram)
 
 
 def test_a_mixture_of_one_is_normal_and_of_two_lies_between() -> None:

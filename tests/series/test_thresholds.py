@@ -47,15 +47,15 @@ def outliers(share: float) -> bool:
     return found is not None and len(found.outliers) == odd
 
 
-def stray(chance: float) -> bool:
+def outlier(chance: float) -> bool:
     """Whether a record is named that so large a share of series would have by chance."""
     values = np.random.default_rng(0).standard_normal(NUMBER)
     values[7] += 6.0
     line = trends._line(ORDER.values, values, np.zeros(NUMBER), np.full(NUMBER, 0.1))
     assert line is not None
-    found = trends._stray(line, cast(Any, 1e-9))
+    found = trends._outlier(line, cast(Any, 1e-9))
     assert found is not None
-    return trends._stray(line, cast(Any, 1e-9 * chance / found[2])) is not None
+    return trends._outlier(line, cast(Any, 1e-9 * chance / found[2])) is not None
 
 
 def line_of(records: int) -> bool:
@@ -82,7 +82,7 @@ CASES = (
     Bracket("SIMPLER_LAW", models, lambda x: simpler(law(50.0, 2), law(50.0 - x, 1)), 0.8, 1.3),
     Bracket("MOST_LAWS", models, lambda n: models._may_grow(SimpleNamespace(effects=(None,) * int(n)), 1), 2, 3),
     Bracket("SIGNIFICANT", trends, lambda x: trends.Trend.found.fget(SimpleNamespace(chance_corrected=x)), 0.04, 0.07),
-    Bracket("STRAY", trends, stray, 0.008, 0.013),
+    Bracket("OUTLIER", trends, outlier, 0.008, 0.013),
     Bracket("FEWEST_RECORDS", trends, lambda n: line_of(int(n)), 4, 3),
     Bracket("MOST_OUTLIERS", trends, outliers, 0.1, 0.15),
     Bracket("LOGARITHMIC", population, logarithmic, 0.25, 0.4),

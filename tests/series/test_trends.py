@@ -55,7 +55,7 @@ def test_a_stray_record_is_named_and_left_out() -> None:
     values[7] += 6.0
     line = trend_of(NAMES, Quantity("damping", "N s/m", values, clean.errors), LIFT)
     assert line is not None
-    assert [stray.record for stray in line.outliers] == ["record 7"]
+    assert [outlier.record for outlier in line.outliers] == ["record 7"]
     assert line.outliers[0].score > 5.0
     assert line.records == NUMBER - 1
     assert line.slope_interval_95[0] < 200.0 < line.slope_interval_95[1]

@@ -127,7 +127,7 @@ def _ticks(pid: int) -> int:
 
 def items_of(folder: Path) -> dict[str, BatchItem]:
     """What is done, by the names of the records."""
-    from fibrefit.plots import file_names
+    from fibrefit.plots.save import file_names
 
     names = [one.name for one in known(folder)]
     of_folder, found = dict(zip(file_names(names), names, strict=True)), {}

@@ -36,7 +36,7 @@ def test_nothing_is_left_but_noise_and_every_check_passes(demonstration: Fit) ->
 
 
 def test_error_bars_of_correlated_noise_are_wider_and_said_to_be(demonstration: Fit) -> None:
-    assert 1.5 < demonstration.identification.inflation < 10.0
+    assert 1.5 < demonstration.identification.error_inflation < 10.0
     assert "times as wide" in " ".join(demonstration.report().split())
 
 

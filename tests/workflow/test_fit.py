@@ -11,7 +11,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-import fibrefit.plots
+import fibrefit.plots.save
 from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.core.formats import FIGURES
 from fibrefit.fitting.result import total
@@ -134,7 +134,7 @@ def test_a_failure_while_writing_leaves_nothing(fit: Fit, tmp_path: Path, monkey
     def fail(*_: object) -> None:
         raise OSError("the disk is full")
 
-    monkeypatch.setattr(fibrefit.plots, "save_figures", fail)
+    monkeypatch.setattr(fibrefit.plots.save, "save_figures", fail)
     with pytest.raises(OSError, match="full"):
         fit.save(tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
@@ -143,7 +143,7 @@ def test_a_failure_while_writing_leaves_nothing(fit: Fit, tmp_path: Path, monkey
 def test_a_failure_leaves_the_earlier_result_alone(fit: Fit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fit.save(tmp_path / "out")
     before = (tmp_path / "out" / "summary.json").read_bytes()
-    monkeypatch.setattr(fibrefit.plots, "save_figures", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    monkeypatch.setattr(fibrefit.plots.save, "save_figures", lambda *_: (_ for _ in ()).throw(OSError("full")))
     with pytest.raises(OSError, match="full"):
         fit.save(tmp_path / "out", force=True)
     assert (tmp_path / "out" / "summary.json").read_bytes() == before

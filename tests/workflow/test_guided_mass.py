@@ -61,7 +61,7 @@ def test_a_force_that_is_logged_wrongly_widens_the_errors_to_what_is_true() -> N
     for name, value in TRUE.items():
         low, high = found.parameters[name].interval_95
         assert low < value < high, f"{name}: {low:.4g} to {high:.4g}"
-    assert found.identification.inflation > 3.0
+    assert found.identification.error_inflation > 3.0
     failed = {check.identifier: check.about for check in found.identification.checks if not check.passed}
     assert failed["residual_size"] == "model"
     assert "discrepancy" in found.parameters["mass"].std_errors
@@ -174,7 +174,7 @@ def test_a_public_record_gives_the_published_values(tmp_path: Path) -> None:
         estimate = base.parameters[name]
         assert estimate.value == pytest.approx(value, rel=share)
         assert estimate.interval_95[0] < value < estimate.interval_95[1]
-    assert base.identification.inflation > 5.0
+    assert base.identification.error_inflation > 5.0
     # Published: 4.08 % becomes 3.11 %.
     assert balance(shaped) / balance(base) == pytest.approx(3.11 / 4.08, abs=0.06)
 

@@ -16,8 +16,8 @@ from fibrefit.cli.main import group
 from fibrefit.core.errors import StudyError
 from fibrefit.core.progress import quiet
 from fibrefit.discovery.comparison import Comparison
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.secant import SecantGram
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.laws.functions_of_speed import DampingSpeedExponent
 from fibrefit.problem.estimate.evidence import laplace
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -155,28 +155,28 @@ def test_a_law_that_stood_in_for_another_one_is_left_out_once_that_is_found(
     search, base, true = found.search, found.constant, found.law
     later = next(law.effect for law in LAWS if law.parameter == "friction")
     # The true law, found after one of the friction, of which there is none.
-    stand_in = search.scales.absent(base, true.supermodel, (later,), 10.0)
-    both = search.scales.weigh(
+    stand_in = search.inference.absent(base, true.supermodel, (later,), 10.0)
+    both = search.inference.fitted(
         true.supermodel, (later, *true.effects), true.local, true.evidence.mode.sigma, true.evidence.mode.place.eta
     )
     rounds = iter([(stand_in,), (both,), ()])
     seen = []
 
-    def compared(search: SpeedSearch, parent: Weighed, what: str) -> Comparison:
+    def compared(search: SpeedSearch, parent: LaplaceFit, what: str) -> Comparison:
         seen.append(parent.names)
         return Comparison(search, parent, next(rounds))
 
     monkeypatch.setattr(models, "comparison_of", compared)
-    looks, law = models._grown(search, base, quiet)
+    rounds, law = models._grown(search, base, quiet)
     assert seen == [(), (later.name,), true.names]
     assert law.names == true.names
-    assert models._beside(looks, law) == (both,)
+    assert models._beside(rounds, law) == (both,)
 
 
 def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(lawful: SeriesResult) -> None:
     found = lawful.verdict.models
-    scales, effects = found.search.scales, found.law.effects[:1]
-    blank = scales.absent(found.constant, found.law.supermodel, effects, -1.0)
+    inference, effects = found.search.inference, found.law.effects[:1]
+    blank = inference.absent(found.constant, found.law.supermodel, effects, -1.0)
     assert not np.isfinite(blank.evidence.spread).any()
     told = _at_its_mode(Comparison(found.search, found.constant, (blank,)))
     assert np.isfinite(told.evidence.spread).all()
@@ -207,7 +207,8 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
     at, whole = found.law.evidence.mode, found.search.context.whole
     for r in range(len(LIFTS)):
         gram = SecantGram(
-            found.search.scales.yardstick.on(found.law.supermodel), np.where(np.arange(len(LIFTS)) == r, 0, whole)
+            found.search.inference.common_noise.whitened(found.law.supermodel),
+            np.where(np.arange(len(LIFTS)) == r, 0, whole),
         )
         alone = laplace(mode(at.unknowns, at.place, gram, at.sigma))
         said = found.law.log - lawful.verdict.left_out["speed_law"].foresight[r]
@@ -216,6 +217,6 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
 
 def test_constant_parameters_beside_a_law_are_no_worse_than_the_law_left_out_at_once(lawful: SeriesResult) -> None:
     found = lawful.verdict.models
-    scales, at_once = found.search.scales, found.search.scales.without(found.law, ())
-    assert scales.faded(found.law, ()).log > at_once.log - 0.5
+    inference, at_once = found.search.inference, found.search.inference.without(found.law, ())
+    assert inference.without_by_continuation(found.law, ()).log > at_once.log - 0.5
     assert found.constant.log > at_once.log - 0.5

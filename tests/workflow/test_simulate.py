@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import UsageError
-from fibrefit.plots import save_figures
+from fibrefit.plots.save import save_figures
 from fibrefit.records import read_record
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.fit import fit_study

@@ -11,13 +11,13 @@ import numpy as np
 
 from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.discovery.curves.probes import PROBES, Curve
-from fibrefit.discovery.engine.candidates import Hypothesis, carried, fit_all
+from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import may_be_worth
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import ACTS
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
@@ -58,10 +58,10 @@ WALKS = (0.03, 0.3)
 
 def probe_all(
     search: Search,
-    parent: Weighed,
+    parent: LaplaceFit,
     found: Identification,
     worth: float,
-    promising: float | None = None,
+    least: float | None = None,
     ports: Collection[str] = tuple(PORTS),
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
@@ -69,18 +69,18 @@ def probe_all(
     Parameters
     ----------
     search : Search
-    parent : Weighed
+    parent : LaplaceFit
     found : Identification
         Of the model before the search: its motion tells the range of each variable.
     worth : float
         Logarithm of the Bayes factor that a probe has to gain.
-    promising : float, optional
-        What its slopes have to promise for it to be fitted in full; as much unless said. Far from a good fit they
-        promise less than there is.
+    least : float, optional
+        What its slopes have to predict for it to be fitted in full; as much unless said. Far from a good fit they
+        predict less than there is.
     ports : collection of str, optional
         Those whose curves are drawn; all unless said.
     """
-    promising = worth if promising is None else promising
+    least = worth if least is None else least
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
@@ -88,13 +88,13 @@ def probe_all(
         return []
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
     start = _prepared(supermodel, parent, probes, ranges)
-    slopes = search.scales.slopes(parent)
-    jobs = [partial(_fit, search, parent, probe, (supermodel, start, slopes), promising) for probe in probes]
+    slopes = search.inference.slopes(parent)
+    jobs = [partial(_fit, search, parent, probe, (supermodel, start, slopes), least) for probe in probes]
     ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
     # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
     price = float(np.log(len(probes) * len(WALKS)))
-    found_all = sorted((end for end in ends if end is not None), key=lambda end: -end.weighed.log)
-    worthy = [end for end in found_all if end.weighed.log - parent.log - price > worth]
+    found_all = sorted((end for end in ends if end is not None), key=lambda end: -end.fitted.log)
+    worthy = [end for end in found_all if end.fitted.log - parent.log - price > worth]
     held = _held(worthy, worth + price, partial(_gain_about_itself, search, parent, probes))
     return [_read(search, end, parent.log + price, ranges) for end in held]
 
@@ -112,24 +112,25 @@ class _End(NamedTuple):
     """Where a probe led, and what was taken of its heights beforehand."""
 
     probe: type[Curve]
-    weighed: Weighed
+    fitted: LaplaceFit
     curve: Heights
 
 
-def _gain_about_itself(search: Search, parent: Weighed, probes: Sequence[type[Curve]], end: _End) -> float | None:
+def _gain_about_itself(search: Search, parent: LaplaceFit, probes: Sequence[type[Curve]], end: _End) -> float | None:
     """What a curve gains where readings are linearised about it, see `confirmed`; None without noisy inputs."""
-    if (about := linearised_about(search, end.weighed)) is None:
+    if (about := linearised_about(search, end.fitted)) is None:
         return None
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), about.supermodel.sensitivities)
-    scales, old = about.search.scales, parent.evidence.mode
+    inference, old = about.search.inference, parent.evidence.mode
     # The ranges of the variables stay: a curve without any is no curve of no height.
-    with_it = carried(supermodel, end.weighed.supermodel, end.weighed.local)
+    with_it = transferred(supermodel, end.fitted.supermodel, end.fitted.local)
     flat = with_it.copy()
     flat[:, [supermodel.names.index(f"{end.probe.name}.{height}") for height in end.probe.heights]] = 0.0
-    local = carried(supermodel, parent.supermodel, parent.local, flat)
-    lesser = scales.weigh(supermodel, parent.effects, local, old.sigma, old.place.eta)
+    local = transferred(supermodel, parent.supermodel, parent.local, flat)
+    lesser = inference.fitted(supermodel, parent.effects, local, old.sigma, old.place.eta)
     return (
-        scales.with_curve(lesser, supermodel, with_it, end.probe, end.curve, scales.secant(supermodel)).log - lesser.log
+        inference.with_curve(lesser, supermodel, with_it, end.probe, end.curve, inference.secant(supermodel)).log
+        - lesser.log
     )
 
 
@@ -180,26 +181,26 @@ def _turns(heights: np.ndarray) -> int:
 
 
 def _fit(
-    search: Search, parent: Weighed, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed], worth: float
+    search: Search, parent: LaplaceFit, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed], worth: float
 ) -> _End | None:
-    """A probe at its best roughness; None where its slopes promise less than it is worth.
+    """A probe at its best roughness; None where its slopes predict less than it is worth.
 
     A curve of no height is its parent: of the slopes, only those along the heights are simulated.
     """
-    (supermodel, start, slopes), scales = begun, search.scales
-    gram, names = scales.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
+    (supermodel, start, slopes), inference = begun, search.inference
+    gram, names = inference.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
-    promised = [scales.promise_of(curve, parent, supermodel, start, gram) for curve in curves]
-    best = int(np.nanargmax(np.where(np.isfinite(promised), promised, -np.inf)))
-    if not may_be_worth(promised[best] - parent.log, worth):
+    logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
+    best = int(np.nanargmax(np.where(np.isfinite(logs), logs, -np.inf)))
+    if not may_be_worth(logs[best] - parent.log, worth):
         return None
-    return _End(probe, scales.with_curve(parent, supermodel, start, probe, curves[best], gram), curves[best])
+    return _End(probe, inference.with_curve(parent, supermodel, start, probe, curves[best], gram), curves[best])
 
 
 def _prepared(
-    supermodel: Supermodel, parent: Weighed, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
+    supermodel: Supermodel, parent: LaplaceFit, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
 ) -> np.ndarray:
-    values = carried(supermodel, parent.supermodel, parent.local)
+    values = transferred(supermodel, parent.supermodel, parent.local)
     for probe in probes:
         for name in probe.heights:
             values[:, supermodel.names.index(f"{probe.name}.{name}")] = 0.0
@@ -209,12 +210,12 @@ def _prepared(
 
 
 def _read(search: Search, end: _End, before: float, ranges: dict[str, tuple[float, float]]) -> Reading:
-    probe, weighed, _ = end
-    shared, n = weighed.shared, len(probe.heights)
+    probe, fitted, _ = end
+    shared, n = fitted.shared, len(probe.heights)
     heights = np.array([shared[f"{probe.name}.{height}"] for height in probe.heights])
-    errors = shape_errors(probe.size**2 * weighed.evidence.spread[-n:, -n:])
+    errors = shape_errors(probe.size**2 * fitted.evidence.spread[-n:, -n:])
     knots = np.linspace(*ranges[probe.variable], n)
-    return Reading(probe, knots, heights, errors, search.plain(weighed), weighed.log - before)
+    return Reading(probe, knots, heights, errors, search.plain(fitted), fitted.log - before)
 
 
 def shape_errors(spread: np.ndarray) -> np.ndarray:

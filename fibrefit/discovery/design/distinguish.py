@@ -20,8 +20,8 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import check_time
-from fibrefit.discovery.engine.candidates import SMALL, SearchContext, carried, fit_all
-from fibrefit.discovery.engine.effort import strengths_settled
+from fibrefit.discovery.engine.candidates import SMALL, SearchContext, fit_all, transferred
+from fibrefit.discovery.engine.effort import strengths_converged
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import INSEPARABLE, UNIQUE, gate
@@ -119,7 +119,7 @@ def confusion(
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
         sizes = np.where(visible, np.clip(used * least, np.minimum(floor, most), most), used)
-        if strengths_settled(used, sizes):
+        if strengths_converged(used, sizes):
             break
     directions = []
     for i, (name, parameter) in enumerate(strengths):
@@ -155,8 +155,8 @@ def detectable(search: Search) -> tuple[Detectable, ...]:
 
 
 def _detectable_in(search: Search, plain: Supermodel, effects: Sequence[type[Effect]]) -> tuple[Detectable, ...]:
-    supermodel = search.scales.yardstick.on(plain)
-    local = carried(supermodel, search.base.supermodel, search.base.fit.local)
+    supermodel = search.inference.common_noise.whitened(plain)
+    local = transferred(supermodel, search.base.supermodel, search.base.fit.local)
     return confusion(supermodel, search.context, local, effects, gate).directions
 
 
@@ -189,7 +189,7 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
         return None
     held = next((supermodel for supermodel in search.supermodels if supermodel.holds(pair)), None)
     supermodel = supermodel_of(search.task, pair) if held is None else replace(held, sensitivities=None, whitening=None)
-    local = carried(supermodel, search.base.supermodel, search.base.fit.local)
+    local = transferred(supermodel, search.base.supermodel, search.base.fit.local)
     columns, targets = changed_values(
         supermodel, search.context, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
     )

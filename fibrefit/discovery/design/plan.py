@@ -86,7 +86,7 @@ class Worth:
     @property
     def told_apart(self) -> float:
         """Probability that the rivals are told apart."""
-        return told_apart(self.nats)
+        return probability_distinguished(self.nats)
 
     @property
     def error(self) -> float:
@@ -104,7 +104,7 @@ def _mean(factors: Mapping[str, float]) -> float:
     return float(np.exp(np.mean(np.log(known)))) if known else 1.0
 
 
-def told_apart(nats: float) -> float:
+def probability_distinguished(nats: float) -> float:
     """Probability that a likelihood ratio, of which so much is expected, comes out beyond doubt.
 
     Twice its logarithm is normal about the noncentrality with twice its root as standard deviation.

@@ -98,11 +98,11 @@ def _moved(task: Task, local: np.ndarray, each: tuple[str, ...]) -> list[np.ndar
 def _readings(task: Task, local: np.ndarray, data: Observations) -> np.ndarray:
     """What a model says of records in units of the noise, ``(n_record, n_channel * n_time)``; 0 where none counts."""
     problem = eqx.tree_at(lambda p: p.observations, task.problem, data)
-    return np.asarray(_weighed(problem, jnp.asarray(local)))
+    return np.asarray(_fitted(problem, jnp.asarray(local)))
 
 
 @eqx.filter_jit
-def _weighed(problem: Any, local: jax.Array) -> jax.Array:
+def _fitted(problem: Any, local: jax.Array) -> jax.Array:
     data = problem.observations
     readings = problem.predict(local, data.experiment)
     channels = [readings[channel] * data.weight[channel] for channel in problem.model.rig.channels]

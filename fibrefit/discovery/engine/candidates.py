@@ -34,7 +34,7 @@ SCREENING = 6
 """Steps every start is given before the best ones go on."""
 FINALISTS = 2
 RETIMED = 0.01
-"""Relative fall of the cost for which a refit is led once more."""
+"""Relative fall of the cost for which a refit is continued once more."""
 FREQUENCIES = np.geomspace(0.125, 64.0, 27)
 """Where a frequency starts, in multiples of its typical size: its valley is narrow, as wide as it is damped.
 
@@ -118,10 +118,10 @@ def absent_values(supermodel: Supermodel, records: int) -> np.ndarray:
     return local
 
 
-def carried(
+def transferred(
     supermodel: Supermodel, source: Supermodel, local: np.ndarray, onto: np.ndarray | None = None
 ) -> np.ndarray:
-    """Values of one supermodel put in place in another; what the first one lacks as in `onto`, or else absent."""
+    """Values of one supermodel transferred to another; what the first one lacks as in `onto`, or else absent."""
     values = absent_values(supermodel, len(local)) if onto is None else onto.copy()
     for j, name in enumerate(supermodel.names):
         if name in source.names:
@@ -157,7 +157,7 @@ def own_task(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
 def own_task_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """The same with the values of each record, ``(n_record, n_local)`` in SI units, which may differ."""
     own = supermodel_of(task, hypothesis.effects).task
-    return own, carried(Supermodel(own), hypothesis.supermodel, hypothesis.fit.local)
+    return own, transferred(Supermodel(own), hypothesis.supermodel, hypothesis.fit.local)
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class Trial:
 
 
 def rescued_by_short_horizons(supermodel: Supermodel, subset: Subset, found: Refit, context: SearchContext) -> Refit:
-    """A refit led once more from what can be predicted to whole records, as long as that leads lower.
+    """A refit continued once more in the horizon, from what can be predicted to whole records, while that ends lower.
 
     Where later bounces are matched in the wrong order, the first ones still tell the way out.
     """
@@ -228,10 +228,10 @@ def trial_of(
     """
     effects = (*parent.effects, *added)
     subset = context.subset(effects)
-    before = carried(supermodel, parent.supermodel, parent.fit.local)
+    before = transferred(supermodel, parent.supermodel, parent.fit.local)
     most = BLOWN * parent.fit.cost
     plain = [_put(supermodel, before, values) for values in begun] or _starts(supermodel, before, added)
-    starts = [_gentle(supermodel, context, start, added, most) for start in plain]
+    starts = [_weakened(supermodel, context, start, added, most) for start in plain]
     weakened = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
         first = sorted(
@@ -279,7 +279,7 @@ def _in_time(job: Callable[[], Any]) -> Any:
         return None
 
 
-def _gentle(
+def _weakened(
     supermodel: Supermodel, context: SearchContext, start: np.ndarray, added: Sequence[type[Effect]], most: float
 ) -> np.ndarray:
     """A start, or a weaker one where it costs more than `most`."""
@@ -296,14 +296,14 @@ def _gentle(
 def _continuation(
     supermodel: Supermodel, context: SearchContext, subset: Subset, weak: Refit, added: Sequence[type[Effect]]
 ) -> list[Refit]:
-    """Continuation (homotopy): refits at strengths that grow step by step, the other values led along.
+    """Continuation (homotopy): refits at strengths that grow step by step, the other values predicted and refitted.
 
     Where a motion bounces, a strong effect is far beyond what slopes predict, and a weak one lies in a dent of its
     own: each strength is reached from the one before.
     """
     strengths = {f"{effect.name}.{name}" for effect in added for name in effect.strength}
     held = replace(subset, shared=tuple(name for name in subset.shared if name not in strengths))
-    local, led, best = weak.local, [], weak.cost
+    local, ends, best = weak.local, [], weak.cost
     for _ in range(GROWN):
         goal = strengthened(supermodel, local, added, GROWTH)
         grown = goal != local
@@ -313,11 +313,11 @@ def _continuation(
         fit = refit(supermodel, held, start, context.whole, FOLLOWED, 1e-5)
         local = fit.local
         known = {name: float(local[0, supermodel.names.index(name)]) for name in strengths}
-        led.append(replace(fit, shared={**fit.shared, **known}))
+        ends.append(replace(fit, shared={**fit.shared, **known}))
         best = min(best, fit.cost)
-        if not any(fit.cost <= best for fit in led[-PAST:]):
+        if not any(fit.cost <= best for fit in ends[-PAST:]):
             break
-    return led
+    return ends
 
 
 def strengthened(

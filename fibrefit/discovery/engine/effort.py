@@ -19,27 +19,27 @@ NEARLY = 1.1
 WRONG_MINIMUM = 8.0
 """Nats below its parent from which a hypothesis, which contains the parent, lies in a minimum of its own."""
 LEAST_FALL = 0.2
-"""Promised fall of a hypothesis's objective, a tenth of a nat, that is not taken any more: names differ by nats."""
+"""Predicted reduction of a hypothesis's objective, a tenth of a nat, that is left: names differ by nats."""
 PATIENCE_OF_DESCENT = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
-LED = 10
-"""Evaluations in which a parent is refitted from where a candidate led; where it is more probable there, it goes on."""
-FADES = 4
-"""Equal steps in which the strength of an effect that is left out of a hypothesis fades, the others led along."""
+WARM_START_STEPS = 10
+"""Evaluations of a warm start, a parent from where a candidate ended; where it is more probable there, it goes on."""
+CONTINUATION_STEPS = 4
+"""Equal steps of continuation in the strength of an effect that is left out, the others refitted."""
 LINEARISED_ANEW = 2
-"""How often readings are linearised again, before the first look, where records differ: at first each record is at
+"""How often readings are linearised again, before the first round, where records differ: at first each record is at
 values of the others."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4
 """Candidates that always are."""
 WIDELY = 4
-"""Candidates whose slopes promise most, that are searched for from every sign and shape; the others from where slopes
-promise most of them."""
+"""Candidates whose slopes predict most, that are searched for from every sign and shape; the others from where slopes
+predict most of them."""
 COMPARED = 3
-"""Candidates that are weighed anew, and from which the model without them is refitted, whatever they gained."""
+"""Candidates that are compared anew, and from which the model without them is refitted, whatever they gained."""
 FAR_BEHIND = 30.0
-"""Nats behind another one from which a candidate is given up: it is not weighed again in better known noise, nor where
+"""Nats behind another one from which a candidate is given up: it is not compared again in better known noise, nor where
 readings are linearised about it, nor tried in the place of a first effect once a second one is there."""
 PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself."""
@@ -53,7 +53,7 @@ TOO_FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces: its readings
 are taken up to the first bounce alone, and what a candidate leaves is twice what noise does."""
 HOPE = 3.0
-"""Nats by which slopes may promise less than a curve then gains."""
+"""Nats by which slopes may predict less than a curve then gains."""
 STEADY_LIMIT = 0.1
 """Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
 over less."""
@@ -69,12 +69,12 @@ def slopes_tell(gap: float) -> bool:
     return gap <= NEARLY
 
 
-def lost(before: float, after: float) -> bool:
+def motion_lost(before: float, after: float) -> bool:
     """Whether so much more is left, where readings are linearised anew or in a fit, that a motion was lost there."""
     return after > NEARLY * before
 
 
-def astray(log: float, parent: float) -> bool:
+def in_wrong_minimum(log: float, parent: float) -> bool:
     """Whether a hypothesis that contains its parent lies in a wrong minimum, by the evidence of both in nats."""
     return not log > parent - WRONG_MINIMUM
 
@@ -88,19 +88,19 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
         Objective of the parent, twice a negative logarithm.
     """
     return {
-        "settled": LEAST_FALL,
+        "tolerance": LEAST_FALL,
         "effort": Effort(patience=PATIENCE_OF_DESCENT, worthless=parent + 2.0 * WRONG_MINIMUM),
     }
 
 
-def first_steps() -> dict[str, Any]:
-    """How a parent is refitted from where a candidate led, as `mode` takes it."""
-    return {"settled": LEAST_FALL, "effort": Effort(steps=LED)}
+def warm_start() -> dict[str, Any]:
+    """How a parent is refitted from where a candidate ended, as `mode` takes it."""
+    return {"tolerance": LEAST_FALL, "effort": Effort(steps=WARM_START_STEPS)}
 
 
-def fading() -> list[float]:
-    """Factors on the strength of an effect that fades out, each on the one before; the last step leaves it out."""
-    return [left / (left + 1.0) for left in range(FADES - 1, 0, -1)]
+def continuation_steps() -> list[float]:
+    """Factors on the strength of an effect that is left out by continuation, each on the one before."""
+    return [left / (left + 1.0) for left in range(CONTINUATION_STEPS - 1, 0, -1)]
 
 
 def promising(before: float, costs: Sequence[float]) -> list[bool]:
@@ -110,12 +110,12 @@ def promising(before: float, costs: Sequence[float]) -> list[bool]:
 
 
 def is_searched_widely(place: int) -> bool:
-    """Whether a candidate is searched for from every sign and shape, by its place among those that promise most."""
+    """Whether a candidate is searched for from every sign and shape, by its place among those that predict most."""
     return place < WIDELY
 
 
-def weighed_again(logs: Sequence[float], named: bool) -> list[bool]:
-    """Which candidates are weighed in better known noise.
+def compared_again(logs: Sequence[float], named: bool) -> list[bool]:
+    """Which candidates are compared in better known noise.
 
     Parameters
     ----------
@@ -143,11 +143,11 @@ def time_for_gls(left: float, given: float) -> bool:
     return left > GLS_NEEDS * given
 
 
-def may_be_worth(promised: float, worth: float) -> bool:
-    """Whether a curve is followed whose slopes promise so many nats, where it has to gain so many."""
-    return promised > worth - HOPE
+def may_be_worth(predicted_gain: float, worth: float) -> bool:
+    """Whether a curve is followed whose slopes predict so many nats, where it has to gain so many."""
+    return predicted_gain > worth - HOPE
 
 
-def strengths_settled(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether strengths that would just be found have ceased to move."""
+def strengths_converged(before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether strengths that would just be found have converged."""
     return bool(np.all(np.abs(after - before) <= STEADY_LIMIT * before))

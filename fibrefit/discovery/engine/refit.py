@@ -157,9 +157,9 @@ def refit(
         gain = cost - there[2]
         if np.isfinite(gain) and gain > 0.0:
             x, damping = trial, max(damping / 10.0, 1e-9)
-            settled = gain < enough * cost
+            converged = gain < enough * cost
             matrix, gradient, cost = there
-            if settled:
+            if converged:
                 break
         else:
             damping *= 10.0
@@ -185,13 +185,13 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
 def predictor_step(
     supermodel: Supermodel, held: Subset, subset: Subset, local: np.ndarray, goal: np.ndarray, counts: np.ndarray
 ) -> np.ndarray:
-    """Values that go to a goal, with those of a subset led along so that the cost rises least.
+    """Predictor step of a continuation: values that go to a goal, those of a subset moved so that the cost rises least.
 
     Parameters
     ----------
     supermodel : Supermodel
     held : Subset
-        The values that are led along.
+        The values that are moved.
     subset : Subset
         Those and the ones that go to the goal.
     local, goal : (n_record, n_local) in SI units
@@ -205,12 +205,12 @@ def predictor_step(
     unknown = _Map(supermodel, subset, local)
     here = unknown.unknowns()
     matrix = unknown.normal(here, counts)[0]
-    led = np.array([name in held.shared for name in subset.shared] + [True] * (len(here) - len(subset.shared)))
+    free = np.array([name in held.shared for name in subset.shared] + [True] * (len(here) - len(subset.shared)))
     way = np.zeros(len(here))
-    way[~led] = (_Map(supermodel, subset, goal).unknowns() - here)[~led]
+    way[~free] = (_Map(supermodel, subset, goal).unknowns() - here)[~free]
     if np.isfinite(matrix).all():
-        size = np.sqrt(np.diag(matrix)[led])
+        size = np.sqrt(np.diag(matrix)[free])
         size = np.where(size > 0.0, size, 1.0)
-        scaled = matrix[np.ix_(led, led)] / np.outer(size, size)
-        way[led] = -np.linalg.lstsq(scaled, (matrix @ way)[led] / size, rcond=1e-10)[0] / size
+        scaled = matrix[np.ix_(free, free)] / np.outer(size, size)
+        way[free] = -np.linalg.lstsq(scaled, (matrix @ way)[free] / size, rcond=1e-10)[0] / size
     return unknown.local(unknown.clipped(here + way))

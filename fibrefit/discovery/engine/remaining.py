@@ -13,10 +13,10 @@ from dataclasses import replace
 import jax
 import numpy as np
 
+from fibrefit.discovery.engine.common_noise import CommonNoise
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import residual_rows
 from fibrefit.discovery.engine.thresholds import ALARM
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import Yardstick
 from fibrefit.problem.estimate.normal_equations import local_grams
 from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, drawn_about, spread_about
@@ -33,46 +33,46 @@ def innovations_of(whitening: BlockFilter, rows: jax.Array) -> jax.Array:
     return whitening.whiten_rows(rows)
 
 
-def remaining_noise(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> tuple[Noise, ...]:
+def remaining_noise(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray) -> tuple[Noise, ...]:
     """Noise a hypothesis leaves, in SI units.
 
     Parameters
     ----------
-    yardstick : Yardstick
-        It was weighed with.
-    weighed : Weighed
+    common_noise : CommonNoise
+        It was fitted in.
+    fitted : LaplaceFit
     counts : (n_record,) int
     """
-    problem = with_steps(weighed.supermodel.problem, dict(yardstick.steps))
-    best = residuals_of(yardstick, weighed, counts, DRAWS_OF_ERRORS)
-    changes = changes_of(yardstick, weighed, counts)
+    problem = with_steps(fitted.supermodel.problem, dict(common_noise.steps))
+    best = residuals_of(common_noise, fitted, counts, DRAWS_OF_ERRORS)
+    changes = changes_of(common_noise, fitted, counts)
 
     def noise(shifts: Sequence[LevelShift] = ()) -> tuple[Noise, ...]:
         return noise_of_residuals(problem, spread_about(without_shifts(best, shifts, counts), changes))
 
     def shifts(whitening: BlockFilter) -> list[LevelShift]:
         channels = enumerate(problem.model.rig.channels)
-        fine = {c for c, channel in channels if channel not in yardstick.steps}
+        fine = {c for c, channel in channels if channel not in common_noise.steps}
         return [one for one in level_shifts(whitening, best[0], counts) if one.channel in fine]
 
     # Noise that takes jumps for its own hides them: they are looked for again in that which they are no part of.
-    free = in_blocks(whitening_of(problem, noise(shifts(yardstick.whitening))))
+    free = in_blocks(whitening_of(problem, noise(shifts(common_noise.whitening))))
     return noise([one for one in shifts(free) if one.probability < ALARM])
 
 
-def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, draws: int = 1) -> np.ndarray:
+def residuals_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray, draws: int = 1) -> np.ndarray:
     """Residuals at the mode ``(n_draw, n_record, n_channel, n_time)``, in units of the noise.
 
     Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
     them.
     """
-    supermodel, number = replace(weighed.supermodel, steps=yardstick.steps), len(yardstick.noise)
-    rows = residual_rows(supermodel, weighed.local, counts)
+    supermodel, number = replace(fitted.supermodel, steps=common_noise.steps), len(common_noise.noise)
+    rows = residual_rows(supermodel, fitted.local, counts)
     shape = (len(rows), number, -1)
-    sensitivities = yardstick.sensitivities
+    sensitivities = common_noise.sensitivities
     if sensitivities is None or supermodel.sensitivities is None:
         return np.asarray(rows).reshape(1, *shape)
-    white = innovations_of(yardstick.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
+    white = innovations_of(common_noise.whitening, rows.reshape(1, *shape)).reshape(rows.shape)
     random, found = np.random.default_rng(0), []
     pairs = zip(sensitivities.records, supermodel.sensitivities.records, strict=True)
     for row, own, (seen, raw) in zip(np.asarray(rows), np.asarray(white), pairs, strict=True):
@@ -81,7 +81,7 @@ def residuals_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray, dra
     return np.stack(found, axis=1).reshape(draws, *shape)
 
 
-def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np.ndarray:
+def changes_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray) -> np.ndarray:
     """What residuals change by along each direction in which values may be off, a standard deviation each.
 
     Returns
@@ -89,11 +89,11 @@ def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np
     (n_direction, n_record, n_channel, n_time)
         In units of the noise, errors of inputs at their best for each; none where no mode was found.
     """
-    found, supermodel = weighed.evidence.mode, replace(weighed.supermodel, steps=yardstick.steps)
+    found, supermodel = fitted.evidence.mode, replace(fitted.supermodel, steps=common_noise.steps)
     times = supermodel.problem.observations.experiment.times
     if not found.steps:
-        return np.zeros((0, len(times), len(yardstick.noise), times.shape[1]))
-    roots = roots_of_posterior(weighed.evidence)
+        return np.zeros((0, len(times), len(common_noise.noise), times.shape[1]))
+    roots = roots_of_posterior(fitted.evidence)
     kept: list[np.ndarray] = []
 
     def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -104,10 +104,10 @@ def changes_of(yardstick: Yardstick, weighed: Weighed, counts: np.ndarray) -> np
 
     local_grams(found.unknowns, found.place, gram)
     moved = np.einsum("rit,rik->rkt", kept[0], roots)
-    shape = (*moved.shape[:2], len(yardstick.noise), -1)
-    known, raw = yardstick.sensitivities, weighed.supermodel.sensitivities
+    shape = (*moved.shape[:2], len(common_noise.noise), -1)
+    known, raw = common_noise.sensitivities, fitted.supermodel.sensitivities
     if known is not None and raw is not None:
-        white = innovations_of(yardstick.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
+        white = innovations_of(common_noise.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
         seen = np.swapaxes(np.asarray(white), 0, 1).reshape(moved.shape)
         for own, change, of, plain in zip(moved, seen, known.records, raw.records, strict=True):
             own -= plain.imitated(of.best(change), own.shape[1])

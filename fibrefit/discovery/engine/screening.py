@@ -16,7 +16,7 @@ WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
 SLIGHT_CHANGE = 1.0 / 64.0
 """Share of that over which slopes are taken: a motion that bounces multiplies any change, and over more the cost bends.
-A breakaway friction that gains 22 nats on a driven rig was promised -3 over the whole of it, and 16 over this."""
+Of a breakaway friction that gains 22 nats on a driven rig -3 were predicted over the whole of it, and 16 over this."""
 LEAST_SHARE = 0.1
 """Least share of a weak strength that vanishes at infinity from which it is followed."""
 LADDER = (1.0, 5.0, 25.0)
@@ -24,8 +24,8 @@ LADDER = (1.0, 5.0, 25.0)
 them, a resonance that passes through the motion's own, tells little of what it does at another."""
 
 
-class Promise(NamedTuple):
-    """What slopes promise of an effect.
+class PredictedGain(NamedTuple):
+    """What the score test predicts of an effect.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ class Promise(NamedTuple):
 
     @property
     def starts(self) -> list[dict[str, float]]:
-        """Where it is followed from, each only if the one before led astray.
+        """Where it is followed from, each only if the one before ends in a wrong minimum.
 
-        A strength that slopes promise may lose a bounce at once; where they were taken the model is hardly another one.
+        A strength that slopes predict may lose a bounce at once; where they were taken the model is hardly another one.
         """
         places = (self.values, self.weak, self.slight)
         return [place for i, place in enumerate(places) if place not in places[:i]]

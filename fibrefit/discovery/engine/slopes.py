@@ -66,11 +66,11 @@ class Slopes(NamedTuple):
             The step, in units of the changes that the columns stand for.
         """
         along = way / np.maximum(np.sum(way**2, axis=1), TINY)[:, None]
-        led = [_broyden(*each) for each in zip(self.rows, residuals.rows, way, along, strict=True)]
+        rows = [_broyden(*each) for each in zip(self.rows, residuals.rows, way, along, strict=True)]
         pulled = None
         if self.pulled is not None and residuals.pulled is not None:
             pulled = [_broyden(*each) for each in zip(self.pulled, residuals.pulled, way, along, strict=True)]
-        return Slopes(np.array(led), pulled)
+        return Slopes(np.array(rows), pulled)
 
 
 TINY = 1e-300

@@ -21,7 +21,7 @@ SIMPLER = 3.0
 """Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals. Up to
 there evidence is not called strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995); their scale is twice this one)."""
 BEYOND_DOUBT = 100.0
-"""Nats that no inflation of the scores' variance makes doubtful."""
+"""Nats that no overdispersion of the scores makes doubtful."""
 OBJECTS = 8.0
 """Nats that a single record may lose to a model without an effect: one in which the effect acts loses so many with a
 probability of one in three thousand at the most (Markov's inequality of a likelihood ratio). Of seven true ones, some
@@ -69,8 +69,8 @@ ONE_WAY = 0.8
 OF_TIME = 0.7
 """Share of the time from which that goes without saying."""
 BY_ITSELF = 2.0
-"""Mean squared residual of a record over the largest of the others from which it is said to part from the model alone:
-that of noise of a thousand samples scatters by a twentieth."""
+"""Mean squared residual of a record over the largest of the others from which it alone is said to depart from the
+model: that of noise of a thousand samples scatters by a twentieth."""
 HAPPENED = 8.0
 """Mean squared residual of a window, in units of the noise, from which an event has happened."""
 SOON = 2.0 / 3.0
@@ -108,7 +108,7 @@ STRETCHED = 0.02
 """Share of its range by which a state may leave it and still be said to have been there before."""
 
 AT_A_KINK = 0.05
-"""Share of the cost a further step of the base fit may promise: at a kink the last bit of a bad fit is hard to get."""
+"""Share of the cost a further step of the base fit may predict: at a kink the last bit of a bad fit is hard to get."""
 PRICE = 4.0
 """Nats a parameter usually costs before it explains anything: the logarithm of what the records narrow its prior by."""
 

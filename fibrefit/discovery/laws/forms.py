@@ -32,11 +32,14 @@ class Term(NamedTuple):
     kind : {"height", "slope", "place", "length", "number", "turn"}
         What it is measured in: as the curve, as the curve over the variable, as the variable, or by itself. A length is
         positive and spans decades.
+    symbol : str
+        In the equation of its form.
     """
 
     name: str
     says: str
     kind: str
+    symbol: str
 
 
 @dataclass(frozen=True)
@@ -74,9 +77,9 @@ class Form:
 
 STEEP = 0.01
 """Half width of a step, as a share of the range: a jump, but one that can be integrated across."""
-_AMPLITUDE = Term("amplitude", "largest value", "height")
-_SLOPE = Term("slope", "change over the variable", "slope")
-_KNEE = Term("knee", "place from which it acts", "place")
+_AMPLITUDE = Term("amplitude", "largest value", "height", "a")
+_SLOPE = Term("slope", "change over the variable", "slope", "a")
+_KNEE = Term("knee", "place from which it acts", "place", "b")
 _PLACES = tuple(np.linspace(0.05, 0.95, 37))
 _LENGTHS = tuple(np.geomspace(0.02, 3.0, 24))
 _PERIODS = tuple(np.geomspace(0.05, 2.0, 240))
@@ -107,28 +110,28 @@ FORMS: tuple[Form, ...] = (
     Form(
         "power", "is a power of", "a ((x - x0) / X)^n",
         "self.amplitude * jnp.maximum((x - LOW) / SPAN, 1e-9) ** self.exponent",
-        (_AMPLITUDE, Term("exponent", "exponent", "number")),
+        (_AMPLITUDE, Term("exponent", "exponent", "number", "n")),
         lambda u, shape: _one(np.maximum(u, 1e-9) ** shape[0]), (tuple(np.geomspace(0.2, 6.0, 30)),),
         lambda heights, shape, low, span: (heights[0], shape[0]),
     ),
     Form(
         "saturating", "saturates with", "a (x - x0) / (x - x0 + s)",
         "self.amplitude * jnp.maximum(x - LOW, 0.0) / (jnp.maximum(x - LOW, 0.0) + self.scale)",
-        (_AMPLITUDE, Term("scale", "where half of it is reached", "length")),
+        (_AMPLITUDE, Term("scale", "where half of it is reached", "length", "s")),
         lambda u, shape: _one(u / (u + shape[0])), (_LENGTHS,),
         lambda heights, shape, low, span: (heights[0], span * shape[0]),
     ),
     Form(
-        "exponential", "fades exponentially with", "a exp(-(x - x0) / s)",
+        "exponential", "decays exponentially with", "a exp(-(x - x0) / s)",
         "self.amplitude * jnp.exp(-(x - LOW) / self.scale)",
-        (_AMPLITUDE, Term("scale", "over which it falls to 1/e", "length")),
+        (_AMPLITUDE, Term("scale", "over which it falls to 1/e", "length", "s")),
         lambda u, shape: _one(np.exp(-u / shape[0])), (_LENGTHS,),
         lambda heights, shape, low, span: (heights[0], span * shape[0]),
     ),
     Form(
         "bump", "has a bump at a place in", "a exp(-((x - b) / w)^2 / 2)",
         "self.amplitude * jnp.exp(-(((x - self.centre) / self.width) ** 2) / 2.0)",
-        (_AMPLITUDE, Term("centre", "place of the bump", "place"), Term("width", "standard width", "length")),
+        (_AMPLITUDE, Term("centre", "place of the bump", "place", "b"), Term("width", "standard width", "length", "w")),
         lambda u, shape: _one(np.exp(-(((u - shape[0]) / shape[1]) ** 2) / 2.0)),
         (_PLACES, tuple(np.geomspace(0.01, 0.5, 12))),
         lambda heights, shape, low, span: (heights[0], low + span * shape[0], span * shape[1]),
@@ -136,7 +139,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "sine", "varies as a sine of", "a sin(2 pi (x - x0) / p + c)",
         "self.amplitude * jnp.sin(2.0 * jnp.pi * (x - LOW) / self.period + self.phase)",
-        (_AMPLITUDE, Term("period", "period", "length"), Term("phase", "phase", "turn")),
+        (_AMPLITUDE, Term("period", "period", "length", "p"), Term("phase", "phase", "turn", "c")),
         lambda u, shape: np.column_stack([np.sin(2.0 * np.pi * u / shape[0]), np.cos(2.0 * np.pi * u / shape[0])]),
         (_PERIODS,),
         lambda heights, shape, low, span: (
@@ -146,7 +149,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "step", "steps at a place in", "a (1 + tanh((x - b) / w)) / 2",
         f"self.amplitude * (1.0 + jnp.tanh((x - self.place) / ({STEEP} * SPAN))) / 2.0",
-        (_AMPLITUDE, Term("place", "place of the step", "place")),
+        (_AMPLITUDE, Term("place", "place of the step", "place", "b")),
         lambda u, shape: _one((1.0 + np.tanh((u - shape[0]) / STEEP)) / 2.0), (_PLACES,),
         lambda heights, shape, low, span: (heights[0], low + span * shape[0]),
     ),
@@ -212,8 +215,8 @@ def _fit(
     squares, found = left(shape)
     size = found[: form.columns(places, shape).shape[1]]
     number = len(size) + len(shape) + level.shape[1]
-    told_apart = np.linalg.matrix_rank(np.column_stack([form.columns(places, shape), level])) == len(found)
-    if len(places) <= number + 1 or not np.isfinite(squares) or not told_apart:
+    identifiable = np.linalg.matrix_rank(np.column_stack([form.columns(places, shape), level])) == len(found)
+    if len(places) <= number + 1 or not np.isfinite(squares) or not identifiable:
         return None
     score = len(places) * np.log(max(squares, 1e-12) / len(places)) + number * np.log(len(places))
     return FittedForm(form, form.named(size, shape, *ends), float(score))

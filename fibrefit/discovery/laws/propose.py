@@ -15,11 +15,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
-from fibrefit.discovery.engine.candidates import carried, fit_all
+from fibrefit.discovery.engine.candidates import fit_all, transferred
 from fibrefit.discovery.engine.effort import FAR_BEHIND
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
 from fibrefit.discovery.model.law import LAWS, ProposedLaw
@@ -35,13 +35,13 @@ PRICE_OF_LOOKS = float(np.log(len(FORMS) * len(PLACES)))
 """Nats: any place and any form could have been the one."""
 
 
-def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tuple[Weighed, ProposedLaw] | None:
+def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
     """The best law for what a model lacks, and the model with it; None where a free curve does better.
 
     Parameters
     ----------
     search : Search
-    parent : Weighed
+    parent : LaplaceFit
         The model that lacks something.
     readings : sequence of Reading
         Free curves on top of it, the best first.
@@ -52,7 +52,7 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
     search.tell("fitting laws to the free curves", None)
     effects = [effect_of_law(law) for law in laws]
     supermodel = supermodel_of(search.task, (*parent.effects, *effects), parent.supermodel.sensitivities)
-    jobs = [partial(_weighed, search, supermodel, parent, law) for law in laws]
+    jobs = [partial(_fitted, search, supermodel, parent, law) for law in laws]
     ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
     ranked = sorted(
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
@@ -62,7 +62,7 @@ def proposed(search: Search, parent: Weighed, readings: Sequence[Reading]) -> tu
     least = max(readings[0].gain - APART, NAMED)
     if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= least:
         return None
-    return ranked[0][0], _told(search, parent, ranked, readings)
+    return ranked[0][0], _summary(search, parent, ranked, readings)
 
 
 def _composed(readings: Sequence[Reading]) -> list[Composed]:
@@ -82,14 +82,16 @@ def _composed(readings: Sequence[Reading]) -> list[Composed]:
     return turns[:TRIED]
 
 
-def _weighed(search: Search, supermodel: Supermodel, parent: Weighed, law: Composed) -> Weighed:
+def _fitted(search: Search, supermodel: Supermodel, parent: LaplaceFit, law: Composed) -> LaplaceFit:
     """A parent with a law, from where the regression left it."""
-    local = carried(supermodel, parent.supermodel, parent.local)
+    local = transferred(supermodel, parent.supermodel, parent.local)
     for name, value in start_of_law(law).items():
         declared = supermodel.declared[name]
         local[:, supermodel.names.index(name)] = np.clip(value, declared.lower, declared.upper)
     found = parent.evidence.mode
-    return search.scales.weigh(supermodel, (*parent.effects, effect_of_law(law)), local, found.sigma, found.place.eta)
+    return search.inference.fitted(
+        supermodel, (*parent.effects, effect_of_law(law)), local, found.sigma, found.place.eta
+    )
 
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
@@ -98,8 +100,8 @@ def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.nd
     return found - np.median(found)
 
 
-def _told(
-    search: Search, parent: Weighed, ranked: Sequence[tuple[Weighed, Composed]], readings: Sequence[Reading]
+def _summary(
+    search: Search, parent: LaplaceFit, ranked: Sequence[tuple[LaplaceFit, Composed]], readings: Sequence[Reading]
 ) -> ProposedLaw:
     best, law = ranked[0]
     knots = next(reading.knots for reading in readings if reading.probe is law.probe)

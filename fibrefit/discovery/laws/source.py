@@ -119,10 +119,6 @@ class {cls}({base}):
     ---
     ``{law}`` in {unit}, x the {variable} in {variable_unit}.
 
-    Parameters
-    ----------
-{documented}
-
     Valid range
     -----------
     {variable_says} from {low:.6g} to {high:.6g} {variable_unit}, where the records saw it.
@@ -191,15 +187,11 @@ def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray) -> Compose
     says = f"{probe.says[0].upper()}{probe.says[1:]}: it {form.form.says} {probe.variable}."
     sizes = {"height": probe.size, "slope": probe.size / (high - low), "place": high - low, "length": high - low}
     fields = [_field(quantity, probe.unit, unit, sizes, (low, high)) for quantity in form.form.quantities]
-    documented = "\n".join(
-        f"    {quantity.name} : () in {_unit(quantity, probe.unit, unit)}\n        {quantity.says.capitalize()}."
-        for quantity in form.form.quantities
-    )
     kinds = [word for word in ("ALWAYS_LEFT", "Channels", "Memory", "of_force") if word in place.hook]
     source = _SOURCE.format(
         says=says, imports=", ".join(sorted([*kinds, place.base, "quantity"], key=str.lower)),
         cls=class_name(effect), base=place.base, law=form.form.law, unit=probe.unit, variable=probe.variable,
-        variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high, documented=documented,
+        variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high,
         name=f"{place.port}.{effect}", more=place.more, fields="\n".join(fields),
         code=form.form.code.replace("LOW", f"{low:.9g}").replace("SPAN", f"{high - low:.9g}"),
         hook=place.hook.replace("VARIABLE", place.variable),
@@ -225,7 +217,8 @@ def _field(quantity: Term, height: str, variable: str, sizes: dict[str, float], 
         more = "1.5, lower=0.05, upper=20.0, log=True"
     else:
         more = "1.0"
-    return f'    {quantity.name}: jax.Array = quantity("{unit}", "{quantity.says}", {more})'
+    said = f'"{unit}", "{quantity.says}", {more}, symbol="{quantity.symbol}"'
+    return f"    {quantity.name}: jax.Array = quantity({said})"
 
 
 def effect_of_law(law: Composed) -> type[Effect]:

@@ -109,7 +109,7 @@ class Finding:
         Of the model before and after the search.
     held_out : tuple of HeldOut
     ranking : tuple of Candidate
-        Of the last look for more, whether or not anything was added.
+        Of the last round for more, whether or not anything was added.
     seconds : float
     weights : tuple of Weight
         Of what was added.

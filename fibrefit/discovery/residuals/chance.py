@@ -1,10 +1,10 @@
-"""How loud noise of a known colour gets by chance, in as many looks as are taken.
+"""How loud noise of a known colour gets by chance, in as many trials as are made.
 
 Law
 ---
 The mean square of n samples of normal noise with autocorrelation R is ``Σ λ_i z_i²`` with the eigenvalues λ of
 ``R_ij / n`` and independent normal z. It exceeds q with a probability of at most ``exp(-t q) Π (1 - 2 t λ_i)^(-1/2)``,
-for any t up to ``1 / (2 max λ)``; the best t is taken, and each look is given an equal part of the error (Bonferroni).
+for any t up to ``1 / (2 max λ)``; the best t is taken, and each trial is given an equal part of the error (Bonferroni).
 
 Source
 ------
@@ -26,7 +26,7 @@ TRIED = 400
 
 
 @lru_cache(maxsize=512)
-def loudest(noise: Noise, width: int, count: int, rate: float, looks: int) -> float:
+def loudest(noise: Noise, width: int, count: int, rate: float, trials: int) -> float:
     """Mean square, in units of the noise, that noise alone exceeds in one of many windows once in a hundred times.
 
     Parameters
@@ -39,11 +39,11 @@ def loudest(noise: Noise, width: int, count: int, rate: float, looks: int) -> fl
         Samples of the record.
     rate : float
         In Hz.
-    looks : int
+    trials : int
         Number of windows that are looked at.
     """
     sizes = eigenvalues(autocorrelation(noise, count, rate)[:width])
     t = np.linspace(0.0, 1.0, TRIED)[1:-1] / (2.0 * sizes.max())
-    bound = np.log(looks / WRONGLY) - 0.5 * np.log1p(-2.0 * t[:, None] * sizes).sum(axis=1)
+    bound = np.log(trials / WRONGLY) - 0.5 * np.log1p(-2.0 * t[:, None] * sizes).sum(axis=1)
     doubt = 1.0 + KNOWN * np.sqrt(2.0 / noise.samples) if noise.samples else 1.0
     return float(doubt * np.min(bound / t))

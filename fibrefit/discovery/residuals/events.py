@@ -19,7 +19,7 @@ from fibrefit.problem.diagnose.residuals import ResidualSet
 
 AT_ONCE = 5
 """Windows just after an event and just before it."""
-LOOKS = 10
+TRIALS = 10
 """Times that what lies before an event is looked at: so often noise may be loud by chance."""
 
 
@@ -33,18 +33,18 @@ def events(found: ResidualSet) -> tuple[tuple[str, float], ...]:
         it alike: an event is only seen where that leaves what is before it noise.
     """
     pieces, listed = channel_residuals(found), []
-    looks = sum(len(piece.times) // piece.window for piece in pieces)
+    trials = sum(len(piece.times) // piece.window for piece in pieces)
     for r, record in enumerate(found.problem.layout.records):
-        instant = _event(found, [piece for piece in pieces if piece.record == r], looks)
+        instant = _event(found, [piece for piece in pieces if piece.record == r], trials)
         if instant is not None:
             listed.append((record, instant))
     return tuple(listed)
 
 
-def _event(found: ResidualSet, own: list[ChannelResidual], looks: int) -> float | None:
+def _event(found: ResidualSet, own: list[ChannelResidual], trials: int) -> float | None:
     width = own[0].window
     powers = np.array([_powers(piece, width) for piece in own])
-    limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, looks)] for p in own])
+    limits = np.array([[loudest(p.noise, width, len(p.times), p.rate, trials)] for p in own])
     loud = np.asarray((powers > limits).any(axis=0))
     phase = _usual(own[0].phase, width)
     moving = ~np.isin(phase, (HELD, REST))
@@ -80,7 +80,7 @@ def _usual(values: np.ndarray, width: int) -> np.ndarray:
 def _is_noise(piece: ChannelResidual, powers: np.ndarray, first: int, width: int) -> bool:
     """Whether all windows before one, and the last few of them, are noise, each taken together."""
     numbers = (first, AT_ONCE)
-    limits = [loudest(piece.noise, number * width, len(piece.times), piece.rate, LOOKS) for number in numbers]
+    limits = [loudest(piece.noise, number * width, len(piece.times), piece.rate, TRIALS) for number in numbers]
     return all(powers[first - number : first].mean() <= limit for number, limit in zip(numbers, limits, strict=True))
 
 

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.stats import chi2, gamma
 
 from fibrefit.core.statement import Statement
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.remaining import residuals_of
 from fibrefit.discovery.engine.supermodel import stretch_products
 from fibrefit.discovery.engine.thresholds import (
@@ -30,7 +31,6 @@ from fibrefit.discovery.engine.thresholds import (
     RANK,
     SLOW_BELOW,
 )
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
@@ -81,28 +81,30 @@ class Alarm:
         return Statement(self.test, {**self.facts, "probability": self.probability})
 
 
-def tests_of(scales: Scales, best: Weighed, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[Alarm, ...]:
+def tests_of(
+    inference: LaplaceInference, best: LaplaceFit, traces: Sequence[Trace], channels: Sequence[str]
+) -> tuple[Alarm, ...]:
     """Tests of the innovations of a hypothesis."""
     tested = list[Alarm]()
     if len(best.evidence.mode.unknowns.scattering):
-        scores = _scores(scales, best)
+        scores = _scores(inference, best)
         tested += [_windows(*scores), _drifts(*scores, names=_names(best))]
-    steps = scales.yardstick.steps
-    residuals, counts = residuals_of(scales.yardstick, best, scales.context.whole)[0], scales.context.whole
+    steps = inference.common_noise.steps
+    residuals, counts = residuals_of(inference.common_noise, best, inference.context.whole)[0], inference.context.whole
     fine = [c for c, channel in enumerate(channels) if channel not in steps]
-    seen = [one for one in level_shifts(scales.yardstick.whitening, residuals, counts) if one.channel in fine]
+    seen = [one for one in level_shifts(inference.common_noise.whitening, residuals, counts) if one.channel in fine]
     if seen:
         tested.append(_jumping(seen, traces, channels))
-    pairs = [(c, noise) for c, noise in zip(channels, scales.yardstick.noise, strict=True) if c not in steps]
+    pairs = [(c, noise) for c, noise in zip(channels, inference.common_noise.noise, strict=True) if c not in steps]
     return (*tested, *(alarm for c, noise in pairs if (alarm := against_rest(traces, c, noise)) is not None))
 
 
-def _names(best: Weighed) -> tuple[str, ...]:
+def _names(best: LaplaceFit) -> tuple[str, ...]:
     unknowns = best.evidence.mode.unknowns
     return tuple(unknowns.names[i] for i in unknowns.scattering)
 
 
-def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
+def _scores(inference: LaplaceInference, best: LaplaceFit) -> tuple[np.ndarray, np.ndarray]:
     """Information ``(n_record, n_stretch, p, p)`` and scores ``(n_record, n_stretch, p)`` of what may vary.
 
     Scores are those of a noise as large as the innovations are where each combination of parameters is seen.
@@ -111,8 +113,8 @@ def _scores(scales: Scales, best: Weighed) -> tuple[np.ndarray, np.ndarray]:
     columns = unknowns.shared[unknowns.scattering]
     local = best.local
     targets = local[:, columns] * np.exp(DIFFERENCE_STEP)
-    supermodel = scales.yardstick.on(best.supermodel)
-    products, squares = stretch_products(supermodel, local, columns, targets, scales.context.whole)
+    supermodel = inference.common_noise.whitened(best.supermodel)
+    products, squares = stretch_products(supermodel, local, columns, targets, inference.context.whole)
     information, score = products[:, :, :-1, :-1] / DIFFERENCE_STEP**2, products[:, :, :-1, -1] / DIFFERENCE_STEP
     assert place.eta.shape[1] == len(columns)
     pairs = zip(information.sum(axis=1), squares / DIFFERENCE_STEP**2, strict=True)

@@ -36,11 +36,11 @@ def places(found: ResidualSet) -> tuple[GapPlace, ...]:
     """
     records, channels = found.problem.layout.records, found.channels
     pieces = channel_residuals(found)
-    looks = sum(len(piece.times) // piece.window // span for piece in pieces for span in SPANS)
+    trials = sum(len(piece.times) // piece.window // span for piece in pieces for span in SPANS)
     listed = []
     for piece in pieces:
         width = piece.window
-        for first, last in _runs(_loud(piece, width, looks)):
+        for first, last in _runs(_loud(piece, width, trials)):
             inside = slice(first * width, last * width)
             phase = PHASES[int(np.bincount(piece.phase[inside]).argmax())]
             excess = float(piece.excess[inside].sum())
@@ -55,7 +55,7 @@ def places(found: ResidualSet) -> tuple[GapPlace, ...]:
     )
 
 
-def _loud(piece: ChannelResidual, width: int, looks: int) -> np.ndarray:
+def _loud(piece: ChannelResidual, width: int, trials: int) -> np.ndarray:
     """Whether each window of `width` samples is louder than noise gets by chance, by itself or among its neighbours."""
     number = len(piece.times) // width
     cut = lambda values: values[: number * width].reshape(number, width).sum(axis=1)  # noqa: E731
@@ -69,7 +69,7 @@ def _loud(piece: ChannelResidual, width: int, looks: int) -> np.ndarray:
         whole, counts = ((quiet * part)[: groups * span].reshape(groups, span).sum(axis=1) for part in (sums, counted))
         known = counts > 0.5 * span * width
         powers = np.where(known, whole / np.maximum(counts, 1.0), 0.0)
-        limit = loudest(piece.noise, span * width, len(piece.times), piece.rate, looks)
+        limit = loudest(piece.noise, span * width, len(piece.times), piece.rate, trials)
         usual = float(np.median(powers[known])) if known.any() else 1.0
         loud[: groups * span] |= np.repeat(powers > max(limit, 1.0 + LOUDER_STILL * (usual - 1.0)), span)
     return loud
@@ -121,7 +121,7 @@ def most_of(found: ResidualSet) -> Statement:
     return Statement("place", facts | (after_take_up(found, own, phase) if phase in TAUT else {}))
 
 
-def _is_sure(own: list[ChannelResidual], phase: int, looks: int) -> bool:
+def _is_sure(own: list[ChannelResidual], phase: int, trials: int) -> bool:
     """Whether a channel is louder in a phase than noise gets by chance, as if the phase lasted without a break."""
     inside = [piece.counted & (piece.phase == phase) for piece in own]
     number = sum(int(one.sum()) for one in inside)
@@ -129,7 +129,7 @@ def _is_sure(own: list[ChannelResidual], phase: int, looks: int) -> bool:
         return False
     power = sum(float(np.sum(piece.residual[one] ** 2)) for piece, one in zip(own, inside, strict=True)) / number
     longest = max(own, key=lambda piece: len(piece.times))
-    return power > loudest(longest.noise, number, len(longest.times), longest.rate, looks)
+    return power > loudest(longest.noise, number, len(longest.times), longest.rate, trials)
 
 
 def _ways(found: ResidualSet, channel: int, phase: int) -> tuple[tuple[str, str], ...]:
@@ -151,7 +151,7 @@ def _ways(found: ResidualSet, channel: int, phase: int) -> tuple[tuple[str, str]
 
 
 def onset(found: ResidualSet) -> tuple[str, float] | None:
-    """Record and instant [s] from which one record alone parts from the model; None if others do too.
+    """Record and instant [s] from which one record alone departs from the model; None if others do too.
 
     Of a series of one record it is the instant of its event; `events` tells of any number.
     """

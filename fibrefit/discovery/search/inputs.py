@@ -8,42 +8,42 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Hypothesis, carried, own_task_by_record
-from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, lost
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
+from fibrefit.discovery.engine.common_noise import common_noise_of
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
 
-def coefficients_of(search: Search, weighed: Weighed) -> InputCoefficients | None:
+def coefficients_of(search: Search, fitted: LaplaceFit) -> InputCoefficients | None:
     """Errors of noisy inputs that suit a hypothesis best, to first order about those known; None without any.
 
     They are those of each record at values of its own.
     """
-    if (sensitivities := weighed.supermodel.sensitivities) is None:
+    if (sensitivities := fitted.supermodel.sensitivities) is None:
         return None
-    left = np.asarray(residual_rows(weighed.supermodel, weighed.local, search.context.whole))[:, None]
+    left = np.asarray(residual_rows(fitted.supermodel, fitted.local, search.context.whole))[:, None]
     return sensitivities.named([-record.best(own)[0] for record, own in zip(sensitivities.records, left, strict=True)])
 
 
-def residuals_left(search: Search, weighed: Weighed) -> np.ndarray:
+def residuals_left(search: Search, fitted: LaplaceFit) -> np.ndarray:
     """Residuals of a hypothesis ``(n_record, n_channel, n_time)`` in units of the noise, errors of inputs taken off.
 
     By a program of the search: to put a hypothesis into a model of its own is to compile that.
     """
-    supermodel, coefficients = weighed.supermodel, coefficients_of(search, weighed)
+    supermodel, coefficients = fitted.supermodel, coefficients_of(search, fitted)
     if coefficients is not None and (seen := supermodel.sensitivities) is not None:
         whole = seen._replace(
             coefficients=coefficients, downweight=np.ones_like(seen.downweight), offset=np.zeros_like(seen.offset)
         )
         supermodel = supermodel_of(search.task, supermodel.effects, whole)
-    rows = np.asarray(residual_rows(supermodel, weighed.local, search.context.whole))
+    rows = np.asarray(residual_rows(supermodel, fitted.local, search.context.whole))
     return rows.reshape(len(rows), len(search.task.problem.model.rig.channels), -1)
 
 
@@ -61,53 +61,55 @@ class About(NamedTuple):
     supermodel: Supermodel
 
 
-def linearised_about(search: Search, weighed: Weighed) -> About | None:
+def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
     """Readings linearised in the errors of inputs, about what suits a hypothesis best; None without such inputs."""
-    if (coefficients := coefficients_of(search, weighed)) is None:
+    if (coefficients := coefficients_of(search, fitted)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    plain = search.plain(weighed)
+    plain = search.plain(fitted)
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
     sensitivities = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, search.gap(plain) > TOO_FAR)
     supermodel = supermodel_of(search.task, (), sensitivities)
-    own = supermodel_of(search.task, weighed.effects, sensitivities) if weighed.effects else supermodel
+    own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
-    scales = Scales(search.context, search.scales.reference, yardstick_of(own, search.scales.yardstick.noise))
+    inference = LaplaceInference(
+        search.context, search.inference.reference, common_noise_of(own, search.inference.common_noise.noise)
+    )
     anew = replace(
         search,
         base=Hypothesis((), base, supermodel),
-        scales=scales,
-        supermodels=[supermodel, own] if weighed.effects else [supermodel],
+        inference=inference,
+        supermodels=[supermodel, own] if fitted.effects else [supermodel],
         lock=Lock(),
     )
     return About(anew, own)
 
 
-def relinearised(search: Search, weighed: Weighed) -> tuple[Search, Weighed] | None:
+def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit] | None:
     """Search and hypothesis with what errors of noisy inputs do to the hypothesis.
 
     None without such inputs, and where a motion is lost there.
     """
-    if (about := linearised_about(search, weighed)) is None:
+    if (about := linearised_about(search, fitted)) is None:
         return None
-    anew, own, old = about.search, about.supermodel, weighed.evidence.mode
-    local = carried(own, weighed.supermodel, weighed.local)
-    found = anew.scales.weigh(own, weighed.effects, local, old.sigma, old.place.eta)
-    if lost(search.gap(search.plain(weighed)), anew.gap(anew.plain(found))):
+    anew, own, old = about.search, about.supermodel, fitted.evidence.mode
+    local = transferred(own, fitted.supermodel, fitted.local)
+    found = anew.inference.fitted(own, fitted.effects, local, old.sigma, old.place.eta)
+    if motion_lost(search.gap(search.plain(fitted)), anew.gap(anew.plain(found))):
         return None
     return anew, found
 
 
-def linearised_where_records_differ(search: Search, weighed: Weighed) -> tuple[Search, Weighed]:
+def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit]:
     """Search and hypothesis with readings linearised at each record's own values, if these differ.
 
     A first fit takes records for alike, and what they differ by for errors of their inputs.
     """
     for _ in range(LINEARISED_ANEW):
-        if not weighed.evidence.mode.sigma.any() or (anew := relinearised(search, weighed)) is None:
+        if not fitted.evidence.mode.sigma.any() or (anew := relinearised(search, fitted)) is None:
             break
-        search, weighed = anew
-    return search, weighed
+        search, fitted = anew
+    return search, fitted
 
 
 @dataclass(frozen=True)
@@ -118,17 +120,17 @@ class Confirmation:
     ----------
     search : Search
         With these readings.
-    found : Weighed
-    parent : Weighed
+    found : LaplaceFit
+    parent : LaplaceFit
         The more probable of what it is without what was added, and of its parent from where that was.
-    inflation : float
+    overdispersion : float
         By which its gain was divided.
     """
 
     search: Search
-    found: Weighed
-    parent: Weighed
-    inflation: float = 1.0
+    found: LaplaceFit
+    parent: LaplaceFit
+    overdispersion: float = 1.0
 
     @property
     def gain(self) -> float:
@@ -136,36 +138,36 @@ class Confirmation:
         return self.found.log - self.parent.log
 
 
-def inflation_of(scales: Scales, parent: Weighed, one: Weighed) -> float:
-    """Factor by which a candidate's gain counts for less, as innovations scatter more than they are taken to.
+def overdispersion_of(inference: LaplaceInference, parent: LaplaceFit, one: LaplaceFit) -> float:
+    """Overdispersion of the scores of what a candidate adds; 1 where its gain is none, or beyond doubt.
 
     Parameters
     ----------
-    scales : Scales
-        By which both were weighed.
-    parent, one : Weighed
+    inference : LaplaceInference
+        Of both.
+    parent, one : LaplaceFit
     """
     if not 0.0 < one.log - parent.log < BEYOND_DOUBT:
         return 1.0
     added = [effect for effect in one.effects if effect not in parent.effects]
-    return scales.inflation(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    return inference.overdispersion(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
 
 
-def sobered(parent: Weighed, one: Weighed, inflation: float) -> Weighed:
-    """A candidate whose gain counts for less by a factor, and for nothing where records object.
+def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion: float) -> LaplaceFit:
+    """A candidate with its gain divided by the overdispersion of the scores, and none where records object.
 
     Where an effect acts, it makes no record far less probable: one that does fits what is not noise in the others.
     """
     gain = one.log - parent.log
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
-    if one.lost_to(parent) > OBJECTS:
-        return one.moved_to(parent.log)
+    if one.largest_loss_to(parent) > OBJECTS:
+        return one.with_log(parent.log)
     cost = max(occam(parent.evidence, one.evidence), 0.0)
-    return one.moved_to(parent.log + (gain + cost) / inflation - cost)
+    return one.with_log(parent.log + (gain + cost) / overdispersion - cost)
 
 
-def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation | None:
+def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit) -> Confirmation | None:
     """What a hypothesis gains over its parent where readings are linearised about itself; None without noisy inputs.
 
     Readings linearised about its parent say little of a place that is far from it: a bounce that comes elsewhere meets
@@ -174,19 +176,19 @@ def confirmed(search: Search, parent: Weighed, found: Weighed) -> Confirmation |
     if (anew := relinearised(search, found)) is None:
         return None
     there, own = anew
-    local = carried(own.supermodel, parent.supermodel, parent.local)
+    local = transferred(own.supermodel, parent.supermodel, parent.local)
     old = parent.evidence.mode
     lesser = (
-        there.scales.without(own, parent.effects),
-        there.scales.weigh(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
+        there.inference.without(own, parent.effects),
+        there.inference.fitted(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
     )
     best = max(lesser, key=lambda one: one.log)
-    inflation = inflation_of(there.scales, best, own)
-    return Confirmation(there, sobered(best, own, inflation), best, inflation)
+    overdispersion = overdispersion_of(there.inference, best, own)
+    return Confirmation(there, overdispersion_corrected(best, own, overdispersion), best, overdispersion)
 
 
-def weighed_about(about: Search, other: Weighed) -> Weighed:
+def fitted_about(about: Search, other: LaplaceFit) -> LaplaceFit:
     """A hypothesis where readings are linearised about another one, from where it is."""
     supermodel, old = about.supermodel_with(other.supermodel.effects), other.evidence.mode
-    local = carried(supermodel, other.supermodel, other.local)
-    return about.scales.weigh(supermodel, other.effects, local, old.sigma, old.place.eta)
+    local = transferred(supermodel, other.supermodel, other.local)
+    return about.inference.fitted(supermodel, other.effects, local, old.sigma, old.place.eta)

@@ -13,22 +13,22 @@ import numpy as np
 
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
-from fibrefit.discovery.engine.effort import astray, is_searched_widely, promising, slopes_tell
+from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising, slopes_tell
 from fibrefit.discovery.engine.journal import Journal, digest
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit
-from fibrefit.discovery.engine.screening import Promise
+from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.search.ways import (
-    WayIn,
-    beginnings,
+from fibrefit.discovery.search.starts import (
+    EffectStart,
     has_valleys,
     is_worth_following,
     may_do_better,
     most_promising,
+    starting_values,
 )
 from fibrefit.laws.law import Effect, extends
 from fibrefit.problem.task import Task
@@ -46,17 +46,17 @@ class Tried(NamedTuple):
 
     Parameters
     ----------
-    found : list of Weighed
+    found : list of LaplaceFit
         One each, the most probable first; without those that no motion follows from.
     untried : tuple of Effect classes
         Those that the time did not suffice for.
     """
 
-    found: list[Weighed]
+    found: list[LaplaceFit]
     untried: tuple[type[Effect], ...] = ()
 
 
-Promises = Mapping[type[Effect], Promise]
+PredictedGains = Mapping[type[Effect], PredictedGain]
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,8 @@ class Search:
     context : SearchContext
     base : Hypothesis
         Nothing added, in plain least squares.
-    scales : Scales
-        By which hypotheses are weighed now.
+    inference : LaplaceInference
+        Of hypotheses, in the noise they are compared in now.
     tell : callable
     supermodels : list of Supermodel
         Compiled so far; a store of programs, not of results.
@@ -87,7 +87,7 @@ class Search:
     effects: tuple[type[Effect], ...]
     context: SearchContext
     base: Hypothesis
-    scales: Scales
+    inference: LaplaceInference
     tell: Progress
     supermodels: list[Supermodel] = field(default_factory=list)
     lock: Lock = field(default_factory=Lock, repr=False)
@@ -104,21 +104,23 @@ class Search:
         found = tuple(by_name[one] for one in names.split(",") if one)
         return found[0] if kind == "effect" else self.supermodel_with(found)
 
-    def signature(self, parent: Weighed | Hypothesis) -> str:
+    def signature(self, parent: LaplaceFit | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
         sensitivities = parent.supermodel.sensitivities
         seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
         if isinstance(parent, Hypothesis):
             return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
         found = parent.evidence.mode
-        noise = [repr(of) for of in self.scales.yardstick.noise]
-        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in self.scales.yardstick.steps.items()]
+        noise = [repr(of) for of in self.inference.common_noise.noise]
+        noise += [
+            repr((channel, float(np.mean(of.noise)))) for channel, of in self.inference.common_noise.steps.items()
+        ]
         return digest(
             parent.names, parent.local, found.place.eta, found.sigma, parent.log, noise, *map(np.asarray, seen)
         )
 
     def recalled(
-        self, what: str, parent: Weighed | Hypothesis, about: object, job: Callable[[], Any]
+        self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any]
     ) -> Callable[[], Any]:
         """A job that asks the journal first.
 
@@ -126,7 +128,7 @@ class Search:
         ----------
         what : str
             Kind of the job.
-        parent : Weighed or Hypothesis
+        parent : LaplaceFit or Hypothesis
         about : object
             What else its result depends on, told by its `repr`.
         job : callable
@@ -138,20 +140,20 @@ class Search:
         """Number of samples that count."""
         return float(self.base.supermodel.samples.sum())
 
-    def weighed_with(self, scales: Scales) -> Search:
-        """The same search with other scales."""
-        return replace(self, scales=scales)
+    def with_inference(self, inference: LaplaceInference) -> Search:
+        """The same search with hypotheses compared in another noise."""
+        return replace(self, inference=inference)
 
     def gap(self, hypothesis: Hypothesis) -> float:
         """Rms of what a hypothesis leaves, in units of the noise."""
         return float(np.sqrt(hypothesis.fit.cost / self.samples))
 
-    def plain(self, weighed: Weighed) -> Hypothesis:
-        """A weighed hypothesis at its mode, with what it leaves in plain squares."""
-        cost = float(weighed.supermodel.costs(weighed.local, self.context.whole).sum())
-        return Hypothesis(weighed.effects, Refit(weighed.local, cost, weighed.shared, 0), weighed.supermodel)
+    def plain(self, fitted: LaplaceFit) -> Hypothesis:
+        """A hypothesis at its posterior mode, with what it leaves in plain squares."""
+        cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
+        return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
 
-    def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
+    def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
 
         One effect by itself is tried with its group, which is quick to run. On top of others it is tried with all: that
@@ -161,16 +163,16 @@ class Search:
         Parameters
         ----------
         effect : Effect class
-        kin : sequence of Effect classes
+        others : sequence of Effect classes
             All that may be present beside it.
         """
         # What changes with time would slow down all others.
         kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
-        stiff = any(other.stiff for other in kin)
+        stiff = any(other.stiff for other in others)
         quick = not (stiff or effect.stiff or extends(effect))
-        reused = kin and quick and self.base.supermodel.sensitivities is None
+        reused = others and quick and self.base.supermodel.sensitivities is None
         group = kept if reused else group_of(effect, self.effects, stiff)
-        return self.supermodel_with((*kin, *group))
+        return self.supermodel_with((*others, *group))
 
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
         """The supermodel that holds these effects and no others; made where there is none yet."""
@@ -189,7 +191,7 @@ class Search:
             self.supermodels.append(supermodel)
             return supermodel
 
-    def extensions(self, parent: Weighed) -> tuple[type[Effect], ...]:
+    def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Effects that may be added to a hypothesis."""
         there = (*self.task.problem.model.effects, *parent.effects)
         present, excluded = {effect.name for effect in there}, {name for effect in there for name in effect.excludes}
@@ -202,92 +204,88 @@ class Search:
             and effect.name not in excluded
         )
 
-    def tried(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
+    def tried(self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
         """A parent with each of some effects, as far as the time goes.
 
         Parameters
         ----------
-        parent : Weighed
+        parent : LaplaceFit
         effects : sequence of Effect classes
         what : str
             What is said of it while it goes on.
         least : float
-            Nats that slopes have to promise of an effect that is followed, where fewer would do otherwise.
+            Nats that slopes have to predict of an effect that is followed, where fewer would do otherwise.
         """
         near = slopes_tell(self.gap(plain := self.plain(parent)))
-        follow = partial(self._from_slopes, parent) if near else partial(self._by_promise, parent, plain)
+        follow = partial(self._from_slopes, parent) if near else partial(self._by_predicted_gain, parent, plain)
         found = follow(effects, what, least)
         reached = {one.effects[-1] for one in found}
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
 
-    def _from_slopes(self, parent: Weighed, effects: Sequence[type[Effect]], what: str, least: float) -> list[Weighed]:
-        """A parent with each effect whose slopes promise something, from where it is weak."""
+    def _from_slopes(
+        self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float
+    ) -> list[LaplaceFit]:
+        """A parent with each effect whose slopes predict something, from where it is weak."""
         views = [parent]
         if parent.evidence.mode.sigma.any():
-            views.append(self.scales.agreeing(parent))
-        slopes = [self.scales.slopes(view) for view in views]
-        promised = [self._promises(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
+            views.append(self.inference.pooled(parent))
+        slopes = [self.inference.slopes(view) for view in views]
+        predicted = [self._predicted_gains(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
         if len(views) > 1:
             # There an effect is followed from its full strength alone, as it has to take the place of differences.
-            promised[1] = {effect: promise._replace(weak=promise.values) for effect, promise in promised[1].items()}
-        seen = [effect for effect in effects if all(effect in promises for promises in promised)]
-        ways = [
-            WayIn(self._gain(parent, view, promises, effect), effect, view, promises[effect], seed)
-            for view, promises, seed in zip(views, promised, slopes, strict=True)
-            for effect in most_promising(promises, seen, len(seen) if view is parent else INSTEAD)
+            predicted[1] = {effect: one._replace(weak=one.values) for effect, one in predicted[1].items()}
+        seen = [effect for effect in effects if all(effect in predictions for predictions in predicted)]
+        starts = [
+            EffectStart(predictions[effect].gain + view.log - parent.log, effect, view, predictions[effect], seed)
+            for view, predictions, seed in zip(views, predicted, slopes, strict=True)
+            for effect in most_promising(predictions, seen, len(seen) if view is parent else INSTEAD)
         ]
-        # What promises most is followed first: where the time ends, it is the rest that was not looked at.
-        near = sorted(
-            (way for way in ways if is_worth_following(way.effect, way.promised, least)), key=lambda way: -way.promised
-        )
+        # What most is predicted of is followed first: where the time ends, it is the rest that was not looked at.
+        near = [start for start in starts if is_worth_following(start.effect, start.predicted_gain, least)]
+        near.sort(key=lambda start: -start.predicted_gain)
         found, followed = self._followed(parent, near, what)
-        ends: dict[type[Effect], Weighed] = {}
+        ends: dict[type[Effect], LaplaceFit] = {}
         for one in found:
             last = one.effects[-1]
             ends[last] = max(ends.get(last, one), one, key=lambda other: other.log)
-        far = [
-            self._as_promised(parent, way.effect, way.promised)
-            for way in ways[: len(seen)]
-            if way.effect not in followed
+        rest = [
+            self._as_predicted(parent, start.effect, start.predicted_gain)
+            for start in starts[: len(seen)]
+            if start.effect not in followed
         ]
-        return [*ends.values(), *far]
+        return [*ends.values(), *rest]
 
-    def _followed(self, parent: Weighed, ways: Sequence[WayIn], what: str) -> tuple[list[Weighed], set[type[Effect]]]:
-        """Where ways lead, the first ones first, and the effects that are on them; none that promises far too little.
+    def _followed(
+        self, parent: LaplaceFit, starts: Sequence[EffectStart], what: str
+    ) -> tuple[list[LaplaceFit], set[type[Effect]]]:
+        """Where starts lead, the first ones first, and the effects they are of; none with too little predicted.
 
-        Once an effect explains something beyond doubt, slopes have to promise a fair share of that.
+        Once an effect explains something beyond doubt, slopes have to predict a fair share of that.
         """
-        found, begun, left = list[Weighed](), list[WayIn](), list(ways)
+        found, begun, left = list[LaplaceFit](), list[EffectStart](), list(starts)
+        extended, supermodel = self.inference.extended, self.supermodel_for
         while left:
             now, left = left[:FOLLOWED], left[FOLLOWED:]
             jobs = [
                 self.recalled(
-                    "extended", view, (effect.name, promise),
-                    partial(
-                        self.scales.extended, view, self.supermodel_for(effect, parent.effects), effect, promise, seed
-                    ),
+                    "extended", view, (effect.name, prediction),
+                    partial(extended, view, supermodel(effect, parent.effects), effect, prediction, seed),
                 )
-                for _, effect, view, promise, seed in now
+                for _, effect, view, prediction, seed in now
             ]  # fmt: skip
             done = len(begun)
-            tell = lambda number, done=done: self.tell(what, 0.5 + 0.5 * (done + number) / len(ways))  # noqa: E731
+            tell = lambda number, done=done: self.tell(what, 0.5 + 0.5 * (done + number) / len(starts))  # noqa: E731
             found += [one for one in fit_all(jobs, tell) if one is not None]
             begun += now
             gain = max((one.log - parent.log for one in found), default=0.0)
-            left = [way for way in left if may_do_better(way.promised, gain)]
-        return found, {way.effect for way in begun}
+            left = [start for start in left if may_do_better(start.predicted_gain, gain)]
+        return found, {start.effect for start in begun}
 
-    def _gain(
-        self, parent: Weighed, view: Weighed, promises: dict[type[Effect], Promise], effect: type[Effect]
-    ) -> float:
-        """Nats that slopes seen from a view of a parent promise of an effect, over that parent."""
-        return promises[effect].gain + view.log - parent.log
-
-    def _promises(
-        self, parent: Weighed, slopes: Seed, effects: Sequence[type[Effect]], what: str
-    ) -> dict[type[Effect], Promise]:
-        """What slopes promise of each effect, as far as the time goes: those of a supermodel together."""
+    def _predicted_gains(
+        self, parent: LaplaceFit, slopes: Seed, effects: Sequence[type[Effect]], what: str
+    ) -> dict[type[Effect], PredictedGain]:
+        """What slopes predict of each effect, as far as the time goes: those of a supermodel together."""
         groups: dict[int, tuple[Supermodel, list[type[Effect]]]] = {}
         for effect in effects:
             supermodel = self.supermodel_for(effect, parent.effects)
@@ -295,73 +293,75 @@ class Search:
         screens = [
             self.recalled(
                 "screened", parent, [effect.name for effect in some],
-                partial(self.scales.screened, parent, supermodel, some, slopes),
+                partial(self.inference.screened, parent, supermodel, some, slopes),
             )
             for supermodel, some in groups.values()
         ]  # fmt: skip
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
-        return {effect: promise for screen in found if screen is not None for effect, promise in screen.items()}
+        return {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
 
-    def _by_promise(
-        self, parent: Weighed, plain: Hypothesis, effects: Sequence[type[Effect]], what: str, least: float
-    ) -> list[Weighed]:
-        """A parent with each effect, what slopes promise most of first; the rest only where that comes to nothing.
+    def _by_predicted_gain(
+        self, parent: LaplaceFit, plain: Hypothesis, effects: Sequence[type[Effect]], what: str, least: float
+    ) -> list[LaplaceFit]:
+        """A parent with each effect, what slopes predict most of first; the rest only where that comes to nothing.
 
-        Where much is missing slopes promise something of nearly every effect, too much of most; but what is missing is
-        among those that they promise much of.
+        Where much is missing slopes predict something of nearly every effect, too much of most; but what is missing is
+        among those that they predict much of.
         """
-        promises = self._promises(parent, self.scales.slopes(parent), effects, what)
-        ranked, found, gain = sorted(promises, key=lambda effect: -promises[effect].gain), list[Weighed](), 0.0
-        far = [effect for effect in ranked if promises[effect].gain < least and not effect.singular]
+        predictions = self._predicted_gains(parent, self.inference.slopes(parent), effects, what)
+        ranked, found, gain = sorted(predictions, key=lambda effect: -predictions[effect].gain), list[LaplaceFit](), 0.0
+        far = [effect for effect in ranked if predictions[effect].gain < least and not effect.singular]
         left = self.in_turn([effect for effect in ranked if effect not in far])
-        # From afar slopes promise too much: what they promise less of than was found is not what is missing.
-        while left and (gain <= NAMED or promises[left[0][0]].gain > gain):
-            now = {each: promises[each] for each in left.pop(0)}
+        # From afar slopes predict too much: what they predict less of than was found is not what is missing.
+        while left and (gain <= NAMED or predictions[left[0][0]].gain > gain):
+            now = {each: predictions[each] for each in left.pop(0)}
             found += self._from_plain_squares(parent, plain, now, what)
             gain = max((one.log - parent.log for one in found), default=0.0)
         behind = (*(each for group in left for each in group), *far)
-        return [*found, *(self._as_promised(parent, each, min(promises[each].gain, 0.0)) for each in behind)]
+        return [*found, *(self._as_predicted(parent, each, min(predictions[each].gain, 0.0)) for each in behind)]
 
     def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
         """Effects, the most promising first, in groups: after each it is asked whether the next may do better."""
         return [list(ranked[i : i + FOLLOWED]) for i in range(0, len(ranked), FOLLOWED)]
 
-    def _as_promised(self, parent: Weighed, effect: type[Effect], gain: float) -> Weighed:
-        """A parent with an effect that is not there: its slopes promise too little to look any further."""
-        return self.scales.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
+    def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:
+        """A parent with an effect that is not there: its slopes predict too little to look any further."""
+        return self.inference.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
 
-    def _from_plain_squares(self, parent: Weighed, plain: Hypothesis, promises: Promises, what: str) -> list[Weighed]:
+    def _from_plain_squares(
+        self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
+    ) -> list[LaplaceFit]:
         """A parent with each effect, from where plain squares led: in full those that are promising there."""
-        ends = sorted(self._in_plain_squares(plain, promises, what), key=lambda end: end.fit.cost)
+        ends = sorted(self._in_plain_squares(plain, predictions, what), key=lambda end: end.fit.cost)
         near = promising(plain.fit.cost, [end.fit.cost for end in ends])
-        weigh = partial(self._weighed, parent, promises)
+        fit = partial(self._fitted, parent, predictions)
         jobs = [
-            self.recalled("weighed", parent, (end.names, end.fit.cost, is_near), partial(weigh, end, is_near))
+            self.recalled("fitted", parent, (end.names, end.fit.cost, is_near), partial(fit, end, is_near))
             for end, is_near in zip(ends, near, strict=True)
         ]
         share = 1.0 - SCREENING_SHARE
         found = fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
         return [one for one in found if one is not None]
 
-    def _weighed(self, parent: Weighed, promises: Promises, end: Hypothesis, near: bool) -> Weighed:
+    def _fitted(self, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool) -> LaplaceFit:
         """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
-        lead = self.scales.weigh if near else partial(self.scales.at_once, parent=parent)
+        lead = self.inference.fitted if near else partial(self.inference.without_descent, parent=parent)
         found = lead(end.supermodel, end.effects, end.fit.local)
         effect = end.effects[-1]
         # What is over within a few samples is nothing in plain squares, and much where noise is slow.
-        missed = promises[effect].gain > NAMED and found.log <= parent.log
-        if not missed and not (near and astray(found.log, parent.log)):
+        missed = predictions[effect].gain > NAMED and found.log <= parent.log
+        if not missed and not (near and in_wrong_minimum(found.log, parent.log)):
             return found
-        promise = self.scales.screened(parent, end.supermodel, [effect])[effect]
-        if not np.isfinite(promise.gain):
+        prediction = self.inference.screened(parent, end.supermodel, [effect])[effect]
+        if not np.isfinite(prediction.gain):
             return found
-        return max(found, self.scales.extended(parent, end.supermodel, effect, promise), key=lambda one: one.log)
+        return max(found, self.inference.extended(parent, end.supermodel, effect, prediction), key=lambda one: one.log)
 
-    def _in_plain_squares(self, plain: Hypothesis, promises: Promises, what: str) -> list[Hypothesis]:
+    def _in_plain_squares(self, plain: Hypothesis, predictions: PredictedGains, what: str) -> list[Hypothesis]:
         """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
         begun = {
-            effect: () if is_searched_widely(i) and not has_valleys(effect) else beginnings(promise)
-            for i, (effect, promise) in enumerate(promises.items())
+            effect: () if is_searched_widely(i) and not has_valleys(effect) else starting_values(prediction)
+            for i, (effect, prediction) in enumerate(predictions.items())
         }
         jobs = [
             self.recalled(
@@ -385,9 +385,9 @@ class Search:
         found = [trial.as_it_is() if end is None else end for trial, end in zip(near, ends, strict=True)]
         return [*found, *(trial.as_it_is() for trial in trials[len(near) :])]
 
-    def task_with(self, weighed: Weighed) -> tuple[Task, np.ndarray]:
+    def task_with(self, fitted: LaplaceFit) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
-        return own_task(self.task, self.plain(weighed))
+        return own_task(self.task, self.plain(fitted))
 
 
 def _name(thing: Any) -> str | None:

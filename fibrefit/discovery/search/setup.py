@@ -10,13 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.progress import Progress
-from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, carried
+from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, transferred
+from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import TOO_FAR, slopes_tell
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import yardstick_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.checks import AGREED, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
@@ -28,7 +28,7 @@ from fibrefit.study.summaries.check import SIZE
 
 def prepared_search(
     task: Task, before: Identification, effects: Sequence[type[Effect]], tell: Progress, folder: Path | None = None
-) -> tuple[Search, Weighed]:
+) -> tuple[Search, LaplaceFit]:
     """Search over measured records, and the model it begins with.
 
     Parameters
@@ -52,19 +52,19 @@ def prepared_search(
         task, wanted, supermodel, context, refit(supermodel, context.subset(()), local, context.whole), tell
     )
     search = replace(search, folder=folder)
-    base = search.scales.weigh(supermodel, (), search.base.fit.local)
+    base = search.inference.fitted(supermodel, (), search.base.fit.local)
     if before.gls is not None or before.plain.differ:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
-        apart = carried(supermodel, Supermodel(task), before.local)
-        base = max(base, search.scales.weigh(supermodel, (), apart), key=lambda one: one.log)
+        apart = transferred(supermodel, Supermodel(task), before.local)
+        base = max(base, search.inference.fitted(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):
-        search = search.weighed_with(Scales(context, search.scales.reference, search.scales.refined(base)))
-        base = search.scales.again(base)
+        search = search.with_inference(search.inference.in_noise_of(base))
+        base = search.inference.again(base)
     return search, base
 
 
-def minima_weighed(search: Search, base: Weighed, before: Identification) -> tuple[Weighed, Identification]:
+def minima_compared(search: Search, base: LaplaceFit, before: Identification) -> tuple[LaplaceFit, Identification]:
     """The best minimum of the base model, and its fit, whose starts are held against the next one's probability.
 
     As measured, an input leaves residuals in every minimum, and few starts may find the best: what tells them apart are
@@ -73,17 +73,17 @@ def minima_weighed(search: Search, base: Weighed, before: Identification) -> tup
     Parameters
     ----------
     search : Search
-    base : Weighed
+    base : LaplaceFit
     before : Identification
         Of the base model.
     """
     noise = all(check.passed for check in before.checks if check.identifier == SIZE)
     if not before.input_errors or not undecided(before.starts, noise):
         return base, before
-    search.tell("weighing other minima of the first fit", None)
+    search.tell("comparing other minima of the first fit", None)
     supermodel, errors = search.base.supermodel, before.plain.errors
     values = [end for end in before.starts.others() if np.any(np.abs(end - before.plain.values) > errors)]
-    ends = [search.scales.weigh(supermodel, (), _local(supermodel, search.task, end)) for end in values]
+    ends = [search.inference.fitted(supermodel, (), _local(supermodel, search.task, end)) for end in values]
     best = max([base, *ends], key=lambda one: one.log)
     nats = min((best.log - one.log for one in (base, *ends) if _is_elsewhere(one, best)), default=np.inf)
     checks = tuple(
@@ -92,7 +92,7 @@ def minima_weighed(search: Search, base: Weighed, before: Identification) -> tup
     return best, replace(before, checks=checks)
 
 
-def _is_elsewhere(one: Weighed, best: Weighed) -> bool:
+def _is_elsewhere(one: LaplaceFit, best: LaplaceFit) -> bool:
     """Whether it is another minimum: ends that differ by less than their error bars say the same."""
     return any(abs(one.shared[name] - value) > best.errors[name] for name, value in best.shared.items())
 
@@ -132,7 +132,7 @@ def _context(task: Task) -> SearchContext:
 
 def _local(supermodel: Supermodel, task: Task, values: np.ndarray) -> np.ndarray:
     local = np.asarray(task.problem.layout.local(jnp.asarray(values)))
-    return carried(supermodel, Supermodel(task), local)
+    return transferred(supermodel, Supermodel(task), local)
 
 
 def _search(
@@ -145,5 +145,5 @@ def _search(
 ) -> Search:
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     reference = {name: float(np.mean(fit.local[:, supermodel.names.index(name)])) for name in context.base}
-    scales = Scales(context, reference, yardstick_of(supermodel, noise))
-    return Search(task, wanted, context, Hypothesis((), fit, supermodel), scales, tell, [supermodel])
+    inference = LaplaceInference(context, reference, common_noise_of(supermodel, noise))
+    return Search(task, wanted, context, Hypothesis((), fit, supermodel), inference, tell, [supermodel])

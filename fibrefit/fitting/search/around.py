@@ -13,13 +13,13 @@ import numpy as np
 
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, basins_of, with_rows
-from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Care, Descent, descend_all, gram_at, widths
+from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import thinning
-from fibrefit.fitting.thresholds import SAME_PLACE, SETTLED_FIT
+from fibrefit.fitting.thresholds import FIT_TOLERANCE, SAME_PLACE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem, gram_root
 
-LOOKS = 3
+ROUNDS = 3
 """How often there is a look around what is the best minimum by then."""
 AWAY = 60.0
 """Distance of the places it is looked from, in standard errors for white noise. Of 160 drops four had a lower minimum
@@ -38,10 +38,10 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
     """
     layout, counts, every = problem.layout, np.repeat(whole, STARTS_AT_ONCE, axis=0), thinning(problem)
     low, high = (np.array([getattr(slot.range, end) for slot, _ in layout.entries]) for end in ("lower", "upper"))
-    for look in range(LOOKS):
+    for number in range(ROUNDS):
         best = int(np.argmin(starts.cost))
         values, cost = starts.values[best], float(starts.cost[best])
-        places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), look)
+        places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), number)
         began, width = np.clip(places, low, high), widths(problem, layout.free(values))
         free, active = layout.free(began), np.ones(STARTS_AT_ONCE, dtype=bool)
         if every > 1:
@@ -49,8 +49,8 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         if not active.any():
             break
         found = _ends(problem, free, width, counts, active, layout.free(values))
-        lower = cost - np.asarray(found.cost).min() > SETTLED_FIT
-        if not lower and not look:
+        lower = cost - np.asarray(found.cost).min() > FIT_TOLERANCE
+        if not lower and not number:
             return starts
         starts = _joined(starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found)))
         if not lower:
@@ -62,11 +62,11 @@ def _ends(
     problem: Problem, free: np.ndarray, width: np.ndarray, counts: np.ndarray, active: np.ndarray, best: np.ndarray
 ) -> Descent:
     """Ends of descents; those that come back to the best place ``(n_free,)`` are followed no further than that."""
-    rough = descend_all(problem, free, width, counts, active, Care(np.asarray(FOR_A_HORIZON)))
+    rough = descend_all(problem, free, width, counts, active, Stopping(np.asarray(FOR_A_HORIZON)))
     further = active & ~(np.max(np.abs(np.asarray(rough.free) - best) / width, axis=-1) < SAME_PLACE)
     if not further.any():
         return rough
-    found = descend_all(problem, free, width, counts, further, Care(np.asarray(TO_THE_END)))
+    found = descend_all(problem, free, width, counts, further, Stopping(np.asarray(TO_THE_END)))
     return Descent(
         *(
             with_rows(old, further, new[further])
@@ -108,20 +108,20 @@ def _lower_of_few(
     """
     fewer = np.asarray(thin.observations.experiment.count)
     every = float(counts[0].sum() / fewer.sum())
-    wider, care = np.sqrt(every) * width, Care(np.asarray(TO_THE_END))
+    wider, stopping = np.sqrt(every) * width, Stopping(np.asarray(TO_THE_END))
     fewer = np.repeat(fewer[None], STARTS_AT_ONCE, axis=0)
-    own = descend_all(thin, np.resize(free[0], free[1:].shape), wider, fewer, np.arange(STARTS_AT_ONCE) < 1, care)
-    others = descend_all(thin, free[1:], wider, fewer, np.ones(STARTS_AT_ONCE, dtype=bool), care)
+    own = descend_all(thin, np.resize(free[0], free[1:].shape), wider, fewer, np.arange(STARTS_AT_ONCE) < 1, stopping)
+    others = descend_all(thin, free[1:], wider, fewer, np.ones(STARTS_AT_ONCE, dtype=bool), stopping)
     ends, costs = np.asarray(others.free), np.asarray(others.cost)
     lowest = int(np.argmin(costs))
     same = np.max(np.abs(ends - ends[lowest]) / wider, axis=-1) < SAME_PLACE
-    lower = float(np.asarray(own.cost).min()) - costs > SETTLED_FIT / every
+    lower = float(np.asarray(own.cost).min()) - costs > FIT_TOLERANCE / every
     return ends, lower & (~same | (np.arange(STARTS_AT_ONCE) == lowest))
 
 
-def _signs(size: int, look: int) -> np.ndarray:
+def _signs(size: int, number: int) -> np.ndarray:
     """Ways from a place, ``(STARTS_AT_ONCE, size)`` of one and minus one: Walsh functions, other ones at each look."""
-    rows, places = np.arange(1, STARTS_AT_ONCE // 2 + 1) + look * STARTS_AT_ONCE // 2, np.arange(size)
+    rows, places = np.arange(1, STARTS_AT_ONCE // 2 + 1) + number * STARTS_AT_ONCE // 2, np.arange(size)
     odd = np.array([[(int(row) & int(place)).bit_count() % 2 for place in places] for row in rows])
     return np.concatenate([1.0 - 2.0 * odd, 2.0 * odd - 1.0])
 

@@ -17,8 +17,8 @@ from fibrefit.fitting.search.solve import (
     MAX_STEPS,
     ROUGH_STEPS,
     TO_THE_END,
-    Care,
     Descent,
+    Stopping,
     descend_all,
     widths,
 )
@@ -29,7 +29,7 @@ from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-LOST = 100.0
+FAR_ABOVE = 100.0
 """Factor on the cost of a sample at the best start beyond which another is given up."""
 STARTS_AT_ONCE = 4
 """Starts that are searched from in one go, by one core."""
@@ -68,7 +68,7 @@ def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float]
     return starts
 
 
-class Pace(NamedTuple):
+class HorizonSchedule(NamedTuple):
     """How a search goes through its horizons.
 
     Parameters
@@ -84,7 +84,7 @@ class Pace(NamedTuple):
     spared: int = WORTH_A_PROGRAM
 
     @classmethod
-    def of(cls, task: Task, often: bool = False) -> Pace:
+    def of(cls, task: Task, often: bool = False) -> HorizonSchedule:
         """That of a task, see `ROUGH_STEPS`; `often` where many tasks of the same shapes follow."""
         return cls(ROUGH_STEPS if task.noisy_inputs else MAX_STEPS, 0 if often else WORTH_A_PROGRAM)
 
@@ -113,7 +113,7 @@ def search(
     horizons: np.ndarray,
     on_progress: Callable[[float], None],
     stop: Callable[[], bool] = lambda: False,
-    pace: Pace | None = None,
+    schedule: HorizonSchedule | None = None,
 ) -> Searched:
     """Descents from many starts, horizon by horizon, on all cores.
 
@@ -132,21 +132,21 @@ def search(
     stop : callable
         Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
         best start so far, followed to its end.
-    pace : Pace, optional
+    schedule : HorizonSchedule, optional
 
     Raises
     ------
     KeyboardInterrupt
         If it is stopped before anything is known of any start.
     """
-    every, pace = thinning(problem), pace or Pace()
+    every, schedule = thinning(problem), schedule or HorizonSchedule()
     if every > 1:
         # Once more over the whole records: only where few samples say that it is, all of them are asked.
         longer = np.concatenate([horizons, horizons[:, -1:]], axis=1)
-        found = _searched(_Sparse(problem, every, pace), starts, longer, on_progress, stop)
+        found = _searched(_Sparse(problem, every, schedule), starts, longer, on_progress, stop)
         if np.isfinite(found.descent.cost).any():
             return found
-    return _searched(_Sparse(problem, 1, pace), starts, horizons, on_progress, stop)
+    return _searched(_Sparse(problem, 1, schedule), starts, horizons, on_progress, stop)
 
 
 class _Sparse:
@@ -156,11 +156,11 @@ class _Sparse:
     ----------
     problem : Problem
     every : int
-    pace : Pace
+    schedule : HorizonSchedule
     """
 
-    def __init__(self, problem: Problem, every: int, pace: Pace) -> None:
-        self.problem, self._every, self._pace = problem, every, pace
+    def __init__(self, problem: Problem, every: int, schedule: HorizonSchedule) -> None:
+        self.problem, self._every, self._schedule = problem, every, schedule
         self._thin = problem.thinned(every) if every > 1 else problem
 
     def spacing(self, last: bool) -> int:
@@ -171,14 +171,14 @@ class _Sparse:
         """Descents over horizon number `stage` of those of each start, ``(n_start, n_stage, n_record)``."""
         last = stage == counts.shape[1] - 1
         count = -(-counts[:, stage] // self.spacing(last))
-        problem = as_long_as_needed(self.problem if last else self._thin, count, self._pace.spared)
+        problem = as_long_as_needed(self.problem if last else self._thin, count, self._schedule.spared)
         return partial(
             _part,
             problem,
             found.free,
             width,
             count,
-            Care(np.asarray(TO_THE_END if last else FOR_A_HORIZON), self._pace.steps),
+            Stopping(np.asarray(TO_THE_END if last else FOR_A_HORIZON), self._schedule.steps),
         )
 
 
@@ -213,7 +213,7 @@ def _searched(
             if sparse.spacing(last=False) > 1 and not np.isfinite(found.cost).any():
                 break
             if stage < stages - 1:
-                lost |= _are_lost(found.cost / horizons[way, stage].sum(axis=-1))
+                lost |= _far_above_best(found.cost / horizons[way, stage].sum(axis=-1))
                 found = found._replace(cost=np.where(lost, np.inf, found.cost))
             leader = _leaders(found, width, _alike(horizons, stage)[way])
     return Searched(found, np.ones(number, dtype=bool))
@@ -296,18 +296,18 @@ def with_rows(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
 
 
 def _part(
-    problem: Problem, frees: np.ndarray, width: np.ndarray, counts: np.ndarray, care: Care, part: np.ndarray
+    problem: Problem, frees: np.ndarray, width: np.ndarray, counts: np.ndarray, stopping: Stopping, part: np.ndarray
 ) -> Descent:
     """Descents from the starts `part`; a short part is filled up, since one of another length is another program."""
     rows = np.resize(part, STARTS_AT_ONCE)
     active = np.arange(STARTS_AT_ONCE) < len(part)
-    ended = descend_all(problem, frees[rows], width, counts[rows], active, care)
+    ended = descend_all(problem, frees[rows], width, counts[rows], active, stopping)
     return Descent(*(np.asarray(leaf)[: len(part)] for leaf in ended))
 
 
-def _are_lost(cost: np.ndarray) -> np.ndarray:
+def _far_above_best(cost: np.ndarray) -> np.ndarray:
     """Starts ``(n_start,)`` whose cost of a sample is far above the lowest; none where none has a cost."""
-    return np.isfinite(cost.min()) & ~(cost <= LOST * cost.min())
+    return np.isfinite(cost.min()) & ~(cost <= FAR_ABOVE * cost.min())
 
 
 def _alike(horizons: np.ndarray, stage: int) -> np.ndarray:

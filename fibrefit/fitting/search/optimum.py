@@ -65,8 +65,8 @@ class Optimum:
         Errors of the inputs, see `input_error`.
     view : View, optional
         Readings linearised in those errors.
-    further : float, optional
-        Fall of the cost that one more step of values and input errors together promises.
+    predicted_with_inputs : float, optional
+        Reduction of the cost predicted of one more step of values and input errors together.
     """
 
     problem: Problem
@@ -78,19 +78,21 @@ class Optimum:
     input_errors: Mapping[str, InputErrorSummary] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
     view: View | None = None
-    further: float | None = None
+    predicted_with_inputs: float | None = None
 
     @property
     def differ(self) -> bool:
         """Whether records have values of their own in place of those they share."""
         return not np.array_equal(self.local, np.asarray(self.problem.layout.local(self.values)))
 
-    def promised(self, moving: Sequence[bool]) -> float:
-        """Fall of the cost that one more step of the values that are not stopped by a bound promises.
+    def predicted_reduction(self, moving: Sequence[bool]) -> float:
+        """Reduction of the cost predicted of one more Gauss-Newton step of the values that are not stopped by a bound.
 
         In units of the residual variance.
         """
-        return _promised(self.scores, np.array(moving[: self.scores.size])) if self.further is None else self.further
+        if self.predicted_with_inputs is not None:
+            return self.predicted_with_inputs
+        return _predicted_reduction(self.scores, np.array(moving[: self.scores.size]))
 
 
 def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optimum:
@@ -132,7 +134,7 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
         errors,
         found.coefficients,
         found.view,
-        found.promised,
+        found.predicted_reduction,
     )
 
 
@@ -156,7 +158,7 @@ def _mean_rms(noise: Noise, task: Task) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
-def _promised(scores: uncertainty.Scores, moving: np.ndarray) -> float:
+def _predicted_reduction(scores: uncertainty.Scores, moving: np.ndarray) -> float:
     normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
     if not moving.any():
         return 0.0

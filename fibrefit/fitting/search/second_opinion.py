@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.fitting.search.solve import gram_at
 from fibrefit.problem.statement.problem import Problem, gram_root
 
-SETTLED = 1e-10
+TOLERANCE = 1e-10
 """Share of the cost that ends the search: a step that gains less moves no value by a hundredth of its error."""
 
 
@@ -52,9 +52,9 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
         bounds=(lower, upper),
         x_scale=scale,
         method="trf",
-        xtol=SETTLED,
-        ftol=SETTLED,
-        gtol=SETTLED,
+        xtol=TOLERANCE,
+        ftol=TOLERANCE,
+        gtol=TOLERANCE,
         max_nfev=100,
     )
     return SecondOpinion(found.x, float(2.0 * found.cost))

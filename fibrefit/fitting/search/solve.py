@@ -24,12 +24,12 @@ STRIDE = 10.0
 BOLDNESS = {"high_cutoff": 0.75, "low_cutoff": 0.1, "high_constant": 10.0, "low_constant": 0.1}
 """Of the trust region: measured on drops, a third fewer steps than with what the solver brings."""
 ROUNDING = 1e-12
-"""Share of the cost below which its changes are rounding: a step that promises no more is not held to its promise."""
+"""Share of the cost below which its changes are rounding: of a step, a predicted reduction of no more is not tested."""
 DIFFERENCE = 1e-6
 """Step in a free coordinate for the slope of its value: widths need few digits."""
 
 
-class Care(NamedTuple):
+class Stopping(NamedTuple):
     """When a descent ends.
 
     Parameters
@@ -146,7 +146,7 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any) -> Descent:
     """
 
     def stage(carry: tuple[jax.Array, jax.Array], horizon: tuple[jax.Array, jax.Array]) -> Any:
-        found = _descend(problem, carry[0], width, horizon[0], Care(horizon[1]))
+        found = _descend(problem, carry[0], width, horizon[0], Stopping(horizon[1]))
         return (found.free, carry[1] + found.steps), (found.cost, found.success)
 
     near = jnp.where(jnp.arange(len(counts)) < len(counts) - 1, FOR_A_HORIZON, TO_THE_END)
@@ -155,7 +155,7 @@ def descend(problem: Problem, start: Any, width: Any, counts: Any) -> Descent:
 
 
 @kept_program
-def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: Any, care: Care) -> Descent:
+def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: Any, stopping: Stopping) -> Descent:
     """Levenberg-Marquardt over one horizon from many starts.
 
     Parameters
@@ -167,7 +167,7 @@ def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: 
         Number of samples of each start's horizon.
     active : (n_start,) bool
         Starts that are not stay where they are, at no cost of time.
-    care : Care
+    stopping : Stopping
 
     Returns
     -------
@@ -178,23 +178,23 @@ def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: 
     def one(row: tuple[Any, Any, Any]) -> Descent:
         start, count, active = row
         still = Descent(start, jnp.asarray(jnp.inf), jnp.zeros((), dtype=int), jnp.asarray(False))
-        return jax.lax.cond(active, lambda: _descend(problem, start, width, count, care), lambda: still)
+        return jax.lax.cond(active, lambda: _descend(problem, start, width, count, stopping), lambda: still)
 
     # One after the other: starts need very different numbers of steps, and in lock step all would wait for the slowest.
     return jax.lax.map(one, (starts, counts, active))
 
 
-def _descend(problem: Problem, start: Any, width: Any, count: Any, care: Care) -> Descent:
+def _descend(problem: Problem, start: Any, width: Any, count: Any, stopping: Stopping) -> Descent:
     """One horizon; where that ends nowhere, the start is kept."""
     import optimistix as optx  # a program that was compiled before does without
 
     stride = STRIDE * width
     solution: Any = optx.least_squares(
         lambda step, part: compressed_residuals(start + stride * step, part),
-        _solver(rtol=1e-3 * care.near**2, atol=0.1 * care.near / STRIDE),
+        _solver(rtol=1e-3 * stopping.near**2, atol=0.1 * stopping.near / STRIDE),
         jnp.zeros_like(start),
         args=problem.until(count),
-        max_steps=care.steps,
+        max_steps=stopping.steps,
         throw=False,
     )
     end = start + stride * solution.value

@@ -11,10 +11,10 @@ import optimistix as optx
 
 
 class TrustRegion(optx.ClassicalTrustRegion[Any]):
-    """Accept a step that promises less than the rounding of the cost, and let the next be shorter.
+    """Accept a step whose predicted reduction is less than the rounding of the cost, and let the next be shorter.
 
-    At a minimum the last steps promise falls that rounding hides. Held to them, one step after the other is refused
-    until rounding happens to be kind: half of a descent went into that.
+    At a minimum the predicted reductions of the last steps are hidden by rounding. Held to them, one step after the
+    other is refused until rounding happens to be kind: half of a descent went into that.
 
     Parameters
     ----------

@@ -30,10 +30,10 @@ from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_s
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-LOOKS = 4
+LINEARISATIONS = 4
 """How often readings are linearised at the most."""
-SETTLED = 0.05
-"""Fall of the cost a further step promises below which a descent ends, in units where 1 is one standard error.
+REDUCTION_TOLERANCE = 0.05
+"""Predicted reduction of the cost by a further step below which a descent ends, in units where 1 is one standard error.
 
 At this scale the cost of a motion that sticks and bounces is rough; a fit is judged at it, too.
 """
@@ -57,15 +57,15 @@ class WithInputErrors:
         The errors, before they are given their colour.
     view : View
         Readings linearised in the errors, near these.
-    promised : float
-        Fall of the cost that one more step promises, in units of the residual variance.
+    predicted_reduction : float
+        Reduction of the cost predicted of one more step, in units of the residual variance.
     """
 
     problem: Problem
     values: np.ndarray
     coefficients: InputCoefficients
     view: View
-    promised: float
+    predicted_reduction: float
 
     @property
     def sensitivities(self) -> InputSensitivities:
@@ -100,7 +100,7 @@ def with_input_errors(
     found: WithInputErrors | None = None
     beforehand: View | None = None
     samples, share = float(counted(problem).sum()), -1.0
-    for _ in range(LOOKS):
+    for _ in range(LINEARISATIONS):
         began = time.monotonic()
         if near is not None and roots is None:
             view = _view(problem, known, near)
@@ -119,9 +119,11 @@ def with_input_errors(
         remaining, waves = view.residuals(end.local)
         place, there = end.place, corrected(problem, known, waves)
         left = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight
-        # What readings linearised elsewhere promised of it may not be there: a motion that bounces is another one then.
+        # What readings linearised elsewhere predicted of it may be none: a motion that bounces is another one then.
         if accounted_for(float(np.sum(left**2)), number):
-            found = WithInputErrors(there, _values(unknowns, problem, place), waves, view, end.promised / variance)
+            found = WithInputErrors(
+                there, _values(unknowns, problem, place), waves, view, end.predicted_reduction / variance
+            )
         share, before = number / samples, share
         if as_predicted(left, remaining[0], variance) and not lets_more_count(share, before):
             break
@@ -209,7 +211,7 @@ def _descended(unknowns: Unknowns, place: Place, view: View, number: float) -> P
     gram, nothing = view.gram(unknowns), np.zeros(0)
     with beyond_limits():  # the first of these is without an alternative, and all are short
         normal = arrowhead(unknowns, place, gram)
-        enough = max(SETTLED, COARSE * (normal.cost - number))
+        enough = max(REDUCTION_TOLERANCE, COARSE * (normal.cost - number))
         return mode(unknowns, PosteriorMode(unknowns, place, normal, nothing, np.inf, 1), gram, nothing, enough)
 
 

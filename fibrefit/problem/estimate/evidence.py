@@ -3,7 +3,7 @@
 Law
 ---
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that
-of the priors, and Q what was found there, not what slopes promise beyond; ``Z`` is the mean of that over a grid of the
+of the priors, and Q what was found there, not what slopes predict beyond; ``Z`` is the mean of that over a grid of the
 standard deviations between records. With probability one half records agree in all parameters. What makes them differ
 in one hardly leaves the others alone: each standard deviation is else zero with a probability of one in ten, or
 anything up to eight percent, uniform to one percent and log-uniform beyond: a prior that is log-uniform throughout lets
@@ -23,7 +23,7 @@ from itertools import product
 
 import numpy as np
 
-from fibrefit.problem.estimate.gauss_newton import EVERYTHING, SETTLED_FALL, Effort, mode
+from fibrefit.problem.estimate.gauss_newton import EVERYTHING, MODE_TOLERANCE, Effort, mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns
 from fibrefit.problem.estimate.schur import eliminated, solved
@@ -94,12 +94,12 @@ class MarginalLikelihood:
         return levels, np.array([self.weight[self.grid[:, index] == level].sum() for level in levels])
 
 
-def weigh(
+def laplace_evidence(
     unknowns: Unknowns,
     start: Place,
     gram: Gram,
     sigma: np.ndarray | None = None,
-    settled: float = SETTLED_FALL,
+    tolerance: float = MODE_TOLERANCE,
     effort: Effort = EVERYTHING,
 ) -> MarginalLikelihood:
     """Mode and evidence, the standard deviations between records found on the way.
@@ -108,14 +108,14 @@ def weigh(
     ----------
     sigma : (n_scattering,), optional
         Standard deviations to begin with.
-    settled, effort
+    tolerance, effort
         Of `mode`.
     """
     sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
     at: Place | PosteriorMode = start
     seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
-        found = mode(unknowns, at, gram, sigma, settled, effort)
+        found = mode(unknowns, at, gram, sigma, tolerance, effort)
         evidence = laplace(found)
         if found.objective > effort.worthless:
             return evidence
@@ -133,14 +133,14 @@ def weigh(
 def _as_seen(
     evidence: MarginalLikelihood, seen: Mapping[int, MarginalLikelihood], most: float = np.inf
 ) -> MarginalLikelihood:
-    """Evidence in which what was found at standard deviations stands in place of what others promise of them.
+    """Evidence in which what was found at standard deviations stands in place of what others predict of them.
 
     Parameters
     ----------
     seen : mapping of int to MarginalLikelihood
         By place in the grid.
     most : float
-        A promise of more than that does not count: the best that was found, where promises were broken time and again.
+        A prediction of more than that does not count: the best that was found, where predictions failed time and again.
     """
     logs = np.where(evidence.logs > most, -np.inf, evidence.logs)
     z, covariance = evidence.z.copy(), evidence.covariance.copy()

@@ -26,8 +26,8 @@ from fibrefit.problem.estimate.gram import Corrected, Gram
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead
 from fibrefit.problem.estimate.trust_region import radius_after, step_within
 
-SETTLED_FALL = 0.02
-"""Promised fall of Q that is not taken any more; two are a factor e in probability."""
+MODE_TOLERANCE = 0.02
+"""Predicted reduction of Q that is not taken any more; two are a factor e in probability."""
 NOTICED = 1.0
 """Fall of Q that is worth further evaluations."""
 STEPS = 40
@@ -77,7 +77,7 @@ def mode(
     start: Place | PosteriorMode,
     gram: Gram,
     sigma: np.ndarray,
-    settled: float = SETTLED_FALL,
+    tolerance: float = MODE_TOLERANCE,
     effort: Effort = EVERYTHING,
 ) -> PosteriorMode:
     """Minimise Q from a place.
@@ -90,11 +90,11 @@ def mode(
         See `Gram` and `Corrected` in `gram`.
     sigma : (n_scattering,)
         Standard deviations of the deviations between records.
-    settled : float
-        Promised fall of Q at which it stops.
+    tolerance : float
+        Predicted reduction of Q at which it stops.
     """
     if isinstance(start, PosteriorMode):
-        found = replace(start, sigma=sigma, promised=np.inf, steps=1)
+        found = replace(start, sigma=sigma, predicted_reduction=np.inf, steps=1)
     else:
         place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
         found = PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
@@ -105,7 +105,7 @@ def mode(
     while np.isfinite(found.normal.cost) and effort.goes_on(found, lowest):
         lowest.append(found.objective)
         step = step_within(found, radius)
-        arrived = not step.promised > settled
+        arrived = not step.predicted_reduction > tolerance
         if arrived and exact:
             break
         if not arrived:
@@ -126,8 +126,12 @@ def mode(
         step = step_within(found, radius) if np.isfinite(found.normal.cost) else None
     # Slopes that were predicted may be numbers where those that are simulated are none.
     if step is None or not np.isfinite(found.normal.cost):
-        return replace(found, promised=np.inf)
-    return replace(found, promised=step.promised, unmet=max(step_within(found, np.inf).promised, 0.0))
+        return replace(found, predicted_reduction=np.inf)
+    return replace(
+        found,
+        predicted_reduction=step.predicted_reduction,
+        unmet=max(step_within(found, np.inf).predicted_reduction, 0.0),
+    )
 
 
 def _again(found: PosteriorMode, gram: Gram) -> PosteriorMode:

@@ -158,20 +158,20 @@ class PosteriorMode:
     normal : Arrowhead
         There.
     sigma : (n_scattering,)
-    promised : float
-        Fall of Q that one more step within reach promises.
+    predicted_reduction : float
+        Reduction of Q predicted of one more step within reach.
     steps : int
         Evaluations.
     unmet : float
-        Fall of Q that slopes promise of a step as far as they say, and that no step brought. Where Q is kinked, the
-        reach shrinks and this stays.
+        Reduction of Q that slopes predict of a step as far as they say, and that no step brought. Where Q is kinked,
+        the reach shrinks and this stays.
     """
 
     unknowns: Unknowns
     place: Place
     normal: Arrowhead
     sigma: np.ndarray
-    promised: float
+    predicted_reduction: float
     steps: int
     unmet: float = 0.0
 

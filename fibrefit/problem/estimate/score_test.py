@@ -1,4 +1,4 @@
-"""Rao's score test: what slopes at a mode promise of further directions, before anything is fitted.
+"""Rao's score test: what slopes at a mode predict of further directions, before anything is fitted.
 
 Source
 ------

@@ -30,7 +30,7 @@ class DampedStep(NamedTuple):
     ----------
     place : Place
         Where it leads.
-    promised : float
+    predicted_reduction : float
         Fall of Q.
     slope : float
         What Q would fall by if it fell on as it does at the start of the step.
@@ -39,18 +39,18 @@ class DampedStep(NamedTuple):
     """
 
     place: Place
-    promised: float
+    predicted_reduction: float
     slope: float
     size: float
 
 
 def radius_after(step: DampedStep, fall: float, radius: float) -> float:
-    """Radius of the trust region after a step, by how much Q fell of what was promised."""
+    """Radius of the trust region after a step, by how much Q fell of the predicted reduction."""
     if not np.isfinite(fall):
         return SHORTEST_STEP * step.size
-    if fall > 0.75 * step.promised:
+    if fall > 0.75 * step.predicted_reduction:
         return max(radius if np.isfinite(radius) else 0.0, 2.0 * step.size)
-    if fall > 0.25 * step.promised:
+    if fall > 0.25 * step.predicted_reduction:
         return step.size if np.isinf(radius) else radius
     # Where the parabola through both ends, with the slope at the first, is lowest.
     return float(np.clip(0.5 * step.slope / (step.slope - fall), SHORTEST_STEP, 0.5)) * step.size

@@ -193,12 +193,12 @@ def _curve_left(facts: Facts) -> str:
 
 def _event(facts: Facts) -> str:
     others = ", the other records do not" if facts["others"] else ""
-    return f"an event in time: {facts['record']} parts from the model at {facts['instant']:.3f} s{others}"
+    return f"an event in time: {facts['record']} departs from the model at {facts['instant']:.3f} s{others}"
 
 
 def _events(facts: Facts) -> str:
     departing = ", ".join(f"{record} at {instant:.3f} s" for record, instant in facts["departing"])
-    return f"an event in time: records part from the model, {departing}"
+    return f"an event in time: records depart from the model, {departing}"
 
 
 def _noise_left(facts: Facts) -> str:
@@ -219,7 +219,7 @@ def _lost(facts: Facts) -> str:
     )
 
 
-def _fit_astray(facts: Facts) -> str:
+def _fit_in_wrong_minimum(facts: Facts) -> str:
     followed, fitted = facts["gaps"]
     return (
         f"The search followed the motion with a normalised residual RMS of {followed:.3g}; the final fit ends at "
@@ -255,7 +255,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "unknown": _unknown,
     "noise_left": _noise_left,
     "lost": _lost,
-    "fit_astray": _fit_astray,
+    "fit_in_wrong_minimum": _fit_in_wrong_minimum,
     "taken_out": _taken_out,
     "too_small": lambda facts: (
         f"{facts['effect']} is there, but explains {facts['strength']:.2g} of the noise rms, less than the least of "

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discovery.engine.effort import descent
-from fibrefit.discovery.engine.marginal import Scales
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.cross_validation import REFIT_STEPS
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import laplace
@@ -49,14 +49,14 @@ class LeftOut:
         return float(np.sqrt(np.mean(self.gaps**2)))
 
 
-def left_out(search: Search, found: Weighed, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
+def left_out(search: Search, found: LaplaceFit, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
     """Predictions of a model whose parameters all records share."""
     number, gaps, said, at = len(found.local), [], [], found.evidence.mode
-    seen = search.scales.yardstick.on(found.supermodel)
+    seen = search.inference.common_noise.whitened(found.supermodel)
     grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
     for r in range(number):
         tell(r / number)
-        shared, without = _without(search.scales, found, grams, r)
+        shared, without = _without(search.inference, found, grams, r)
         local = found.local.copy()
         local[:, found.evidence.mode.unknowns.shared] = shared
         gaps.append(_gap(search, found.supermodel, local, r))
@@ -77,14 +77,16 @@ def own_left_out(search: Search, own: Own) -> LeftOut:
     return LeftOut(np.array(gaps), np.array(said))
 
 
-def _without(scales: Scales, found: Weighed, grams: np.ndarray, record: int) -> tuple[np.ndarray, float]:
+def _without(
+    inference: LaplaceInference, found: LaplaceFit, grams: np.ndarray, record: int
+) -> tuple[np.ndarray, float]:
     """Shared values ``(n_shared,)`` in SI units and the evidence, one record saying nothing.
 
-    The matrices of the others at the mode of all tell where they lead; only what these promise much of is followed.
+    The matrices of the others at the mode of all tell where they lead; only what these predict much of is followed.
     """
     kept, at = np.arange(len(grams)) != record, found.evidence.mode
     start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))
-    gram = SecantGram(scales.yardstick.on(found.supermodel), np.where(kept, scales.context.whole, 0))
+    gram = SecantGram(inference.common_noise.whitened(found.supermodel), np.where(kept, inference.context.whole, 0))
     evidence = laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
     return at.unknowns.value(evidence.mean), evidence.log
 

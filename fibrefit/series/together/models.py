@@ -1,6 +1,6 @@
 """Three models of the same records: one set of parameters, parameters with a law of speed, parameters of each record.
 
-All are weighed in one noise. In the first two, records may differ by chance, as in a fit; in the third each record has
+All are compared in one noise. In the first two, records may differ by chance, as in a fit; in the third each record has
 values of its own about which nothing is known beforehand but their order of magnitude.
 """
 
@@ -15,12 +15,12 @@ import numpy as np
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.discover import FIRST_STARTS
-from fibrefit.discovery.engine.candidates import carried
+from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import slopes_tell
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.inputs import relinearised
 from fibrefit.discovery.search.search import Search
@@ -63,45 +63,45 @@ class TriedLaw(NamedTuple):
 
     Parameters
     ----------
-    found : Weighed
+    found : LaplaceFit
     log : float
         Logarithm of the Bayes factor over constant parameters.
     promised : bool
-        Whether that is what slopes promise: it was not followed to where it is best.
+        Whether that is what slopes predict: it was not followed to where it is best.
     """
 
-    found: Weighed
+    found: LaplaceFit
     log: float
     promised: bool
 
 
 @dataclass(frozen=True)
 class ThreeModels:
-    """Three models of the same records, weighed in one noise.
+    """Three models of the same records, compared in one noise.
 
     Parameters
     ----------
     search : Search
-        With the scales they were weighed by.
+        With the noise they were compared in.
     before : Identification
         Of constant parameters, in plain least squares.
-    constant : Weighed
-    law : Weighed
+    constant : LaplaceFit
+    law : LaplaceFit
         The most probable one with a law of speed, whether or not it is more probable than constant parameters.
     own : Own
     tried : tuple of TriedLaw
         All laws by themselves, the most probable first.
-    beside : tuple of Weighed
+    beside : tuple of LaplaceFit
         Laws tried in the round in which the first one of `law` was found, the most probable first.
     """
 
     search: Search
     before: Identification
-    constant: Weighed
-    law: Weighed
+    constant: LaplaceFit
+    law: LaplaceFit
     own: Own
     tried: tuple[TriedLaw, ...]
-    beside: tuple[Weighed, ...]
+    beside: tuple[LaplaceFit, ...]
 
 
 def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeModels:
@@ -119,32 +119,32 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     laws = laws_on(task.problem.model.rig)
     before = identify(task, FIRST_STARTS, seed, How(whiten=False, rivals=False), progress=tell)
     search, base = prepared_search(task, before, [law.effect for law in laws], tell)
-    looks, law = _grown(search, base, tell)
-    search = looks[-1].search
-    tell("weighing constant parameters, and parameters of each record", None)
-    constant = _constant(looks[-1], law, base)
+    rounds, law = _grown(search, base, tell)
+    search = rounds[-1].search
+    tell("comparing constant parameters, and parameters of each record", None)
+    constant = _constant(rounds[-1], law, base)
     own = own_values(search, law.supermodel, constant)
-    return ThreeModels(search, before, constant, law, own, _tried(looks[0], law, constant), _beside(looks, law))
+    return ThreeModels(search, before, constant, law, own, _tried(rounds[0], law, constant), _beside(rounds, law))
 
 
-def _grown(search: Search, base: Weighed, tell: Progress) -> tuple[list[Comparison], Weighed]:
+def _grown(search: Search, base: LaplaceFit, tell: Progress) -> tuple[list[Comparison], LaplaceFit]:
     """All rounds of trying laws, and the model with those that are needed; with the best one where none is.
 
     A law that stood in for another one is left out once that has been found.
     """
-    looks = [comparison_of(SpeedSearch.of(search), base, "trying each law of speed")]
-    while found := _simplest(looks[-1]):
-        search, found = _about(looks[-1].search, found)
-        law = pruned(search.scales, found)
-        if not _may_grow(law, len(looks)):
-            return [*looks, replace(looks[-1], search=search, parent=law, found=())], law
-        looks.append(comparison_of(SpeedSearch.of(search), law, "trying a further law of speed"))
-    last = looks[-1]
-    return looks, last.parent if last.parent.effects else _at_its_mode(last)
+    rounds = [comparison_of(SpeedSearch.of(search), base, "trying each law of speed")]
+    while found := _simplest(rounds[-1]):
+        search, found = _about(rounds[-1].search, found)
+        law = pruned(search.inference, found)
+        if not _may_grow(law, len(rounds)):
+            return [*rounds, replace(rounds[-1], search=search, parent=law, found=())], law
+        rounds.append(comparison_of(SpeedSearch.of(search), law, "trying a further law of speed"))
+    last = rounds[-1]
+    return rounds, last.parent if last.parent.effects else _at_its_mode(last)
 
 
-def _tried(first: Comparison, law: Weighed, constant: Weighed) -> tuple[TriedLaw, ...]:
-    """Laws of the first round; that which was taken alone as it was weighed at last."""
+def _tried(first: Comparison, law: LaplaceFit, constant: LaplaceFit) -> tuple[TriedLaw, ...]:
+    """Laws of the first round; that which was taken alone as it was fitted at last."""
     rows = [
         TriedLaw(law, law.log - constant.log, False)
         if one.effects == law.effects
@@ -154,55 +154,56 @@ def _tried(first: Comparison, law: Weighed, constant: Weighed) -> tuple[TriedLaw
     return tuple(sorted(rows, key=lambda row: -row.log))
 
 
-def _beside(looks: Sequence[Comparison], law: Weighed) -> tuple[Weighed, ...]:
+def _beside(rounds: Sequence[Comparison], law: LaplaceFit) -> tuple[LaplaceFit, ...]:
     """Laws of the last round that tried the first law of a model."""
-    rounds = [look for look in looks if any(one.effects[-1] is law.effects[0] for one in look.found)]
+    rounds = [comparison for comparison in rounds if any(one.effects[-1] is law.effects[0] for one in comparison.found)]
     return rounds[-1].found if rounds else ()
 
 
-def _simplest(look: Comparison) -> Weighed | None:
+def _simplest(comparison: Comparison) -> LaplaceFit | None:
     """The most probable law, or one as good with fewer parameters; None where none is preferred to none."""
-    if not look.found or look.gain(look.found[0]) <= PREFERRED:
+    if not comparison.found or comparison.gain(comparison.found[0]) <= PREFERRED:
         return None
-    near = [one for one in look.found if one.log > look.found[0].log - SIMPLER_LAW]
+    near = [one for one in comparison.found if one.log > comparison.found[0].log - SIMPLER_LAW]
     return min(near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), -one.log))
 
 
-def _at_its_mode(look: Comparison) -> Weighed:
-    """The most probable law where it is best, also where its slopes promised too little for a search to look there."""
-    first = look.found[0]
+def _at_its_mode(comparison: Comparison) -> LaplaceFit:
+    """The most probable law where it is best, also where its slopes predicted too little for a search to look there."""
+    first = comparison.found[0]
     if first.evidence.mode.steps:
         return first
     old = first.evidence.mode
-    return look.search.scales.weigh(first.supermodel, first.effects, first.local, old.sigma, old.place.eta)
+    return comparison.search.inference.fitted(first.supermodel, first.effects, first.local, old.sigma, old.place.eta)
 
 
-def _may_grow(found: Weighed, rounds: int) -> bool:
+def _may_grow(found: LaplaceFit, rounds: int) -> bool:
     """Whether a further law is looked for: each may be found once, and once be made needless by another."""
     return len(found.effects) < MOST_LAWS and rounds < 2 * MOST_LAWS
 
 
-def _about(search: Search, found: Weighed) -> tuple[Search, Weighed]:
+def _about(search: Search, found: LaplaceFit) -> tuple[Search, LaplaceFit]:
     """Errors of measured inputs found anew about a better model, where there are such inputs."""
     anew = relinearised(search, found)
     return (search, found) if anew is None else anew
 
 
-def _constant(look: Comparison, law: Weighed, base: Weighed) -> Weighed:
-    """Constant parameters in the noise of the law: as weighed beside it, or the best of two beginnings."""
-    if not look.parent.effects:
-        return look.parent
-    scales = look.search.scales
-    faded, local = scales.faded(law, ()), carried(law.supermodel, base.supermodel, base.local, law.local)
-    from_base = scales.weigh(law.supermodel, (), np.where(_of_laws(law.supermodel), faded.local, local))
-    return max(faded, from_base, key=lambda one: one.log)
+def _constant(comparison: Comparison, law: LaplaceFit, base: LaplaceFit) -> LaplaceFit:
+    """Constant parameters in the noise of the law: as fitted beside it, or the best of two beginnings."""
+    if not comparison.parent.effects:
+        return comparison.parent
+    inference = comparison.search.inference
+    local = transferred(law.supermodel, base.supermodel, base.local, law.local)
+    continued = inference.without_by_continuation(law, ())
+    from_base = inference.fitted(law.supermodel, (), np.where(_of_laws(law.supermodel), continued.local, local))
+    return max(continued, from_base, key=lambda one: one.log)
 
 
 def _of_laws(supermodel: Supermodel) -> np.ndarray:
     return np.array(["." in name for name in supermodel.names])
 
 
-def own_values(search: Search, supermodel: Supermodel, constant: Weighed) -> Own:
+def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> Own:
     """Each record with base parameters of its own.
 
     Law
@@ -210,17 +211,17 @@ def own_values(search: Search, supermodel: Supermodel, constant: Weighed) -> Own
     ``theta_r = reference exp(eta_r)``, ``eta_r ~ N(0, BASE_SD^2)``; the evidence is Laplace's.
     """
     context = search.context
-    unknowns = unknowns_of(supermodel, context, (), search.scales.reference)
+    unknowns = unknowns_of(supermodel, context, (), search.inference.reference)
     held = unknowns.scattering
     lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
     lower[held] = upper[held] = 0.0
     unknowns = replace(unknowns, lower=lower, upper=upper)
-    local = _alone(search, supermodel, carried(supermodel, constant.supermodel, constant.local))
+    local = _alone(search, supermodel, transferred(supermodel, constant.supermodel, constant.local))
     free = replace(unknowns, lower=np.full_like(lower, -np.inf), upper=np.full_like(upper, np.inf))
     eta = free.coordinate(local[:, unknowns.shared])[:, held]
     start = place_of(unknowns, local, eta)
     start = start._replace(z=np.where(np.isin(np.arange(len(lower)), held), 0.0, start.z))
-    found = mode(unknowns, start, search.scales.secant(supermodel), np.full(len(held), BASE_SD))
+    found = mode(unknowns, start, search.inference.secant(supermodel), np.full(len(held), BASE_SD))
     return Own(found, log_evidence(found), supermodel)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.series.together.laws import parameter_of
@@ -21,17 +21,17 @@ class SpeedSearch(Search):
         """The same search with this way to try candidates."""
         return cls(**{name: getattr(search, name) for name in Search.__dataclass_fields__})
 
-    def extensions(self, parent: Weighed) -> tuple[type[Effect], ...]:
+    def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Laws of parameters that have none yet."""
         taken = {parameter_of(effect) for effect in (*self.task.problem.model.effects, *parent.effects)}
         return tuple(effect for effect in self.effects if parameter_of(effect) not in taken)
 
     def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
-        """All forms of a law together, that of the parameter first of which slopes promise most."""
+        """All forms of a law together, that of the parameter first of which slopes predict most."""
         parameters = dict.fromkeys(map(parameter_of, ranked))
         return [[effect for effect in ranked if parameter_of(effect) == name] for name in parameters]
 
-    def supermodel_for(self, effect: type[Effect], kin: Sequence[type[Effect]] = ()) -> Supermodel:
+    def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """The one supermodel that holds all laws: they are few and quick, and one program serves every round."""
         with self.lock:
             for supermodel in self.supermodels:

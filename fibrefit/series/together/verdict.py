@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.task import Task
@@ -92,7 +92,7 @@ class Verdict:
     alike: tuple[str, ...]
 
     @property
-    def best(self) -> Weighed:
+    def best(self) -> LaplaceFit:
         """The model with shared parameters that serves best: with laws where they are preferred."""
         return self.models.law if self.answer == "speed_law" else self.models.constant
 
@@ -169,7 +169,7 @@ def _alike(found: ThreeModels) -> tuple[str, ...]:
     )
 
 
-def own_values_about(best: Weighed, found: ThreeModels, answer: Answer) -> OwnValues:
+def own_values_about(best: LaplaceFit, found: ThreeModels, answer: Answer) -> OwnValues:
     """Base parameters that each record by itself asks for, the law of speed as all records have it.
 
     Where each record has its own anyway, they are those; else one step from the mode, with the record's own matrix.
@@ -189,7 +189,7 @@ def _of_mode(scattering: np.ndarray, at: PosteriorMode) -> OwnValues:
     return OwnValues(tuple(unknowns.names[k] for k in scattering), values, values * relative)
 
 
-def _law_curve(found: Weighed, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> LawCurve:
+def _law_curve(found: LaplaceFit, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> LawCurve:
     slow, fast = span(speeds[law.parameter])
     over = np.geomspace(slow, fast, POINTS)
     unknowns, place = found.evidence.mode.unknowns, found.evidence.mode.place

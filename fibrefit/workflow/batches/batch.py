@@ -145,7 +145,7 @@ class Batch(AnyResult):
 
     def write(self, directory: ResultDirectory) -> None:
         """Write all but the items, which are there already, into a folder that is being made."""
-        from fibrefit.plots import save_figures
+        from fibrefit.plots.save import save_figures
 
         write_summary(directory.path, self.summary())
         write_whole(directory.path / TABLE, csv_text(self.table()))
@@ -182,7 +182,7 @@ def batch_studies(
     UsageError
         If a scheduler does not answer.
     """
-    from fibrefit.plots import file_names
+    from fibrefit.plots.save import file_names
 
     began, follow = time.perf_counter(), progress or quiet
     folder, *others = (folders,) if isinstance(folders, Path) else folders
@@ -192,7 +192,7 @@ def batch_studies(
     errors, todo, counts = dict(refused or {}), list[Job](), Counter[str]()
     counts[NOT_POSSIBLE] += len(errors)
     for job in [job for job in jobs if job.name not in errors]:
-        known = _known(places[job], job) or _gathered(places[job], job, others)
+        known = _resumed(places[job], job) or _from_other_part(places[job], job, others)
         if known is None:
             todo.append(job)
         else:
@@ -203,7 +203,7 @@ def batch_studies(
         if done.error is None:
             _keep(places[job], done.outcome)
         else:
-            errors[job.name] = _said(done.error)
+            errors[job.name] = _error_line(done.error)
         counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
         follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
     items = _all_of(places, errors)
@@ -214,42 +214,42 @@ def batch_studies(
 
 def _all_of(places: Mapping[Job, Path], errors: Mapping[str, str]) -> dict[str, BatchItem]:
     """Items of all jobs, in their order, from where each is kept; a copy of one before it is none."""
-    items, looks = dict[str, BatchItem](), dict[str, Fingerprint]()
+    items, fingerprints = dict[str, BatchItem](), dict[str, Fingerprint]()
     for job, place in places.items():
         if job.name in errors:
             items[job.name] = BatchItem(error=errors[job.name])
             continue
-        items[job.name], seen = _understood(json.loads((place / ITEM).read_text(encoding="utf-8")), place)
+        items[job.name], seen = _parsed(json.loads((place / ITEM).read_text(encoding="utf-8")), place)
         if seen is not None:
-            looks[job.name] = seen
-    return items | {copy: BatchItem(error=why) for copy, why in copies_seen(list(items), looks).items()}
+            fingerprints[job.name] = seen
+    return items | {copy: BatchItem(error=why) for copy, why in copies_seen(list(items), fingerprints).items()}
 
 
 Known = tuple[BatchItem, Fingerprint | None]
 """The item of a job that has ended, and by what copies of its record are known."""
 
 
-def _known(place: Path, job: Job) -> Known | None:
+def _resumed(place: Path, job: Job) -> Known | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
         # An item that does not say all of this, or how its record looks, was kept by an earlier version.
         same = kept["digest"] == job.digest() and set(kept["item"]) >= KEPT and (place / NAME).exists()
-        return _understood(kept, place) if same else None
+        return _parsed(kept, place) if same else None
     except (OSError, ValueError, KeyError, TypeError, RecursionError, FibrefitError):
         return None
 
 
-def _understood(kept: Mapping[str, Any], place: Path) -> Known:
+def _parsed(kept: Mapping[str, Any], place: Path) -> Known:
     item = BatchItem.model_validate({**kept["item"], "result": f"{ITEMS}/{place.name}"}, strict=False)
-    return item, None if kept["looks"] is None else Fingerprint(**kept["looks"])
+    return item, None if kept["fingerprint"] is None else Fingerprint(**kept["fingerprint"])
 
 
-def _gathered(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
+def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
     """What another part of the batch found, copied to its place."""
     for folder in folders:
         source = folder / ITEMS / place.name
-        if (known := _known(source, job)) is not None:
+        if (known := _resumed(source, job)) is not None:
             place.mkdir(parents=True, exist_ok=True)
             for name in (NAME, ITEM):
                 write_whole(place / name, (source / name).read_bytes())
@@ -264,7 +264,7 @@ def _keep(place: Path, outcome: Outcome) -> None:
     write_whole(place / ITEM, outcome.item)
 
 
-def _said(error: Exception) -> str:
+def _error_line(error: Exception) -> str:
     """An error in one line: a user's mistake as it is, a fault of the program by its kind."""
     if isinstance(error, FibrefitError):
         return str(error)

@@ -155,18 +155,18 @@ def identified(job: Job) -> Outcome:
     found = identify(task, min(job.starts, FEW), job.seed, how)
     if found.status != "ok" and job.starts > FEW:
         found = identify(task, job.starts, job.seed, how)
-    looks = None if job.record is None else fingerprint_of(records[0])
-    return outcome_of(job, Fit(study, records, found, job.seed).summary(), looks)
+    fingerprint = None if job.record is None else fingerprint_of(records[0])
+    return outcome_of(job, Fit(study, records, found, job.seed).summary(), fingerprint)
 
 
-def outcome_of(job: Job, summary: FitSummary, looks: Fingerprint | None = None) -> Outcome:
+def outcome_of(job: Job, summary: FitSummary, fingerprint: Fingerprint | None = None) -> Outcome:
     """What is kept of an identification.
 
     Parameters
     ----------
     job : Job
     summary : FitSummary
-    looks : Fingerprint, optional
+    fingerprint : Fingerprint, optional
         Of the record, by which copies are known; none where a whole study was identified.
     """
     item = BatchItem(
@@ -176,8 +176,8 @@ def outcome_of(job: Job, summary: FitSummary, looks: Fingerprint | None = None) 
         lacks=tuple(quantity_of(check) for check in lacking(summary.checks)),
         speeds=_speeds(summary) if job.record is not None else {},
     )
-    seen = None if looks is None else looks._asdict()
-    content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "looks": seen}
+    seen = None if fingerprint is None else fingerprint._asdict()
+    content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "fingerprint": seen}
     whole = summary.model_dump_json(by_alias=True, indent=1) + "\n"
     return Outcome(whole, json.dumps(content, indent=1) + "\n", summary.status)
 

@@ -154,18 +154,18 @@ def copies_of(jobs: Sequence[Job]) -> dict[str, str]:
     return copies
 
 
-def copies_seen(names: Sequence[str], looks: Mapping[str, Fingerprint]) -> dict[str, str]:
+def copies_seen(names: Sequence[str], fingerprints: Mapping[str, Fingerprint]) -> dict[str, str]:
     """The same of records that hold the data of one before them in other bytes, such as with other digits.
 
     Parameters
     ----------
     names : sequence of str
         Of the jobs, in their order.
-    looks : mapping of str to Fingerprint
+    fingerprints : mapping of str to Fingerprint
         Of the records of those that were carried out.
     """
-    known = [name for name in names if name in looks]
-    found = copies_by_fingerprint([looks[name] for name in known])
+    known = [name for name in names if name in fingerprints]
+    found = copies_by_fingerprint([fingerprints[name] for name in known])
     return {known[copy]: _copy_of(known[copy], known[first]) for copy, first in sorted(found.items())}
 
 

@@ -117,7 +117,7 @@ def distinguish_study(
     on_progress("comparing the sensitivities to the effects", None)
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
-    supermodel = search.scales.yardstick.on(base.supermodel)
+    supermodel = search.inference.common_noise.whitened(base.supermodel)
     found = confusion(supermodel, search.context, base.fit.local, search.effects, limit)
     return Distinguished(study, found, _split(search, found), remarks, time.perf_counter() - began)
 
@@ -127,7 +127,7 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
     gap = total(fit.gap)
     if gap <= NOISE_LIKE * fit.expected_gap:
         return (), 1.0
-    times = gap * max(fit.inflation, 1.0)
+    times = gap * max(fit.error_inflation, 1.0)
     said = f"The normalised residual RMS is {gap:.3g}, expected 1, which drowns weak effects: detection limits are "
     return (f"{said}{times:,.0f} times those under noise alone.",), times**2
 

@@ -14,8 +14,8 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.design.plan import Explanation, Worth, options_of, told_apart, worths
-from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.design.plan import Explanation, Worth, options_of, probability_distinguished, worths
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
@@ -105,7 +105,7 @@ class RecordPlan(FoundResult):
             records=records,
             purpose=self.purpose,
             rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
-            told_apart_now=told_apart(self.now) if self.rivals else None,
+            told_apart_now=probability_distinguished(self.now) if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
             remarks=REMARKS,
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
@@ -256,7 +256,7 @@ def _typical(task: Task, effect: type[Effect]) -> Explanation:
     return Explanation(effect, values | sizes)
 
 
-def _as_found(one: Weighed) -> Explanation:
+def _as_found(one: LaplaceFit) -> Explanation:
     values = {name: one.local[:, j] for j, name in enumerate(one.supermodel.names)}
     return Explanation(one.effects[-1], values)
 

@@ -16,7 +16,7 @@ from fibrefit.core.shown import Card, Shown, printable
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
     from fibrefit.records import Record, Table
     from fibrefit.study import Study
 
@@ -104,7 +104,8 @@ class Inspection(Shown):
 
     def plot(self) -> Figures:
         """One figure a file."""
-        from fibrefit.plots import Figures, table_figure
+        from fibrefit.plots.figures import Figures
+        from fibrefit.plots.table import table_figure
 
         return Figures({file: table_figure(table) for file, table in self.tables.items()})
 
@@ -133,7 +134,7 @@ class Inspection(Shown):
         >>> fibrefit.load_result(fibrefit.inspect(record.path).save("results/seen")).to_dataframe()["si"].tolist()
         ['N', 'm']
         """
-        from fibrefit.plots import save_figures
+        from fibrefit.plots.save import save_figures
         from fibrefit.store.directory import ResultDirectory
         from fibrefit.store.files import write_whole
 

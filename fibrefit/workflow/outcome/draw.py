@@ -16,7 +16,7 @@ from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, Posteri
 from fibrefit.study.summaries.sweep import SweepSummary
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
 
 NEEDED = "motion", "posterior_predictive"
 """Groups of which a fit, a discovery or a posterior that can be drawn holds one."""
@@ -54,7 +54,7 @@ def simulated_figures(folder: Path) -> Figures:
     UsageError
         If its ``result.h5`` is gone.
     """
-    from fibrefit.plots import simulation_figures
+    from fibrefit.plots.simulated import simulation_figures
 
     if not (folder / "result.h5").is_file():
         raise _not_drawn(str(folder))
@@ -89,7 +89,9 @@ def _not_drawn(result: str) -> UsageError:
 
 def _of_summary(summary: Part) -> Figures | None:
     """Figures of a kind of which the summary holds all; None for others."""
-    from fibrefit.plots import batch_figures, confusion_figures, plan_figures
+    from fibrefit.plots.batch import batch_figures
+    from fibrefit.plots.confusion import confusion_figures
+    from fibrefit.plots.plan import plan_figures
     from fibrefit.plots.series import series_figures
 
     if isinstance(summary, BatchSummary):
@@ -103,13 +105,11 @@ def _of_summary(summary: Part) -> Figures | None:
 
 def figures_of(summary: Part, groups: Any) -> Figures | None:
     """Figures of a result as it was read; None where they cannot be drawn from it."""
-    from fibrefit.plots import (
-        discovery_figures,
-        fit_figures,
-        posterior_figures,
-        prediction_figures,
-        sweep_figures,
-    )
+    from fibrefit.plots.discovery import discovery_figures
+    from fibrefit.plots.fit import fit_figures
+    from fibrefit.plots.posterior import posterior_figures
+    from fibrefit.plots.prediction import prediction_figures
+    from fibrefit.plots.sweep import sweep_figures
 
     if (drawn := _of_summary(summary)) is not None:
         return drawn

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
 
 KINDS = {
     "fit": "Fit",

@@ -20,7 +20,7 @@ from fibrefit.workflow.outcome.result import AnyResult
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
     from fibrefit.study import Study
 
 INSPECTION = "inspection.json"

@@ -103,7 +103,7 @@ def _read(result: Path, beside: Path) -> Result:
 
 def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration]:
     """The figures that belong on the page: as they lie in the folder; those that do not, drawn from what was saved."""
-    from fibrefit.plots import small_png
+    from fibrefit.plots.shrink import small_png
 
     chosen = CHOSEN.get(type(summary))
     files = {path.stem: path for path in sorted((folder / "figures").glob("*.png"), key=_order)}
@@ -119,8 +119,8 @@ def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration
 
 
 def _drawn(summary: Part, groups: Mapping, chosen: Sequence[str]) -> list[tuple[str, bytes, str]]:
-    from fibrefit.plots import small_png
     from fibrefit.plots.save import figure_file
+    from fibrefit.plots.shrink import small_png
 
     figures: Mapping = figures_of(summary, groups) or {}
     there = {name: figures[words] for name in chosen if (words := name.replace("_", " ")) in figures}

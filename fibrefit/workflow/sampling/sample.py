@@ -33,7 +33,7 @@ from fibrefit.workflow.sampling.progress import followed
 from fibrefit.workflow.sampling.start import CHAINS, begin
 
 if TYPE_CHECKING:
-    from fibrefit.plots import Figures
+    from fibrefit.plots.figures import Figures
     from fibrefit.store.hdf5 import Variable
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
@@ -95,7 +95,7 @@ class Sampled(Findings, Predicts):
         >>> list(posterior.plot_corner("stiffness", "damping"))
         ['corner']
         """
-        from fibrefit.plots import corner_figures
+        from fibrefit.plots.posterior import corner_figures
 
         return corner_figures(self.summary(), self.groups(), names)
 
@@ -122,7 +122,7 @@ class Sampled(Findings, Predicts):
         >>> list(posterior.plot_traces("stiffness"))
         ['traces']
         """
-        from fibrefit.plots import trace_figures
+        from fibrefit.plots.posterior import trace_figures
 
         return trace_figures(self.summary(), self.groups(), names)
 
@@ -149,7 +149,7 @@ class Sampled(Findings, Predicts):
         >>> list(posterior.plot_bands("drop_14mm_60deg.csv"))
         ['record drop_14mm_60deg.csv']
         """
-        from fibrefit.plots import band_figures
+        from fibrefit.plots.posterior import band_figures
 
         return band_figures(self.groups(), records)
 
@@ -176,7 +176,7 @@ class Sampled(Findings, Predicts):
         >>> list(posterior.plot_prior("stiffness"))
         ['prior']
         """
-        from fibrefit.plots import prior_figures
+        from fibrefit.plots.posterior import prior_figures
 
         return prior_figures(self.summary(), self.groups(), names)
 

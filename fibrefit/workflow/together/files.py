@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.discovery.engine.weighed import Weighed
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import LawCurve, Verdict
@@ -25,7 +25,7 @@ from fibrefit.workflow.together.words import BASE
 def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
     """The three models."""
     base = float(found.left_out["constant"].foresight.sum())
-    shared: dict[s.Answer, Weighed] = {"constant": found.models.constant, "speed_law": found.models.law}
+    shared: dict[s.Answer, LaplaceFit] = {"constant": found.models.constant, "speed_law": found.models.law}
     summaries = {}
     for name, log in found.logs.items():
         model = shared.get(name)
@@ -40,7 +40,7 @@ def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
     return summaries
 
 
-def parameters_of(model: Weighed) -> dict[str, ParameterSummary]:
+def parameters_of(model: LaplaceFit) -> dict[str, ParameterSummary]:
     """Shared values of a model with their errors."""
     units = {name: declared.unit for name, declared in model.supermodel.declared.items()}
     errors = model.errors

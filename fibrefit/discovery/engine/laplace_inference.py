@@ -1,4 +1,4 @@
-"""Hypotheses weighed by their marginal likelihood: one noise, one prior, one Gauss-Newton for all of them."""
+"""Laplace's marginal likelihoods of hypotheses: one noise, one prior, one Gauss-Newton for all of them."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import SearchContext, absent_values, carried, strengthened
-from fibrefit.discovery.engine.effort import astray, descent, fading, first_steps
+from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
+from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
+from fibrefit.discovery.engine.effort import continuation_steps, descent, in_wrong_minimum, warm_start
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
-from fibrefit.discovery.engine.screening import Approach, Promise, directions, slightly, starting_strength
+from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
-from fibrefit.discovery.engine.weighed import Weighed
-from fibrefit.discovery.engine.yardstick import Yardstick, steps_at, yardstick_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, weigh
+from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import (
     RIGID,
-    Place,
     PosteriorMode,
     Unknowns,
     arrowhead,
@@ -37,28 +36,28 @@ from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.noise.spectrum import Noise
 
 
-class Scales:
-    """Weighs hypotheses against one yardstick.
+class LaplaceInference:
+    """Modes and marginal likelihoods of hypotheses, all in one noise.
 
     Parameters
     ----------
     context : SearchContext
     reference : mapping of name to float
         Base parameters of the first fit, in SI units.
-    yardstick : Yardstick
+    common_noise : CommonNoise
     """
 
-    def __init__(self, context: SearchContext, reference: dict[str, float], yardstick: Yardstick) -> None:
-        self.context, self.reference, self.yardstick = context, reference, yardstick
+    def __init__(self, context: SearchContext, reference: dict[str, float], common_noise: CommonNoise) -> None:
+        self.context, self.reference, self.common_noise = context, reference, common_noise
 
-    def weigh(
+    def fitted(
         self,
         supermodel: Supermodel,
         effects: tuple[type[Effect], ...],
         local: np.ndarray,
         sigma: np.ndarray | None = None,
         eta: np.ndarray | None = None,
-    ) -> Weighed:
+    ) -> LaplaceFit:
         """A hypothesis at its mode, from given values.
 
         Parameters
@@ -72,16 +71,17 @@ class Scales:
             Deviations to begin with.
         """
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        return Weighed(effects, supermodel, self._settled(unknowns, place_of(unknowns, local, eta), supermodel, sigma))
+        start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
+        return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent()))
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
-        return SecantGram(self.yardstick.on(supermodel), self.context.whole, seed)
+        return SecantGram(self.common_noise.whitened(supermodel), self.context.whole, seed)
 
-    def promise_of(
-        self, curve: Heights, parent: Weighed, supermodel: Supermodel, local: np.ndarray, gram: Gram
+    def predicted_evidence(
+        self, curve: Heights, parent: LaplaceFit, supermodel: Supermodel, local: np.ndarray, gram: Gram
     ) -> float:
-        """Logarithm of the evidence that slopes promise of a parent with a curve on top of it, at given values."""
+        """Logarithm of the evidence that slopes predict of a parent with a curve on top of it, at given values."""
         unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         place = place_of(unknowns, local, found.place.eta)
@@ -89,61 +89,55 @@ class Scales:
 
     def with_curve(
         self,
-        parent: Weighed,
+        parent: LaplaceFit,
         supermodel: Supermodel,
         local: np.ndarray,
         probe: type[Effect],
         curve: Heights,
         gram: Gram,
-    ) -> Weighed:
+    ) -> LaplaceFit:
         """A parent with a curve on top of it, from given values."""
         unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
-        return Weighed((*parent.effects, probe), supermodel, weigh(unknowns, start, gram, found.sigma, **descent()))
+        return LaplaceFit(
+            (*parent.effects, probe), supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **descent())
+        )
 
-    def glance(
-        self,
-        supermodel: Supermodel,
-        effects: tuple[type[Effect], ...],
-        local: np.ndarray,
-        sigma: np.ndarray,
-        eta: np.ndarray,
-    ) -> MarginalLikelihood:
-        """What the slopes at given values promise: evidence without a descent."""
-        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        place = place_of(unknowns, local, eta)
-        normal = arrowhead(unknowns, place, self.secant(supermodel))
-        return laplace(PosteriorMode(unknowns, place, normal, sigma, np.inf, 1))
-
-    def at_once(
-        self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: Weighed
-    ) -> Weighed:
+    def without_descent(
+        self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: LaplaceFit
+    ) -> LaplaceFit:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
-        seen = Weighed(
-            effects, supermodel, self.glance(supermodel, effects, local, found.sigma, np.zeros_like(found.place.eta))
-        )
+        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+        place = place_of(unknowns, local, np.zeros_like(found.place.eta))
+        normal = arrowhead(unknowns, place, self.secant(supermodel))
+        evidence = laplace(PosteriorMode(unknowns, place, normal, found.sigma, np.inf, 1))
+        seen = LaplaceFit(effects, supermodel, evidence)
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
-        return seen if seen.log > least else seen.moved_to(least)
+        return seen if seen.log > least else seen.with_log(least)
 
-    def absent(self, parent: Weighed, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float) -> Weighed:
-        """A parent with further effects at their nulls, and the gain that slopes promise of them."""
+    def absent(
+        self, parent: LaplaceFit, supermodel: Supermodel, added: Sequence[type[Effect]], gain: float
+    ) -> LaplaceFit:
+        """A parent with further effects at their nulls, and the gain that slopes predict of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
-        local = carried(supermodel, parent.supermodel, parent.local)
+        local = transferred(supermodel, parent.supermodel, parent.local)
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
         place, old = place_of(unknowns, local, found.place.eta), parent.evidence
         size = len(unknowns.shared)
         blank = np.full((len(old.grid), size), np.nan)
         covariance = np.full((len(old.grid), size, size), np.nan)
         at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
-        return Weighed(effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance))
+        return LaplaceFit(
+            effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance)
+        )
 
-    def agreeing(self, parent: Weighed) -> Weighed:
-        """A parent at its mode if records do not differ: what differs between them may be what an effect would do.
+    def pooled(self, parent: LaplaceFit) -> LaplaceFit:
+        """A parent at its mode if records do not differ (complete pooling): differences may be what an effect would do.
 
         Differences between records and a missing effect stand in for each other. From where differences account for
-        what is missing, slopes promise nothing of the effect.
+        what is missing, slopes predict nothing of the effect.
         """
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
@@ -152,48 +146,48 @@ class Scales:
 
     def extended(
         self,
-        parent: Weighed,
+        parent: LaplaceFit,
         supermodel: Supermodel,
         effect: type[Effect],
-        promise: Promise,
+        prediction: PredictedGain,
         slopes: Seed | None = None,
-    ) -> Weighed:
-        """A parent with a further effect, from where slopes promise most of it.
+    ) -> LaplaceFit:
+        """A parent with a further effect, from where slopes predict most of it.
 
         Parameters
         ----------
-        parent : Weighed
+        parent : LaplaceFit
         supermodel : Supermodel
             One that holds the effect too.
         effect : Effect class
-        promise : Promise
+        prediction : PredictedGain
             Of the effect on that parent.
         slopes : Seed, optional
             Of the parent, see `slopes`.
         """
         found = parent.evidence.mode
-        local = carried(supermodel, parent.supermodel, parent.local)
-        ends: list[Weighed] = []
+        local = transferred(supermodel, parent.supermodel, parent.local)
+        ends: list[LaplaceFit] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
-        for values in promise.starts:
+        for values in prediction.starts:
             for name, value in values.items():
                 local[:, supermodel.names.index(name)] = value
             effects = (*parent.effects, effect)
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
-            evidence = self._settled(unknowns, start, supermodel, found.sigma, slopes, found.objective)
-            ends.append(Weighed(effects, supermodel, evidence))
-            if not astray(ends[-1].log, parent.log):
+            gram, how = self.secant(supermodel, slopes), descent(found.objective)
+            ends.append(LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **how)))
+            if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
 
-    def slopes(self, parent: Weighed) -> Seed:
+    def slopes(self, parent: LaplaceFit) -> Seed:
         """Residuals of a parent at its mode and their changes along its unknowns.
 
         A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
         """
         unknowns, found = parent.evidence.mode.unknowns, parent.evidence.mode
-        seen, kept = self.yardstick.on(parent.supermodel), []
+        seen, kept = self.common_noise.whitened(parent.supermodel), []
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             kept.append(seen.slopes(local, columns, targets, self.context.whole))
@@ -203,15 +197,15 @@ class Scales:
         return Seed(unknowns.names, kept[0])
 
     def screened(
-        self, parent: Weighed, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
-    ) -> dict[type[Effect], Promise]:
-        """What slopes promise of each effect on top of a parent, at the best of its shapes.
+        self, parent: LaplaceFit, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
+    ) -> dict[type[Effect], PredictedGain]:
+        """Score test of each effect on top of a parent: the gain it predicts, at the best of its shapes.
 
         All effects of a supermodel are looked at together, one simulation each.
 
         Parameters
         ----------
-        parent : Weighed
+        parent : LaplaceFit
         supermodel : Supermodel
             One that holds all of them.
         effects : sequence of Effect classes
@@ -221,8 +215,8 @@ class Scales:
         unknowns, found = unknowns_of(supermodel, self.context, parent.effects, self.reference), parent.evidence.mode
         slopes = self.slopes(parent) if slopes is None else slopes
         gram = self._beside(supermodel, slopes.slopes)
-        base = carried(supermodel, parent.supermodel, parent.local)
-        promised = dict.fromkeys(effects, Promise(-np.inf, {}, {}, {}))
+        base = transferred(supermodel, parent.supermodel, parent.local)
+        best = dict.fromkeys(effects, PredictedGain(-np.inf, {}, {}, {}))
         shapes = {effect: directions(effect) for effect in effects}
         for number in range(max((len(ways) for ways in shapes.values()), default=0)):
             there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
@@ -230,11 +224,11 @@ class Scales:
             for effect, direction in there.items():
                 for name, value in direction.shapes.items():
                     local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
-            for effect, promise in self._promises(supermodel, gram, unknowns, local, found, there):
-                promised[effect] = max(promised[effect], promise, key=lambda one: one.gain)
-        return promised
+            for effect, prediction in self._predicted_gains(supermodel, gram, unknowns, local, found, there):
+                best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
+        return best
 
-    def _promises(
+    def _predicted_gains(
         self,
         supermodel: Supermodel,
         gram: Gram,
@@ -242,7 +236,7 @@ class Scales:
         local: np.ndarray,
         found: PosteriorMode,
         there: dict[type[Effect], Approach],
-    ) -> list[tuple[type[Effect], Promise]]:
+    ) -> list[tuple[type[Effect], PredictedGain]]:
         """Score test of each direction: its gain less what it costs, and where that is."""
         ways = [
             (effect, f"{effect.name}.{name}", weak) for effect, way in there.items() for name, weak in way.strengths
@@ -261,61 +255,63 @@ class Scales:
             little = there[effect].strengths[0][1] if effect.singular else weak
             hardly = {name: starting_strength(supermodel, name, little, float(np.sign(share) or 1.0))}
             slight = {name: float(value)}
-            found_all.append((effect, Promise(float(gain), shapes | start, shapes | hardly, shapes | slight)))
+            found_all.append((effect, PredictedGain(float(gain), shapes | start, shapes | hardly, shapes | slight)))
         return found_all
 
-    def first_steps_without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
-        """The first steps of a hypothesis without some of its effects, from where it is."""
-        unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
-        found = weighed.evidence.mode
-        start = place_of(unknowns, _with_absent(weighed, kept), found.place.eta)
-        gram = self.secant(weighed.supermodel)
-        return Weighed(kept, weighed.supermodel, weigh(unknowns, start, gram, found.sigma, **first_steps()))
+    def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
+        """The first steps of a hypothesis without some of its effects, warm started from where it is."""
+        unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+        found = fitted.evidence.mode
+        start = place_of(unknowns, _with_absent(fitted, kept), found.place.eta)
+        gram = self.secant(fitted.supermodel)
+        return LaplaceFit(kept, fitted.supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **warm_start()))
 
-    def without(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
+    def without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """A hypothesis without some of its effects, from where it is."""
-        found = weighed.evidence.mode
-        return self.weigh(weighed.supermodel, kept, _with_absent(weighed, kept), found.sigma, found.place.eta)
+        found = fitted.evidence.mode
+        return self.fitted(fitted.supermodel, kept, _with_absent(fitted, kept), found.sigma, found.place.eta)
 
-    def faded(self, weighed: Weighed, kept: tuple[type[Effect], ...]) -> Weighed:
-        """A hypothesis without some of its effects, which fade out step by step while the others are led along.
+    def without_by_continuation(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
+        """A hypothesis without some of its effects, by continuation (homotopy) in their strengths, the others refitted.
 
         Where a motion bounces, a strong effect cannot be left out at once: bounces come at other times, and what is
         left lies in a minimum of its own. Records may differ by ever more on the way.
         """
-        unknowns = unknowns_of(weighed.supermodel, self.context, kept, self.reference)
-        gram = self.secant(weighed.supermodel)
-        gone, at = [effect for effect in weighed.effects if effect not in kept], weighed
-        for share in fading():
+        unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+        gram = self.secant(fitted.supermodel)
+        gone, at = [effect for effect in fitted.effects if effect not in kept], fitted
+        for share in continuation_steps():
             start = place_of(unknowns, strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
-            led = weigh(unknowns, start, gram, at.evidence.mode.sigma, **first_steps())
-            at = replace(at, evidence=led)
+            evidence = laplace_evidence(unknowns, start, gram, at.evidence.mode.sigma, **warm_start())
+            at = replace(at, evidence=evidence)
             gram.renew()
         return self.without(at, kept)
 
-    def again(self, weighed: Weighed) -> Weighed:
-        """A hypothesis weighed with another yardstick, from where it is."""
-        found = weighed.evidence.mode
-        return self.weigh(weighed.supermodel, weighed.effects, weighed.local, found.sigma, found.place.eta)
+    def again(self, fitted: LaplaceFit) -> LaplaceFit:
+        """A hypothesis compared in another noise, from where it is."""
+        found = fitted.evidence.mode
+        return self.fitted(fitted.supermodel, fitted.effects, fitted.local, found.sigma, found.place.eta)
 
-    def refined(self, weighed: Weighed) -> Yardstick:
-        """Yardstick of the noise a hypothesis leaves."""
-        steps = steps_at(weighed.supermodel, weighed.local, self.context.whole)
-        return yardstick_of(weighed.supermodel, self.noise(weighed), steps)
+    def in_noise_of(self, fitted: LaplaceFit) -> LaplaceInference:
+        """The same in the noise that a hypothesis leaves."""
+        steps = steps_at(fitted.supermodel, fitted.local, self.context.whole)
+        noise = common_noise_of(fitted.supermodel, self.noise(fitted), steps)
+        return LaplaceInference(self.context, self.reference, noise)
 
-    def noise(self, weighed: Weighed) -> tuple[Noise, ...]:
+    def noise(self, fitted: LaplaceFit) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""
-        return remaining_noise(self.yardstick, weighed, self.context.whole)
+        return remaining_noise(self.common_noise, fitted, self.context.whole)
 
-    def inflation(self, weighed: Weighed, names: Iterable[str]) -> float:
-        """Variance by how scores of parts of the records scatter, over that by the matrices; at least 1.
+    def overdispersion(self, fitted: LaplaceFit, names: Iterable[str]) -> float:
+        """Overdispersion of the scores: sandwich variance over inverse information, at least 1.
 
-        It exceeds one where innovations are not what they are taken for: heavy tails, slopes that predict little, a
-        spectrum that is not quite right. A gain counts for as much less.
+        The sandwich variance is that by how scores of parts of the records scatter. It exceeds the other where
+        innovations are not what they are taken for: heavy tails, slopes that predict little, a spectrum that is not
+        quite right. A gain counts for as much less.
 
         Parameters
         ----------
-        weighed : Weighed
+        fitted : LaplaceFit
         names : iterable of str
             Shared values; the largest of their ratios is told.
 
@@ -323,8 +319,8 @@ class Scales:
         ------
         White, Econometrica 50 (1982).
         """
-        found, kept = weighed.evidence.mode, []
-        unknowns, supermodel = found.unknowns, self.yardstick.on(weighed.supermodel)
+        found, kept = fitted.evidence.mode, []
+        unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole)[0])
@@ -339,20 +335,20 @@ class Scales:
         held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
         share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
         own = np.where(held[:, None], 0.0, scores[..., mine])
-        covariance = weighed.evidence.covariance[int(np.argmax(weighed.evidence.weight))]
+        covariance = fitted.evidence.covariance[int(np.argmax(fitted.evidence.weight))]
         moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
         ratio = np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300)
         index = [unknowns.names.index(name) for name in names]
         return max(1.0, *(float(ratio[i]) for i in index))
 
-    def innovations(self, weighed: Weighed) -> np.ndarray:
+    def innovations(self, fitted: LaplaceFit) -> np.ndarray:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
-        left = jnp.asarray(residuals_of(self.yardstick, weighed, self.context.whole)[0])
-        return np.asarray(innovations_of(self.yardstick.whitening, left[None])[0])
+        left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
+        return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
 
     def _beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
         """Products of known slopes of a parent's unknowns and of further columns of a supermodel."""
-        seen, number = self.yardstick.on(supermodel), known.rows.shape[1] - 1
+        seen, number = self.common_noise.whitened(supermodel), known.rows.shape[1] - 1
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             further = seen.slopes(local, columns[number:], targets[:, number:], self.context.whole)
@@ -360,24 +356,12 @@ class Scales:
 
         return gram
 
-    def _settled(
-        self,
-        unknowns: Unknowns,
-        start: Place,
-        supermodel: Supermodel,
-        sigma: np.ndarray | None,
-        seed: Seed | None = None,
-        parent: float = np.inf,
-    ) -> MarginalLikelihood:
-        """Mode and evidence from a place."""
-        return weigh(unknowns, start, self.secant(supermodel, seed), sigma, **descent(parent))
 
-
-def _with_absent(weighed: Weighed, kept: Sequence[type[Effect]]) -> np.ndarray:
+def _with_absent(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:
     """Values of a hypothesis ``(n_record, n_local)`` with the effects that are not kept at their nulls."""
-    local, blank = weighed.local.copy(), absent_values(weighed.supermodel, len(weighed.local))
-    for effect in weighed.effects:
+    local, blank = fitted.local.copy(), absent_values(fitted.supermodel, len(fitted.local))
+    for effect in fitted.effects:
         if effect not in kept:
-            columns = [weighed.supermodel.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
+            columns = [fitted.supermodel.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
             local[:, columns] = blank[:, columns]
     return local

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task, without
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
@@ -35,13 +35,13 @@ class Without:
     gain: float
 
 
-def weights(search: Search, best: Weighed, after: Identification) -> tuple[Weight, ...]:
+def effect_sizes(search: Search, best: LaplaceFit, after: Identification) -> tuple[Weight, ...]:
     """How much each effect of the final model matters.
 
     Parameters
     ----------
     search : Search
-    best : Weighed
+    best : LaplaceFit
     after : Identification
         Of the model with its effects.
     """

@@ -1,4 +1,4 @@
-"""What all hypotheses of a round are measured with: the noise, and the whitening that goes with it."""
+"""The noise in which all hypotheses of a round are compared, and the whitening that goes with it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from fibrefit.problem.statement.steps import Steps
 
 
 @dataclass(frozen=True)
-class Yardstick:
-    """What all hypotheses of a round are measured with.
+class CommonNoise:
+    """The noise in which all hypotheses of a round are compared.
 
     Parameters
     ----------
@@ -36,13 +36,15 @@ class Yardstick:
     sensitivities: InputSensitivities | None
     steps: Mapping[str, Steps] = field(default_factory=dict)
 
-    def on(self, supermodel: Supermodel) -> Supermodel:
+    def whitened(self, supermodel: Supermodel) -> Supermodel:
         """A supermodel whose residuals are whitened."""
         return replace(supermodel, whitening=self.whitening, sensitivities=self.sensitivities, steps=self.steps)
 
 
-def yardstick_of(supermodel: Supermodel, noise: Sequence[Noise], steps: Mapping[str, Steps] | None = None) -> Yardstick:
-    """Yardstick for noise of known spectra.
+def common_noise_of(
+    supermodel: Supermodel, noise: Sequence[Noise], steps: Mapping[str, Steps] | None = None
+) -> CommonNoise:
+    """Noise of known spectra, and the whitening that goes with it.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ def yardstick_of(supermodel: Supermodel, noise: Sequence[Noise], steps: Mapping[
     sensitivities = supermodel.sensitivities
     if sensitivities is not None:
         sensitivities = whitened_sensitivities(sensitivities, whitening)
-    return Yardstick(noise, whitening, sensitivities, steps)
+    return CommonNoise(noise, whitening, sensitivities, steps)
 
 
 def steps_at(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Mapping[str, Steps]:

@@ -1,4 +1,4 @@
-"""A hypothesis and how probable it makes the records."""
+"""A hypothesis at its posterior mode, and the marginal likelihood by Laplace's approximation there."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """A hypothesis and how probable it makes the records.
+class LaplaceFit:
+    """A hypothesis at its posterior mode, and how probable it makes the records (Laplace's approximation).
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ class Weighed:
         """Logarithm of the marginal likelihood."""
         return self.evidence.log
 
-    def moved_to(self, log: float) -> Weighed:
-        """The same, told with another marginal likelihood: that of a noise in which it was not weighed."""
+    def with_log(self, log: float) -> LaplaceFit:
+        """The same with another marginal likelihood: that in a noise in which it was not fitted."""
         return replace(self, evidence=replace(self.evidence, log=log))
 
-    def lost_to(self, other: Weighed) -> float:
-        """Nats by which the record that speaks most for another hypothesis does, weighed in the same noise."""
+    def largest_loss_to(self, other: LaplaceFit) -> float:
+        """Nats of the record that loses most to another hypothesis, both in the same noise."""
         mine, others = self.evidence.mode.normal.costs, other.evidence.mode.normal.costs
         return 0.5 * float(np.max(mine - others, initial=0.0))
 

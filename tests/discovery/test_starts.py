@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from fibrefit.discovery.engine.screening import Promise
+from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
-from fibrefit.discovery.search.ways import is_worth_following, may_do_better
+from fibrefit.discovery.search.starts import is_worth_following, may_do_better
 from fibrefit.laws.catalogue import find_effect
 
 
 @pytest.mark.parametrize(
-    ("promised", "gain", "expected"),
+    ("predicted_gain", "gain", "expected"),
     [(1.0, 0.0, True), (1.0, BEYOND_DOUBT, True), (101.0, 200.0, True), (99.0, 200.0, False), (60.0, 120.1, False)],
 )
-def test_what_explains_beyond_doubt_leaves_out_what_promises_far_less(
-    promised: float, gain: float, expected: bool
+def test_what_explains_beyond_doubt_leaves_out_what_is_predicted_to_gain_far_less(
+    predicted_gain: float, gain: float, expected: bool
 ) -> None:
-    assert may_do_better(promised, gain) is expected
+    assert may_do_better(predicted_gain, gain) is expected
 
 
 def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> None:
@@ -30,6 +30,6 @@ def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> No
 
 def test_an_effect_is_followed_last_from_where_slopes_were_taken() -> None:
     far, weak, slight = ({"guide.quadratic_drag.drag_coefficient": value} for value in (0.3, 0.2, 0.003))
-    assert Promise(50.0, far, weak, slight).starts == [far, weak, slight]
-    assert Promise(50.0, weak, weak, slight).starts == [weak, slight]
-    assert Promise(50.0, weak, weak, weak).starts == [weak]
+    assert PredictedGain(50.0, far, weak, slight).starts == [far, weak, slight]
+    assert PredictedGain(50.0, weak, weak, slight).starts == [weak, slight]
+    assert PredictedGain(50.0, weak, weak, weak).starts == [weak]

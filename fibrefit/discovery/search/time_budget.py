@@ -6,8 +6,8 @@ import time
 
 import numpy as np
 
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows
-from fibrefit.discovery.engine.weighed import Weighed
 from fibrefit.discovery.search.search import Search
 
 CONCLUDING = 0.2, 0.35
@@ -37,14 +37,14 @@ def kept_for_conclusion(first: float, given: float) -> float:
     return min(max(FINAL * first, least), most)
 
 
-def slowdown(search: Search, weighed: Weighed) -> float:
+def slowdown(search: Search, fitted: LaplaceFit) -> float:
     """Time a simulation of a hypothesis takes over that of the base model, at least one.
 
     An effect that makes the equations stiff makes all that follows so much slower.
     """
     base = search.base
     return max(
-        _seconds(search, weighed.supermodel, weighed.local) / _seconds(search, base.supermodel, base.fit.local), 1.0
+        _seconds(search, fitted.supermodel, fitted.local) / _seconds(search, base.supermodel, base.fit.local), 1.0
     )
 
 

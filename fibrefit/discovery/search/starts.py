@@ -1,0 +1,57 @@
+"""From where effects are followed, by the gain that the score test predicts of them, and which ones are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from fibrefit.discovery.engine.effort import PROMISING
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.screening import PredictedGain
+from fibrefit.discovery.engine.secant import Seed
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
+from fibrefit.laws.law import Effect
+
+
+class EffectStart(NamedTuple):
+    """From where an effect is followed: the gain predicted of it there in nats, over the parent, and the slopes."""
+
+    predicted_gain: float
+    effect: type[Effect]
+    view: LaplaceFit
+    prediction: PredictedGain
+    slopes: Seed
+
+
+def is_worth_following(effect: type[Effect], predicted_gain: float, least: float) -> bool:
+    """Whether an effect is followed: one at whose null the model changes its kind whatever slopes say there.
+
+    Slopes are taken at a few shapes, and what they predict includes its price: where that is nothing, an effect would
+    have to gain twice as much at a shape between these to be named.
+    """
+    return bool(effect.singular) or predicted_gain > max(0.0, least)
+
+
+def may_do_better(predicted_gain: float, gain: float) -> bool:
+    """Whether an effect that slopes predict so much of is followed once another one gains so much; both in nats.
+
+    What explains something beyond doubt is likelier missing than what is predicted to gain far less.
+    """
+    return gain <= BEYOND_DOUBT or predicted_gain > PROMISING * gain
+
+
+def most_promising(
+    predictions: Mapping[type[Effect], PredictedGain], seen: Sequence[type[Effect]], number: int
+) -> list[type[Effect]]:
+    """So many of the effects that were seen, those that slopes predict most of first."""
+    return sorted(seen, key=lambda effect: -predictions[effect].gain)[:number]
+
+
+def has_valleys(effect: type[Effect]) -> bool:
+    """Whether it has frequencies or instants: too many to be tried in plain squares, where slopes tell which."""
+    return effect.sudden or any(parameter.unit == "Hz" for parameter in effect.parameters)
+
+
+def starting_values(prediction: PredictedGain) -> tuple[dict[str, float], ...]:
+    """Where slopes predict most of an effect, and the same with the effect hardly there."""
+    return (prediction.values,) if prediction.values == prediction.weak else (prediction.values, prediction.weak)
