@@ -10,6 +10,8 @@ from tests.records.exports.rounds.fortieth import FORTIETH
 from tests.records.exports.rounds.fortyfifth import FORTYFIFTH
 from tests.records.exports.rounds.fortyfourth import FORTYFOURTH
 from tests.records.exports.rounds.fortyfourth_nasty import FORTYFOURTH_NASTY
+from tests.records.exports.rounds.fortysixth import FORTYSIXTH
+from tests.records.exports.rounds.fortysixth_nasty import FORTYSIXTH_NASTY
 from tests.records.exports.rounds.fourteenth import FOURTEENTH
 from tests.records.exports.rounds.nineteenth import NINETEENTH
 from tests.records.exports.rounds.ninth_boxes import BOXES as NINTH_BOXES
@@ -78,6 +80,7 @@ ROUNDS: dict[str, list[Export]] = {
     "fortieth": FORTIETH,
     "forty-fifth": FORTYFIFTH,
     "forty-fourth": FORTYFOURTH + FORTYFOURTH_NASTY,
+    "forty-sixth": FORTYSIXTH + FORTYSIXTH_NASTY,
 }
 
 NOT_MET = frozenset(
