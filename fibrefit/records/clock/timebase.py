@@ -155,6 +155,10 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
         ALONE: row_mask(kept[alone & ~off], n),
     }
     time[conflicting] = np.nan
+    left = int(np.isfinite(time).sum())
+    if left < (1 - MOST_LOST) * readable.size:
+        got = f"{readable.size - left} of {readable.size} stamps do not fit into the steps of the others"
+        raise DataError(readings.where, got, "stamps in one unit", "Export them in one unit, or name another column.")
     gaps = _gaps(times[kept[good]], counts[good], uniform=uniform)
     return TimeBase(time, rate, readings.source, uniform, gaps, lost_rows(lost), notes)
 

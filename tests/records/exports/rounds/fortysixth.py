@@ -61,7 +61,8 @@ add(
 d = Drop(2000.0, 80, 203)
 add(
     "ordinary: lists of names and units behind keys",
-    "TestName=Drop 12\nOperator=KB\nSampleRate=2000\nChannels=Force,Position\nUnits=N,mm\nSamples=80\n[Data]\n" + d.fx(),
+    "TestName=Drop 12\nOperator=KB\nSampleRate=2000\nChannels=Force,Position\nUnits=N,mm\nSamples=80\n[Data]\n"
+    + d.fx(),
     d,
     suffix=".dat",
 )
@@ -84,7 +85,9 @@ add(
     "ordinary: zip with a log and a picture",
     zipped(
         {
-            "run12/run12.csv": ("Time (ms),Force (N),Position (mm)\n" + d.rows(lambda i: f"{i},{d.f(i)},{d.x(i)}")).encode(),
+            "run12/run12.csv": (
+                "Time (ms),Force (N),Position (mm)\n" + d.rows(lambda i: f"{i},{d.f(i)},{d.x(i)}")
+            ).encode(),
             "run12/run12.log": b"09:14:03 armed\n09:14:05 triggered\n09:14:06 saved 70 rows\n",
             "run12/run12.png": b"\x89PNG\r\n\x1a\n" + bytes(64),
         }
@@ -137,6 +140,7 @@ add(
     d,
     suffix=".parquet",
     options={"channels": {"force": "load", "position": "stroke"}},
+    atol_time=2e-7,  # a double holds ns since 1970 to 128 ns
 )
 d = Drop(5000.0, 100, 210)
 add(
@@ -158,7 +162,13 @@ add(
     "ordinary: JSON lines, a device, stamps from 1970 in ms",
     d.rows(
         lambda i: json.dumps(
-            {"dev": "rig-7", "ts": 1730798043555 + 20 * i, "force_N": float(d.force[i]), "position_mm": float(d.position[i]), "batt": 3.91}
+            {
+                "dev": "rig-7",
+                "ts": 1730798043555 + 20 * i,
+                "force_N": float(d.force[i]),
+                "position_mm": float(d.position[i]),
+                "batt": 3.91,
+            }
         )
     ),
     d,
@@ -198,10 +208,28 @@ def structure(drop: Drop) -> Any:
         x = {"Name": "Time", "Type": 4, "Data": drop.time, "Unit": "s", "Raster": "HostService"}
         named = (("F", "N", drop.force), ("x", "mm", drop.position))
         y = [
-            {"Name": n, "Type": 4, "Data": v, "Unit": u, "XIndex": 1, "Raster": "HostService", "Path": f"Model Root/{n}"}
+            {
+                "Name": n,
+                "Type": 4,
+                "Data": v,
+                "Unit": u,
+                "XIndex": 1,
+                "Raster": "HostService",
+                "Path": f"Model Root/{n}",
+            }
             for n, u, v in named
         ]
-        savemat(path, {"rec12": {"X": x, "Y": np.array(y, dtype=object), "Description": {"General": "drop"}, "RTProgram": "rig.sdf"}})
+        savemat(
+            path,
+            {
+                "rec12": {
+                    "X": x,
+                    "Y": np.array(y, dtype=object),
+                    "Description": {"General": "drop"},
+                    "RTProgram": "rig.sdf",
+                }
+            },
+        )
 
     return write
 
@@ -306,7 +334,10 @@ add(
     d.fx(";", de),
     d,
     suffix=".txt",
-    header=("notes.txt", "Drop rig, hall 2\nSampling frequency: 2 kHz\nNumber of channels: 2\nForce [N];Position [mm]\n"),
+    header=(
+        "notes.txt",
+        "Drop rig, hall 2\nSampling frequency: 2 kHz\nNumber of channels: 2\nForce [N];Position [mm]\n",
+    ),
 )
 d = Drop(1000.0, 120, 225)
 HEAD = "Time [s];Force [N];Position [mm]\n"
@@ -424,13 +455,15 @@ add(
 d = Drop(1000.0, 78, 235)
 add(
     "ordinary: a row of least bits below the units, values are physical",
-    "Channel,Time,Force,Position\nUnit,s,N,mm\nLSB,1e-6,0.001,0.0001\n" + d.rows(lambda i: f"{i + 1},{d.t(i)},{d.f(i)},{d.x(i)}"),
+    "Channel,Time,Force,Position\nUnit,s,N,mm\nLSB,1e-6,0.001,0.0001\n"
+    + d.rows(lambda i: f"{i + 1},{d.t(i)},{d.f(i)},{d.x(i)}"),
     d,
 )
 d = Drop(500.0, 74, 236)
 add(
     "ordinary: UTF-16 with tabs, commas and a mark at the beginning",
-    "﻿Datei:\tVersuch 12\r\nZeit\tKraft\tWeg\r\ns\tN\tmm\r\n" + d.rows(lambda i: de(f"{d.t(i)}\t{d.f(i)}\t{d.x(i)}"), "\r\n"),
+    "﻿Datei:\tVersuch 12\r\nZeit\tKraft\tWeg\r\ns\tN\tmm\r\n"
+    + d.rows(lambda i: de(f"{d.t(i)}\t{d.f(i)}\t{d.x(i)}"), "\r\n"),
     d,
     suffix=".txt",
     encoding="utf-16-le",

@@ -53,7 +53,8 @@ add("nasty: a second run below the first", TFX + d.tfx() + "\n" + TFX + e.tfx(),
 d = Drop(500.0, 80, 256)
 add(
     "nasty: headings again after a power cut, stamps from zero again",
-    TFX + d.rows(lambda i: f"{d.t(i if i < 50 else i - 50)},{d.f(i)},{d.x(i)}" + ("\n" + TFX.strip() if i == 49 else "")),
+    TFX
+    + d.rows(lambda i: f"{d.t(i if i < 50 else i - 50)},{d.f(i)},{d.x(i)}" + ("\n" + TFX.strip() if i == 49 else "")),
     d,
     refused="line|table|increase|begin",
 )
@@ -70,7 +71,8 @@ add(
 d = Drop(100.0, 90, 258)
 add(
     "nasty: overflows and missing readings as numbers",
-    TFX + d.rows(lambda i: f"{d.t(i)},{'9.90000E+37' if i in (11, 12) else d.f(i)},{'-999' if i in (30, 61) else d.x(i)}"),
+    TFX
+    + d.rows(lambda i: f"{d.t(i)},{'9.90000E+37' if i in (11, 12) else d.f(i)},{'-999' if i in (30, 61) else d.x(i)}"),
     d,
     refused="-999|9.9",
 )
@@ -96,7 +98,7 @@ add(
     "Sample rate: 400 Hz\nA0 and A1 alternately\nvalue [N]\n" + d.rows(lambda i: f"{d.f(i)}\n{d.x(i)}"),
     d,
     options={"channels": {"force": "value [N]"}},
-    refused="alternately",
+    refused="alternately|take turns",
 )
 d = Drop(500.0, 80, 262)
 add(
