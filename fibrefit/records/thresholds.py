@@ -148,7 +148,7 @@ TAKES_TURNS = 0.95
 """Share of the readings of one parity on one side of their neighbours from which on two channels take turns."""
 RUNS_OVER = 0.25
 """Share of the numbers of a counter that it passes from row to row at most, where it does not run over."""
-SWITCHED = 0.1
+LEFT_OVER = 0.1
 """Part of a jump that may be left once the readings are divided by what another column changes by."""
 TWO_VALUED = 20
 """Readings among which two values only are no accident."""

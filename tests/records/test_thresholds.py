@@ -520,7 +520,7 @@ WHOLE = (
     Bracket("SAME_ALWAYS", repeats, standing_twice, 0.95, 0.8),
     Bracket("TAKES_TURNS", damage, in_turns, 0.98, 0.9),
     Bracket("RUNS_OVER", damage, running_over, 0.2, 0.3),
-    Bracket("SWITCHED", damage, switching, 0.07, 0.13),
+    Bracket("LEFT_OVER", damage, switching, 0.07, 0.13),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),
     Bracket(
         "COUNTS_ON",

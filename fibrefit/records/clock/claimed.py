@@ -58,7 +58,7 @@ def newest_first(raw: Raw, bases: Sequence[TimeBase], where: str) -> dict[str, D
 
 
 def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> dict[str, DataError]:
-    """Doubt about times that contradict how long a record lasted, or run at twice or half a rate; none elsewhere."""
+    """Doubt about times that contradict how long a record lasted, or run at a share of a rate; none elsewhere."""
     for base in bases:
         present = base.time[np.isfinite(base.time)]
         lasting = float(present[-1] - present[0]) + 1.0 / base.rate if base.unit is not None and present.size else 0.0
@@ -68,7 +68,7 @@ def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> d
             do = 'Say which it is: time = "ms" under [units], or sampling_rate = "2 kHz" under [files].'
             return {"time": DataError(f"{where}, {one.place}", got, "one length of the record", do)}
         ratio = (raw.facts.rate or 0.0) / base.rate if base.header is not None and base.unit is not None else 0.0
-        if min(abs(ratio - 2.0), abs(4.0 * ratio - 2.0)) < CONTRADICTS:
+        if any(abs(ratio / kept - 1.0) < CONTRADICTS for kept in (2, 4, 5, 10)):  # rows left out
             got = f'"{raw.facts.quoted}", and "{base.header}" has {registry.format_number(base.rate, 7)} Hz'
             do = f'Say what one is worth: time = {{ column = "{base.header}", scale = "1" }} under [channels].'
             return {"time": DataError(where, got, "one rate", do)}

@@ -174,8 +174,6 @@ def _forward_rows(readings: Readings, readable: np.ndarray) -> tuple[np.ndarray,
         got = f"the time runs backward or stands still in {readable.size - chosen.size} of {readable.size} rows"
         raise DataError(readings.where, got, "times that increase", "Name the column that holds the time.")
     kept = readable[chosen]
-    if kept.size < 3:
-        raise DataError(readings.where, "fewer than 3 rows whose time increases", "a time for each sample")
     row_at = dict(zip(readings.times[kept].tolist(), kept.tolist(), strict=True))
     for row in _others(readable, kept).tolist():
         twin = row_at.get(float(readings.times[row]))

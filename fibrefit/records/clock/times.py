@@ -83,8 +83,7 @@ def time_base(
         return replace(from_readings(readings), header=column.header, unit=None)
     base = from_readings(readings, header_rate=raw.facts.rate, rate=rate)
     if epoch and column.unit is None:
-        note = f'Column "{column.header}" counts from 1970, which tells its unit: {unit}.'
-        base = replace(base, notes=(*base.notes, note))
+        base = replace(base, notes=(*base.notes, f'Column "{column.header}" counts from 1970, so it is in {unit}.'))
     if column.clock or epoch:  # the first reading may have been lost to damage
         first = float(base.time[np.isfinite(base.time)][0])
         began = EPOCH + start * factor if epoch else column.start

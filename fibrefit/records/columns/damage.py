@@ -21,6 +21,7 @@ from fibrefit.records.thresholds import (
     AT_ZERO,
     BEYOND_ROUNDING,
     CALM,
+    LEFT_OVER,
     LONE,
     NINES_RATIO,
     NOISY_TURNS,
@@ -32,7 +33,6 @@ from fibrefit.records.thresholds import (
     RUNS_OVER,
     SHORT_STOP,
     SHORTEST_RUN,
-    SWITCHED,
     TAKES_TURNS,
     TWO_VALUED,
 )
@@ -288,4 +288,4 @@ def switched(values: np.ndarray, other: np.ndarray) -> bool:
         return False
     ratio, before, after = other[at + 1] / other[at], values[at], values[at + 1]
     left = np.minimum(np.abs(after / ratio - before), np.abs(after * ratio - before))
-    return bool((left < SWITCHED * np.abs(after - before)).all())
+    return bool((left < LEFT_OVER * np.abs(after - before)).all())

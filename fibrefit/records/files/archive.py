@@ -20,8 +20,8 @@ _EMPTY_ZIP = b"PK\x05\x06"
 #: Bytes unpacked at a time where they are only counted.
 _PART = 1 << 20
 
-#: What stands beside measurements in archives.
-_BESIDE = (".md", ".pdf", ".png", ".jpg", ".svg", ".html", ".py", ".m")
+#: How measurements begin that are no text; a spreadsheet is an archive.
+_BINARY = (b"TDSm", b"PAR1", b"MDF", b"UnFinM", b"MATLAB", b"\x89HDF", _GZIP, _ZIP)
 
 
 def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
@@ -73,10 +73,9 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
             Allowance(where, DataError).take(sum(entry.file_size for entry in entries))
             return data, name if name.casefold().endswith(".xlsx") else f"{name}.xlsx"
         files = [entry for entry in entries if not entry.filename.startswith("__MACOSX/")]
-        measured = [entry for entry in files if not entry.filename.casefold().endswith(_BESIDE)]
-        if len(measured) > 1:
-            Allowance(where, DataError).take(sum(entry.file_size for entry in measured))
-            measured = [entry for entry in measured if _may_be_measured(archive.read(entry))]
+        if len(files) > 1:
+            Allowance(where, DataError).take(sum(entry.file_size for entry in files))
+        measured = [entry for entry in files if len(files) == 1 or _may_be_measured(archive.read(entry))]
         if len(measured) != 1:
             names = ", ".join(entry.filename[:60] for entry in files[:5]) or "nothing"
             do = "Unpack it, and name the file that is meant."
@@ -86,11 +85,13 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
 
 
 def _may_be_measured(content: bytes) -> bool:
-    """Whether a file is no text, or one of enough lines of numbers: a log and notes on a device have none."""
+    """Whether a file begins as a measurement, or has enough lines of numbers: pictures, logs and notes have none."""
+    if content.startswith(_BINARY):
+        return True
     try:
         lines = [line for line in decode(content, "").lines if line.strip()]
     except DataError:
-        return True
+        return False
     return len(lines) > FEWEST_ROWS and vote(lines) is not None
 
 

@@ -55,7 +55,7 @@ def _scalars(node: Any, name: str = "") -> Iterator[str]:
         yield f"{name} = {node}"
 
 
-def _channels(node: Any) -> Iterator[tuple[str, str]]:
+def _channels(node: Any) -> Iterator[tuple[str, str | None]]:
     """Names and units of the first list of objects that have names."""
     if isinstance(node, dict):
         for value in node.values():
