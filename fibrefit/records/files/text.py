@@ -99,7 +99,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     skipped = [(i, lines[i - 1]) for i in rows.skipped]
     return Raw(
         columns=columns,
-        facts=with_remarks(find_facts(said, dialect.mark), skipped, above, dialect, where, options.rate),
+        facts=with_remarks(find_facts(said, dialect.mark), skipped, dialect, options.rate),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
