@@ -13,12 +13,13 @@ from fibrefit.core import units as registry
 from fibrefit.core.allowance import LARGEST_SIZE
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
+from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.claimed import first_row_told, newest_first, wrong_times
 from fibrefit.records.clock.times import in_seconds, time_base
 from fibrefit.records.columns.account import unaccounted
 from fibrefit.records.columns.bearing import THINNED
-from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
+from fibrefit.records.columns.damage import absurd, flat_stretches, folded, lone_outliers, switched
 from fibrefit.records.columns.declared import Declared, Scaled, headings_of, with_factors_beside
 from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
 from fibrefit.records.columns.known import AsRead
@@ -135,7 +136,28 @@ def _questions(
     times = {} if roles.get("time", -1) in settled else wrong_times(raw, timed, where, mark)
     setting = AsRead(mark, _rate(timed[0]), timed[0].time.size, any(THINNED.search(one.text) for one in told))
     found, unsure = unaccounted(told, columns, roles, settled, where, setting)
+    found = _jumps(columns, roles, settled, where) | found
     return times | found | newest_first(raw, timed, where), not_understood([(one.place, one.text) for one in unsure])
+
+
+def _jumps(
+    columns: Sequence[RawColumn], roles: Mapping[str, int], settled: frozenset[int], where: str
+) -> dict[str, DataError]:
+    """Doubt about readings whose jumps from row to row are not those of what was measured; told or not."""
+    found = {}
+    for role, i in roles.items():
+        values = columns[i].numbers.values
+        if role not in ROLES or role == "time" or columns[i].clock:
+            continue
+        got, do = folded(values), "Export one channel a column, and counts that run on."
+        for other in columns if i not in settled and not got else ():
+            if other is not columns[i] and not other.clock and switched(values, other.numbers.values):
+                got = f'it jumps wherever "{other.header}" changes, by the same factor'
+                do = f'Export readings of one range, or say that they are: {role} = {{ column = "..", scale = "1" }}.'
+        if got:
+            place = f'{where}, column "{columns[i].header}"'
+            found[role] = DataError(place, got, "readings on one scale", do)
+    return found
 
 
 def _against_header(

@@ -144,6 +144,12 @@ NO_ACCIDENT = 10
 """Numbers of a block of rows from which on it does not repeat the one before it by accident."""
 SAME_ALWAYS = 0.9
 """Share of the rows that must stand as often as the others for all to have been written so often."""
+TAKES_TURNS = 0.95
+"""Share of the readings of one parity on one side of their neighbours from which on two channels take turns."""
+RUNS_OVER = 0.25
+"""Share of the numbers of a counter that it passes from row to row at most, where it does not run over."""
+LEFT_OVER = 0.1
+"""Part of a jump that may be left once the readings are divided by what another column changes by."""
 TWO_VALUED = 20
 """Readings among which two values only are no accident."""
 COUNTS_ON = 0.8

@@ -241,7 +241,7 @@ add("sep line with a tab", "sep=\t\nTime [s]\tForce [N]\tDisplacement [mm]\n" + 
 add(
     "seconds since 1970",
     "time [s],force [N],position [mm]\n" + rows(lambda i: f"{1715523731 + i / RATE:.4f},{f(i)},{u(i)}"),
-    options={"epoch": 1715523731.0},
+    options={"epoch": True},
 )
 add("minutes", "Time [min],Force [N],Position [mm]\n" + rows(lambda i: f"{i / RATE / 60:.12f},{f(i)},{u(i)}"))
 add(

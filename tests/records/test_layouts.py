@@ -21,15 +21,13 @@ def test_names_are_distinct() -> None:
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: layout.name)
 def test_layout(layout: Layout, write) -> None:
     options = dict(layout.options)
-    slower, epoch = options.pop("scale", 1.0), options.pop("epoch", 0.0)
+    slower, epoch = options.pop("scale", 1.0), options.pop("epoch", False)
     path = write(layout.content, f"file{layout.suffix}")
 
     record = read_record(path, **options)
 
     assert set(record.channels) == set(layout.holds)
-    np.testing.assert_allclose(
-        record.time - epoch, np.arange(N) / RATE * slower, rtol=0, atol=CLOCK_BITS if epoch else 1e-9
-    )
+    np.testing.assert_allclose(record.time, np.arange(N) / RATE * slower, rtol=0, atol=CLOCK_BITS if epoch else 1e-9)
     assert record.rate == pytest.approx(RATE / slower, rel=1e-9)
     assert record.uniform
     assert not record.gaps

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.records import Table, read_record, read_table
+from fibrefit.records import Table, read_record, read_table, side_by_side
+from fibrefit.records.columns import damage
 from fibrefit.records.columns.damage import flat_stretches
 
 N = 4000
@@ -197,3 +198,29 @@ def test_rows_that_a_column_of_flags_calls_bad_are_masked(name: str, bad: str, t
     path.write_text(f"time [s],force [N],{name}\n" + rows, "utf-8")
     valid = read_record(path).valid["force"]
     assert (~valid).nonzero()[0].tolist() == [20, 21]
+
+
+def test_a_blow_no_wrap_and_a_phase_no_range() -> None:
+    blow = np.r_[np.zeros(30), 230.0, 226.0, 221.0, np.linspace(215, 60, 30).round()]
+    assert not damage.folded(blow)
+    assert damage.folded(np.mod(np.arange(0, 900, 15), 256.0)) == "it jumps by nearly 256, as a counter that runs over"
+    force = np.r_[np.full(30, 10.0), np.full(30, 20.0)]
+    assert not damage.switched(force, np.r_[np.full(30, 1.0), np.full(30, 2.0)])
+    assert damage.switched(force, np.r_[np.full(30, 100.0), np.full(30, 50.0)])
+    hum = 5 + np.random.default_rng(4).normal(size=4000)
+    assert not damage.folded(hum)
+
+
+def test_a_record_since_1970_begins_at_zero_to_the_last_digit(write) -> None:
+    rows = "".join(f"{1688132467250000 + 500 * i},{10 + np.sin(0.3 * i):.3f}\n" for i in range(60))
+    record = read_record(write("ts,force [N]\n" + rows, "a.csv"))
+    np.testing.assert_allclose(record.time, np.arange(60) * 500 / 1e6, rtol=4e-16, atol=0)
+    assert record.origin == 86400.0 * 719163 + 1688132467.25
+
+
+def test_two_loggers_of_which_one_counts_from_1970(write) -> None:
+    first = "".join(f"{1688132467250 + 10 * i},{10 + np.sin(0.3 * i):.3f}\n" for i in range(60))
+    other = "".join(f"2023-06-30,13:41:07.{250 + 10 * i:03d},{i}\n" for i in range(60))
+    force = read_record(write("ts,force [N]\n" + first, "a.csv"))
+    position = read_record(write("Date,Time,position [mm]\n" + other, "b.csv"))
+    assert len(side_by_side(force, position)) == 60

@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import copies, join, thresholds
-from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase, times
+from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
@@ -241,9 +241,25 @@ def rows_alike(number: float) -> bool:
     return coarse.shared_stamps(readings(times, 0.1, rows), np.arange(times.size), times).resolution == 1.0
 
 
+def in_turns(share: float) -> bool:
+    """Whether readings are told that go to and fro in a share of the rows."""
+    return bool(damage.folded(np.where(np.arange(1000) < 1000 * share, np.arange(1000) % 2, 0.5)))
+
+
+def running_over(share: float) -> bool:
+    """Whether a counter of 16 bits is told that passes a share of its numbers from row to row."""
+    return bool(damage.folded(np.mod(np.arange(40.0) * round(share * 65536), 65536)))
+
+
+def switching(left: float) -> bool:
+    """Whether readings are told of which so much of a jump is left, once they are divided by the range."""
+    high = np.arange(40) >= 20
+    return damage.switched(np.where(high, 20 * (1 + left / (1 - 2 * left)), 10.0), np.where(high, 4.0, 2.0))
+
+
 def of_century(seconds: float) -> bool:
     """Whether stamps of such a size are seconds since 1970."""
-    return times._epoch_unit(binary_column("t", "t", None, np.full(5, seconds)), np.full(5, seconds)) == "s"
+    return digits.since_1970(np.full(5, seconds)) == "s"
 
 
 CLOCK = (
@@ -268,8 +284,8 @@ CLOCK = (
     Bracket("SHARED", coarse, stamps_alike, 0.14, 0.33),
     Bracket("SHARING", coarse, rows_alike, 400, 700),
     Bracket("ROUND_DIGITS", rates, lambda x: round_rate(1.0 / int("137924"[: int(x)]), 1e-9 / 10**x) is not None, 4, 6),
-    Bracket("CENTURY_BEGINS", times, of_century, 1.2e9, 0.7e9),
-    Bracket("CENTURY_ENDS", times, of_century, 3e9, 6e9),
+    Bracket("CENTURY_BEGINS", digits, of_century, 1.2e9, 0.7e9),
+    Bracket("CENTURY_ENDS", digits, of_century, 3e9, 6e9),
 )
 
 
@@ -502,6 +518,9 @@ WHOLE = (
     Bracket("FOLDED", doubts, sign_apart, 0.1, 0.2),
     Bracket("NO_ACCIDENT", repeats, repeated_block, 14, 7),
     Bracket("SAME_ALWAYS", repeats, standing_twice, 0.95, 0.8),
+    Bracket("TAKES_TURNS", damage, in_turns, 0.98, 0.9),
+    Bracket("RUNS_OVER", damage, running_over, 0.2, 0.3),
+    Bracket("LEFT_OVER", damage, switching, 0.07, 0.13),
     Bracket("TWO_VALUED", declared, two_valued, 25, 15),
     Bracket(
         "COUNTS_ON",

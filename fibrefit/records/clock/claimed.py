@@ -12,7 +12,7 @@ from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.bearing import LASTING, MISTAKEN_TIMES, NEWEST, OF_ROWS
 from fibrefit.records.columns.raw import Raw, Told
 from fibrefit.records.grammar.claims import claims_of
-from fibrefit.records.thresholds import LONGEST_HEADING, SAME_LENGTH
+from fibrefit.records.thresholds import CONTRADICTS, LONGEST_HEADING, SAME_LENGTH
 
 
 def contradicted_length(told: Sequence[Told], lasting: float, mark: str = ".") -> Told | None:
@@ -58,7 +58,7 @@ def newest_first(raw: Raw, bases: Sequence[TimeBase], where: str) -> dict[str, D
 
 
 def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> dict[str, DataError]:
-    """Doubt about times that contradict how long a record lasted; none where they do not."""
+    """Doubt about times that contradict how long a record lasted, or run at a share of a rate; none elsewhere."""
     for base in bases:
         present = base.time[np.isfinite(base.time)]
         lasting = float(present[-1] - present[0]) + 1.0 / base.rate if base.unit is not None and present.size else 0.0
@@ -67,4 +67,9 @@ def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> d
             got = f'"{one.text.strip()[:60]}", and the record lasts {registry.format_quantity(lasting, "s", 6)}'
             do = 'Say which it is: time = "ms" under [units], or sampling_rate = "2 kHz" under [files].'
             return {"time": DataError(f"{where}, {one.place}", got, "one length of the record", do)}
+        ratio = (raw.facts.rate or 0.0) / base.rate if base.header is not None and base.unit is not None else 0.0
+        if any(abs(ratio / kept - 1.0) < CONTRADICTS for kept in (2, 4, 5, 10)):  # rows left out
+            got = f'"{raw.facts.quoted}", and "{base.header}" has {registry.format_number(base.rate, 7)} Hz'
+            do = f'Say what one is worth: time = {{ column = "{base.header}", scale = "1" }} under [channels].'
+            return {"time": DataError(where, got, "one rate", do)}
     return {}

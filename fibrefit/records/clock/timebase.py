@@ -155,6 +155,10 @@ def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> 
         ALONE: row_mask(kept[alone & ~off], n),
     }
     time[conflicting] = np.nan
+    left = int(np.isfinite(time).sum())
+    if left < (1 - MOST_LOST) * readable.size:
+        got = f"{readable.size - left} of {readable.size} stamps do not fit into the steps of the others"
+        raise DataError(readings.where, got, "stamps in one unit", "Export them in one unit, or name another column.")
     gaps = _gaps(times[kept[good]], counts[good], uniform=uniform)
     return TimeBase(time, rate, readings.source, uniform, gaps, lost_rows(lost), notes)
 
@@ -170,8 +174,6 @@ def _forward_rows(readings: Readings, readable: np.ndarray) -> tuple[np.ndarray,
         got = f"the time runs backward or stands still in {readable.size - chosen.size} of {readable.size} rows"
         raise DataError(readings.where, got, "times that increase", "Name the column that holds the time.")
     kept = readable[chosen]
-    if kept.size < 3:
-        raise DataError(readings.where, "fewer than 3 rows whose time increases", "a time for each sample")
     row_at = dict(zip(readings.times[kept].tolist(), kept.tolist(), strict=True))
     for row in _others(readable, kept).tolist():
         twin = row_at.get(float(readings.times[row]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import date
 
 import numpy as np
 
@@ -16,12 +17,15 @@ from fibrefit.records.clock.timebase import counted_times, from_readings
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group, counts_by
 from fibrefit.records.columns.raw import Raw, RawColumn
-from fibrefit.records.grammar.digits import masked_with, oddly_written
+from fibrefit.records.grammar.digits import masked_with, oddly_written, since_1970
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import counts_rows, score
-from fibrefit.records.thresholds import CENTURY_BEGINS, CENTURY_ENDS, CONTRADICTS, FASTEST_LIKELY, SLOWEST_LIKELY
+from fibrefit.records.thresholds import CONTRADICTS, FASTEST_LIKELY, SLOWEST_LIKELY
+
+#: From the year 1, where clocks count from, to 1970, in s.
+EPOCH = 86400.0 * date(1970, 1, 1).toordinal()
 
 #: Units a column of times without one may be in, if only one of them agrees with the rate in the header.
 _POSSIBLE_UNITS = ("s", "ms", "us", "min")
@@ -64,8 +68,10 @@ def time_base(
     place = f'{where}, column "{column.header}"'
     values = numbers.values[: group.rows]
     factor, unit = (worth, "s") if worth else _factor(column, values, rate or raw.facts.rate, place)
+    epoch = not column.clock and since_1970(values) == unit
+    start = float(values[np.isfinite(values)][0]) if epoch else 0.0
     readings = Readings(
-        times=values * factor,
+        times=(values - start) * factor,  # to the last digit, where all digits of a stamp in s are taken by its years
         resolution=(numbers.resolution if len(numbers.texts) else column.resolution) * factor,
         rows=raw.rows or [str(i) for i in range(group.rows)],
         lines=raw.lines,
@@ -76,12 +82,12 @@ def time_base(
     if unit is None:
         return replace(from_readings(readings), header=column.header, unit=None)
     base = from_readings(readings, header_rate=raw.facts.rate, rate=rate)
-    if column.unit is None and not column.clock and _epoch_unit(column, values) == unit:
-        note = f'Column "{column.header}" counts from 1970, which tells its unit: {unit}.'
-        base = replace(base, notes=(*base.notes, note))
-    if column.clock:  # the first reading may have been lost to damage
+    if epoch and column.unit is None:
+        base = replace(base, notes=(*base.notes, f'Column "{column.header}" counts from 1970, so it is in {unit}.'))
+    if column.clock or epoch:  # the first reading may have been lost to damage
         first = float(base.time[np.isfinite(base.time)][0])
-        base = replace(base, time=base.time - first, origin=column.start + first)
+        began = EPOCH + start * factor if epoch else column.start
+        base = replace(base, time=base.time - first, origin=began + first)
     if base.rate == raw.facts.rate and base.source == readings.source:
         base = replace(base, source=f'{base.source}, rate from the header ("{raw.facts.quoted}")')
     return replace(base, header=column.header, unit=unit)
@@ -100,7 +106,7 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
         agreeing = [u for u in _POSSIBLE_UNITS if step and abs(step * units.to_si(u, "s") * rate - 1) < CONTRADICTS]
         if len(agreeing) == 1:
             return units.to_si(agreeing[0], "s"), agreeing[0]
-    epoch = _epoch_unit(column, values)
+    epoch = since_1970(values) if column.unit is None else None
     return (units.to_si(epoch, "s"), epoch) if epoch else (1.0, None)
 
 
@@ -118,16 +124,6 @@ def in_seconds(base: TimeBase) -> TimeBase:
         return base
     note = f'Column "{base.header}" has no unit: taken as s, {format_number(base.rate, 6)} Hz.'
     return replace(base, unit="s", notes=(*base.notes, note))
-
-
-def _epoch_unit(column: RawColumn, values: np.ndarray) -> str | None:
-    """Unit of stamps that count from 1970: of this century in one unit only."""
-    present = values[np.isfinite(values)]
-    if column.unit is not None or not present.size:
-        return None
-    middle = float(np.median(present))
-    stamps = ((u, middle * units.to_si(u, "s")) for u in ("s", "ms", "us", "ns"))
-    return next((u for u, seconds in stamps if CENTURY_BEGINS < seconds < CENTURY_ENDS), None)
 
 
 def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:

@@ -179,10 +179,6 @@ def _question(one: Told, read: ReadColumn, doubt: str, where: str) -> DataError:
     usual = read.column.unit or registry.usual(ROLES[read.role])
     shown = " ".join(one.text.split())[:80]
     got = f'"{shown}" {doubt} "{read.column.header}"'
-    if read.role == "time":
-        return DataError(
-            f"{where}, {one.place}", got, "times with nothing left to be done to them", _timed(read.column)
-        )
     do = f'Say what one number is worth: {read.role} = {{ column = "{read.column.header}", scale = "..." }} under '
     do += f'[channels]; scale = "1" where the numbers are in {usual} already, with nothing left to be done to them.'
     return DataError(f"{where}, {one.place}", got, f"numbers in {usual} with nothing left to be done to them", do)

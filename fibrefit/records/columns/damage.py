@@ -21,6 +21,7 @@ from fibrefit.records.thresholds import (
     AT_ZERO,
     BEYOND_ROUNDING,
     CALM,
+    LEFT_OVER,
     LONE,
     NINES_RATIO,
     NOISY_TURNS,
@@ -29,8 +30,11 @@ from fibrefit.records.thresholds import (
     PIECES,
     REPEATED,
     RUN_BY_CHANCE,
+    RUNS_OVER,
     SHORT_STOP,
     SHORTEST_RUN,
+    TAKES_TURNS,
+    TWO_VALUED,
 )
 
 
@@ -240,3 +244,48 @@ def lone_outliers(values: np.ndarray) -> np.ndarray:
     scatter = 1.4826 * typical(apart)
     far = apart > LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
     return rows[1:-1][far[1:-1]]
+
+
+def folded(values: np.ndarray) -> str:
+    """Why readings are not those of one quantity on one scale, from row to row; empty where they may be.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+    """
+    run = values[np.isfinite(values)]
+    if run.size < TWO_VALUED:
+        return ""
+    bent = np.diff(run, 2)
+    bent[::2] *= -1.0
+    if max(np.mean(bent > 0), np.mean(bent < 0)) >= TAKES_TURNS:
+        return "every second reading lies on one side of those around it, as where two channels take turns"
+    turn = 2.0 ** math.ceil(math.log2(np.ptp(run) + 1.0))
+    steps = np.diff(run)
+    over = np.flatnonzero(np.abs(steps) > (1.0 - RUNS_OVER) * turn)
+    if not over.size or turn < 256 or not (run == np.rint(run)).all():
+        return ""
+    steps = np.abs(steps - turn * np.rint(steps / turn))
+    around = np.maximum(steps[np.maximum(over - 1, 0)], steps[np.minimum(over + 1, steps.size - 1)])
+    if steps.max() > RUNS_OVER * turn or (steps[over] > OVERSHOOT * around + 1.0).any():
+        return ""
+    return f"it jumps by nearly {turn:.0f}, as a counter that runs over"
+
+
+def switched(values: np.ndarray, other: np.ndarray) -> bool:
+    """Whether readings jump wherever another column changes, by the factor by which that changes.
+
+    Parameters
+    ----------
+    values, other : (n,) float array
+        Readings, and what may be the range or the gain of their amplifier; NaN where there is none.
+    """
+    if values.size != other.size or not np.isfinite(other).all() or other.min() <= 0.0:
+        return False
+    at = np.flatnonzero(np.diff(other))
+    if not at.size or at.size > other.size / TWO_VALUED or (np.diff(other)[at] == 1.0).all():  # 1, 2, 3 are phases
+        return False
+    ratio, before, after = other[at + 1] / other[at], values[at], values[at + 1]
+    left = np.minimum(np.abs(after / ratio - before), np.abs(after * ratio - before))
+    return bool((left < LEFT_OVER * np.abs(after - before)).all())

@@ -14,10 +14,11 @@ from fibrefit.core.scale import Scale
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
+from fibrefit.records.grammar.digits import since_1970
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import score, tokens
 from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, worth_told
-from fibrefit.records.thresholds import TWO_VALUED
+from fibrefit.records.thresholds import MOST_LOST, TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
 
@@ -88,7 +89,9 @@ def _heading(column: RawColumn) -> Heading:
     if present.size >= TWO_VALUED and len(set(present[:TWO_VALUED].tolist())) <= 2:
         low, high = present.min(), present.max()
         two_valued = bool(low < high and ((present == low) | (present == high)).all())
-    return Heading(column.header, column.name, column.unit, column.clock, column.number, two_valued)
+    stamps = column.unit is None and since_1970(present) is not None
+    clock = column.clock or (stamps and np.mean(np.diff(present) > 0) >= 1 - MOST_LOST)
+    return Heading(column.header, column.name, column.unit, clock, column.number, two_valued)
 
 
 @dataclass(frozen=True, slots=True)

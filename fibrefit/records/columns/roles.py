@@ -244,7 +244,8 @@ def nothing_below(
         for place, what in aside.items() if role not in found and role != "drive" and found.keys() - {"time"} else ():
             name, unit = split_heading(what.split('"')[1])
             fits = unit is not None and units.kind_of(unit) == KIND_OF_ROLE[role]
-            if score(name, role) > 2 and (fits or (unit is None and " is empty" in what)):
+            figures = re.search(r' is empty|, such as "[^"]*\d', what)
+            if score(name, role) > 2 and (fits or (unit is None and figures)):
                 other = next(iter(found.keys() - {"time"}))
                 do = f"Save the numbers there, not formulas; or name the channels that are meant: {other} = ... under "
                 got = f"{what}, and no other column is the {role}"

@@ -9,7 +9,10 @@ import zlib
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.records.files.decode import decode
 from fibrefit.records.files.extras import damage_of
+from fibrefit.records.grammar.dialect import vote
+from fibrefit.records.thresholds import FEWEST_ROWS
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _EMPTY_ZIP = b"PK\x05\x06"
@@ -17,8 +20,8 @@ _EMPTY_ZIP = b"PK\x05\x06"
 #: Bytes unpacked at a time where they are only counted.
 _PART = 1 << 20
 
-#: What stands beside measurements in archives.
-_BESIDE = (".md", ".pdf", ".png", ".jpg", ".svg", ".html", ".py", ".m")
+#: How measurements begin that are no text; a spreadsheet is an archive.
+_BINARY = (b"TDSm", b"PAR1", b"MDF", b"UnFinM", b"MATLAB", b"\x89HDF", _GZIP, _ZIP)
 
 
 def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
@@ -70,13 +73,26 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
             Allowance(where, DataError).take(sum(entry.file_size for entry in entries))
             return data, name if name.casefold().endswith(".xlsx") else f"{name}.xlsx"
         files = [entry for entry in entries if not entry.filename.startswith("__MACOSX/")]
-        measured = [entry for entry in files if not entry.filename.casefold().endswith(_BESIDE)]
+        if len(files) > 1:
+            Allowance(where, DataError).take(sum(entry.file_size for entry in files))
+        measured = [entry for entry in files if len(files) == 1 or _may_be_measured(archive.read(entry))]
         if len(measured) != 1:
             names = ", ".join(entry.filename[:60] for entry in files[:5]) or "nothing"
             do = "Unpack it, and name the file that is meant."
             raise DataError(where, f"an archive that holds {len(measured)} files ({names})", "one measurement file", do)
         Allowance(where, DataError).take(measured[0].file_size)
         return _once(archive.read(measured[0]), measured[0].filename, where)
+
+
+def _may_be_measured(content: bytes) -> bool:
+    """Whether a file begins as a measurement, or has enough lines of numbers: pictures, logs and notes have none."""
+    if content.startswith(_BINARY):
+        return True
+    try:
+        lines = [line for line in decode(content, "").lines if line.strip()]
+    except DataError:
+        return False
+    return len(lines) > FEWEST_ROWS and vote(lines) is not None
 
 
 def _once(content: bytes, name: str, where: str) -> tuple[bytes, str]:

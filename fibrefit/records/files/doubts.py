@@ -24,21 +24,10 @@ _FAULT = re.compile(
     re.I,
 )
 _NO_FAULT = re.compile(r"\b(?:no|not|none|without|kein\w*|ohne|0)\b", re.I)
-#: Words of a remark inside a table after which its numbers may mean something else.
-_OF_UNITS = re.compile(
-    r"(?<![^\W\d_])(?:units?|einheit(?:en)?|jednotk[ay]|scale|scaling|factor|faktor|gain)(?![^\W\d_])", re.I
-)
 
 
-def with_remarks(
-    facts: Facts,
-    remarks: Sequence[tuple[int, str]],
-    above: Sequence[str],
-    dialect: Dialect,
-    where: str,
-    rate: float | None,
-) -> Facts:
-    """Facts with what remarks inside the table say against them.
+def with_remarks(facts: Facts, remarks: Sequence[tuple[int, str]], dialect: Dialect, rate: float | None) -> Facts:
+    """Facts with what remarks inside the table say against their rate.
 
     Parameters
     ----------
@@ -46,29 +35,12 @@ def with_remarks(
         What the lines above the table say.
     remarks : sequence of (int, str)
         Lines inside the table that are no rows, by their number.
-    above : sequence of str
-        Lines above the table: what stands there too is no news.
     dialect : Dialect
         Of the table.
-    where : str
-        File to name in messages.
     rate : float or None
         What the user gives, in Hz.
-
-    Raises
-    ------
-    DataError
-        If a remark speaks of a unit or a scale, which may be another one from there on.
     """
-    said = {line.strip() for line in above}
     for number, line in remarks:
-        if line.strip() in said:
-            continue
-        if _OF_UNITS.search(line):
-            do = "Split the file there, or remove the line if it changes nothing."
-            raise DataError(
-                f"{where}, line {number}", f'"{line.strip()[:60]}" inside the table', "one unit throughout", do
-            )
         told = [*find_facts([line], dialect.mark).rates, *frequencies_in(line, dialect.mark)]
         known = rate or facts.rate
         if told and known and all(abs(one / known - 1.0) > SAME_RATE for one in told):

@@ -6,13 +6,14 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.header import Header
-from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE, WORDS_BESIDE
 
 #: A name of up to so many letters, with or without a unit, its value, and a unit behind that. Longer ones are none: a
@@ -193,6 +194,9 @@ _SINGLE_QUOTED = re.compile(r"((?:^|[,;\t|])\s{0,40})'([^']*)'(?=\s{0,40}(?:[,;\
 #: Columns of a header that stands beside the first rows: what, its value, its unit.
 BESIDE = 3
 
+_TIME_OF_DAY = re.compile(r"\s*\d{1,2}:\d{2}:")
+_ARROW = re.compile(r"\s*(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)\s*->\s?(.*)")
+
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
 
@@ -217,6 +221,34 @@ def with_thousandths(columns: Sequence[tuple[str, ...]], kinds: Sequence[str], h
             found[i] = tuple(f"{a.strip()}.{int(b):03d}" for a, b in zip(*columns[i : i + 2], strict=True))
             found[i + 1] = ("",) * len(found[i])
     return found
+
+
+def with_dates(columns: Sequence[tuple[str, ...]], kinds: Sequence[str]) -> list[tuple[str, ...]]:
+    """Columns of cells, in which a date that stands beside a time of day is put before it."""
+    found = list(columns)
+    for i in (i for i, pair in enumerate(pairwise(kinds)) if pair == ("clock", "clock")):
+        if not has_time(columns[i]) and all(map(_TIME_OF_DAY.match, columns[i + 1])):
+            found[i + 1] = tuple(
+                f"{date.strip()} {time.strip()}" for date, time in zip(*columns[i : i + 2], strict=True)
+            )
+    return found
+
+
+def has_time(cells: Sequence[str]) -> bool:
+    """Whether clock readings hold more than a date."""
+    return any(
+        match is not None and match["time"] is not None for match in map(CLOCK.fullmatch, map(clean, cells[:20]))
+    )
+
+
+def without_arrows(lines: list[str]) -> list[str]:
+    """Lines with a cell of its own for the clock that a terminal writes before each, behind which an arrow stands."""
+    pairs = [_ARROW.fullmatch(line) for line in lines if line.strip()]
+    behind = [pair[2] for pair in pairs if pair]
+    if not behind or len(behind) < NAMED_ALIKE * len(pairs):
+        return lines
+    sign = next((sign for sign in ";\t," if sign in behind[-1]), " ")
+    return [_ARROW.sub(rf"\1{sign}\2", line) for line in lines]
 
 
 def separator_told(lines: Sequence[str], delimiter: str | None) -> tuple[list[str], str | None]:

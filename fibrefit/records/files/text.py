@@ -26,11 +26,14 @@ from fibrefit.records.files.doubts import (
 )
 from fibrefit.records.files.keyed import (
     BESIDE,
+    has_time,
     header_beside,
     requoted,
     separator_told,
     step_beside,
+    with_dates,
     with_thousandths,
+    without_arrows,
 )
 from fibrefit.records.grammar.configuration import statements
 from fibrefit.records.grammar.dialect import NAMES, Dialect, vote
@@ -42,7 +45,7 @@ from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
-from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
+from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import is_remark
 from fibrefit.records.grammar.worth import contradicted, unit_told
 from fibrefit.records.options import ReadOptions
@@ -74,7 +77,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         If the layout is not understood, or can be read in two ways.
     """
     lines, delimiter = separator_told(text.lines, options.delimiter)
-    lines, told = header_beside(requoted(lines))
+    lines, told = header_beside(requoted(without_arrows(lines)))
     lines, stated = step_beside(lines)
     told = told or stated
     voted = vote(lines, delimiter=delimiter, mark=options.decimal)
@@ -96,7 +99,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     skipped = [(i, lines[i - 1]) for i in rows.skipped]
     return Raw(
         columns=columns,
-        facts=with_remarks(find_facts(said, dialect.mark), skipped, above, dialect, where, options.rate),
+        facts=with_remarks(find_facts(said, dialect.mark), skipped, dialect, options.rate),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _blanks_are_regular(rows),
@@ -260,7 +263,7 @@ def _columns(
     bad: list[tuple[str, np.ndarray]] = []
     words: list[tuple[str, Sequence[str]]] = []
     last = len(rows.cells) - 1
-    for i, cells in enumerate(with_thousandths(rows.cells, kinds, header)):
+    for i, cells in enumerate(with_dates(with_thousandths(rows.cells, kinds, header), kinds)):
         title = header.names[i]
         name, unit = split_heading(title)
         told = contradicted([unit, header.units[i], *bracketed_units(title)])
@@ -268,7 +271,7 @@ def _columns(
         shown = title or f"column {i + 1}"
         kind = kinds[i] if kinds[i] != "empty" and any(cells) else _kind_of_sparse(cells, rows.dialect.mark)
         place = f'{where}, column "{shown}"'
-        if kind == "clock" and any(_has_time(cell) for cell in cells[:20]):
+        if kind == "clock" and has_time(cells):
             columns.append(replace(_clock_column(title, name, cells, place, notes), number=i + 1))
         elif kind == "number":
             numbers = parse_column(cells, rows.dialect.mark, rows.numbers, place)
@@ -299,11 +302,6 @@ def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:
     if not found:
         return "empty"
     return max(("number", "clock", "text"), key=found.count)
-
-
-def _has_time(cell: str) -> bool:
-    match = CLOCK.fullmatch(clean(cell))
-    return match is not None and match.group("time") is not None
 
 
 def _clock_column(title: str, name: str, cells: Sequence[str], where: str, notes: list[str]) -> RawColumn:

@@ -32,7 +32,7 @@ def statements(lines: Sequence[str], delimiter: str) -> list[str]:
     if document is not None:
         said, channels = list(_scalars(document)), list(_channels(document))
     else:
-        said, channels = list(lines), _listed(lines)
+        said, channels = list(lines), channels_of(lines)
     separator = "\t" if delimiter == " " else delimiter
     heading = separator.join(f"{name} [{unit}]" if unit else name for name, unit in channels)
     return [*said, heading] if len(channels) > 1 else said
@@ -55,7 +55,7 @@ def _scalars(node: Any, name: str = "") -> Iterator[str]:
         yield f"{name} = {node}"
 
 
-def _channels(node: Any) -> Iterator[tuple[str, str]]:
+def _channels(node: Any) -> Iterator[tuple[str, str | None]]:
     """Names and units of the first list of objects that have names."""
     if isinstance(node, dict):
         for value in node.values():
@@ -70,7 +70,7 @@ def _channels(node: Any) -> Iterator[tuple[str, str]]:
                     yield name, unit
 
 
-def _listed(lines: Sequence[str]) -> list[tuple[str, str]]:
+def channels_of(lines: Sequence[str]) -> list[tuple[str, str | None]]:
     """Names and units from ``name = ...`` and ``unit = ...`` in sections, or from ``ch1_name = ...``."""
     names: dict[str, str] = {}
     units: dict[str, str] = {}
@@ -89,4 +89,4 @@ def _listed(lines: Sequence[str]) -> list[tuple[str, str]]:
             names[place] = value
         elif place and word in _UNIT_KEYS:
             units[place] = value
-    return [(name, units.get(place, "")) for place, name in names.items()]
+    return [(name, units.get(place)) for place, name in names.items()]

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from fibrefit.core import units
+from fibrefit.records.grammar.configuration import channels_of
 from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
 from fibrefit.records.grammar.headings import known_unit, split_heading, unit_by_key
 from fibrefit.records.grammar.rows import REMARK
@@ -35,6 +36,8 @@ _OF_ABSCISSA = re.compile(r"x[-_ ]?(?:axis[-_ ]?)?(?:unit|einheit|jednotk|dimens
 _UNIT_WORD = re.compile(r"(?:units?|einheit)\s*:\s*", re.I)
 #: What says something by itself among headings: "tInc = 1e-4", "2 kHz".
 STATEMENT = re.compile(r"[^=]+=\s*[+-]?[\d.,]+(?:[eE][+-]?\d+)?\s*\w*|\W*[\d.,]+\s*[kM]?Hz")
+#: A key, and what it lists.
+_KEYED = re.compile(r"[^\W\d][^=:,;\t]{0,40}[=:]([^=:]*)")
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
 
@@ -94,9 +97,14 @@ def find_header(
         if i not in unit_rows and (i == last or not _is_prose(above[i], cells, wanted))
     )
     best, line = ranked[-1] if ranked else (0.0, 0)
-    listed = _listed(above, dialect.width, empty)
-    if listed is not None and _points(_joined(listed), wanted) > best:
-        return listed
+    width = dialect.width - 1 if dialect.width > 1 and empty[-1] else dialect.width
+    for listed in (_listed(above, width), channels_of(above)):
+        if (
+            len(listed) == width
+            and _points([f"{name} [{unit}]" if unit else name for name, unit in listed], wanted) > best
+        ):
+            names, given = zip(*(listed + [("", None)] * (dialect.width - width)), strict=True)
+            return Header(names, given, None, None)
     if best > 0:
         unit_line = min(unit_rows, key=lambda i: (abs(i - line), -i), default=None)
         return _header(rows, line, unit_line)
@@ -169,6 +177,9 @@ def header_cells(line: str, dialect: Dialect, empty: Sequence[bool]) -> list[str
         text = text.lstrip("; ")
     if dialect.width == 1:
         return [text.strip(f' "{dialect.delimiter}')]
+    listed = _KEYED.fullmatch(text)  # "Units = N, mm"
+    if listed and len(cells := (Dialect(",", ".").split(listed[1]) or [])) == dialect.width and dialect.width > 1:
+        return [cell.strip() for cell in cells]
     # A header may separate its cells otherwise than the table, but then it does so throughout.
     own = dialect.delimiter
     others = [d for d in NAMES if d != own] if own == WHITESPACE or own not in text else []
@@ -279,24 +290,14 @@ _LISTED = re.compile(
 )
 
 
-def _listed(above: Sequence[str], width: int, empty: Sequence[bool]) -> Header | None:
-    """Header that lists the columns line by line: ``1; Force; N``."""
-    wanted = width - 1 if width > 1 and empty[-1] else width
-    for start in range(len(above) - wanted, -1, -1):
-        matches = [_LISTED.fullmatch(line.strip()) for line in above[start : start + wanted]]
-        if any(match is None for match in matches):
-            continue
+def _listed(above: Sequence[str], width: int) -> list[tuple[str, str | None]]:
+    """Names and units of columns that are listed line by line: ``1; Force; N``."""
+    for start in range(len(above) - width, -1, -1):
+        matches = [_LISTED.fullmatch(line.strip()) for line in above[start : start + width]]
         numbers = [int(match.group(1)) for match in matches if match]
-        if numbers == list(range(numbers[0], numbers[0] + wanted)) and numbers[0] in (0, 1):
-            texts = [_name_then_unit(match.group(2)) for match in matches if match]
-            pad = [("", None)] * (width - wanted)
-            names, given = zip(*(texts + pad), strict=True)
-            return Header(tuple(names), tuple(given), start + 1, None)
-    return None
-
-
-def _joined(header: Header) -> list[str]:
-    return [f"{name} [{unit}]" if unit else name for name, unit in zip(header.names, header.units, strict=True)]
+        if numbers in (list(range(width)), list(range(1, width + 1))):
+            return [_name_then_unit(match.group(2)) for match in matches if match]
+    return []
 
 
 def _name_then_unit(text: str) -> tuple[str, str | None]:

@@ -49,6 +49,10 @@ class Export:
     valid: float = 0.9
     #: Roles that no column of the file has.
     absent: tuple[str, ...] = ()
+    #: Name and text of a header in a file of its own, the parts that follow, and a second logger with its offset in s.
+    header: tuple[str, str] | None = None
+    parts: tuple[str, ...] = ()
+    beside: tuple[str, float | None] | None = None
 
 
 class Kind(list[Export]):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import FibrefitError
-from fibrefit.records import Record, read_record
+from fibrefit.records import Record, joined, read_record, side_by_side
 from tests.records.exports.base import Export
 
 RIGHT, CLEAR, UNCLEAR, WRONG, FAULT = "right", "clear refusal", "unclear refusal", "silently wrong", "fault"
@@ -25,6 +25,25 @@ def written(export: Export, folder: Path) -> Path:
     else:
         path.write_bytes(export.content)
     return path
+
+
+def read(export: Export, path: Path, **more: Any) -> Record:
+    """The record of an export, with the files that belong to it."""
+
+    def other(name: str, text: str) -> Path:
+        file = path.with_name(f"{path.stem}_{name}")
+        file.write_text(text)
+        return file
+
+    options = {**export.options, **more}
+    if export.header is not None:
+        options["header"] = other(*export.header)
+    files = [path, *(other(f"part{i}{export.suffix}", text) for i, text in enumerate(export.parts, 2))]
+    record = joined([read_record(file, **options) for file in files])
+    if export.beside is None:
+        return record
+    text, offset = export.beside
+    return side_by_side(record, read_record(other(f"beside{export.suffix}", text)), offset)
 
 
 def differences(export: Export, record: Record) -> list[str]:
@@ -58,7 +77,7 @@ def outcome(export: Export, folder: Path) -> tuple[str, str]:
     """Kind of the outcome, and what was said."""
     path = written(export, folder)
     try:
-        record = read_record(path, **export.options)
+        record = read(export, path)
     except FibrefitError as error:
         return (CLEAR if _is_clear(export, path, error) else UNCLEAR), str(error)
     except Exception as error:  # what must not happen
@@ -81,7 +100,7 @@ def _is_clear(export: Export, path: Path, error: FibrefitError) -> bool:
 
 def _leads(export: Export, path: Path, remedy: dict[str, Any]) -> bool:
     try:
-        return not differences(export, read_record(path, **{**export.options, **remedy}))
+        return not differences(export, read(export, path, **remedy))
     except Exception:
         return False
 
