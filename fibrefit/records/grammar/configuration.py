@@ -7,9 +7,10 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from fibrefit.records.thresholds import LONGEST_HEADING
+
 _NAME_KEYS = ("name", "label", "channel", "signal", "title", "kanal", "bezeichnung", "channelname")
 _UNIT_KEYS = ("unit", "units", "einheit", "jednotka", "unit_string", "dimension")
-_PAIR = re.compile(r"\s*\"?([^=:\"]+?)\"?\s*[=:]\s*\"?([^\"]*?)\"?\s*,?\s*")
 _NUMBERED = re.compile(r"(?:ch(?:annel)?|kanal|signal|col(?:umn)?)?[_ .]*(\d+)[_ .]*(\w+)", re.IGNORECASE)
 
 
@@ -70,6 +71,14 @@ def _channels(node: Any) -> Iterator[tuple[str, str | None]]:
                     yield name, unit
 
 
+def _pair(line: str) -> tuple[str, str]:
+    """Key and value of ``key = value`` or ``"key": "value",``; nothing and nothing of other lines."""
+    place = min((i for i in (line.find("="), line.find(":")) if i >= 0), default=-1)
+    key = line[: max(place, 0)].strip().removeprefix('"').removesuffix('"').strip()
+    value = line[place + 1 :].strip().removesuffix(",").strip().removeprefix('"').removesuffix('"').strip()
+    return (key.casefold(), value) if key and len(key) <= LONGEST_HEADING and '"' not in key + value else ("", "")
+
+
 def channels_of(lines: Sequence[str]) -> list[tuple[str, str | None]]:
     """Names and units from ``name = ...`` and ``unit = ...`` in sections, or from ``ch1_name = ...``."""
     names: dict[str, str] = {}
@@ -79,10 +88,7 @@ def channels_of(lines: Sequence[str]) -> list[tuple[str, str | None]]:
         if re.fullmatch(r"\s*\[[^\]]+\]\s*", line):
             section = line.strip()
             continue
-        match = _PAIR.fullmatch(line)
-        if match is None:
-            continue
-        key, value = match[1].strip().casefold(), match[2].strip()
+        key, value = _pair(line)
         numbered = _NUMBERED.fullmatch(key)
         place, word = (numbered[1], numbered[2]) if numbered else (section, key)
         if place and word in _NAME_KEYS:
