@@ -328,6 +328,7 @@ USUAL: dict[str, tuple[float, str]] = {
     "(um)": (1e-06, "[length]^1"),
     "(ms)": (0.001, "[time]^1"),
     "(us)": (1e-06, "[time]^1"),
+    "(ns)": (1e-09, "[time]^1"),
     "(h)": (3600.0, "[time]^1"),
     "(kN)": (1000.0, "[length]^1 [mass]^1 [time]^-2"),
     "(mN)": (0.001, "[length]^1 [mass]^1 [time]^-2"),
