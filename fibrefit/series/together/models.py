@@ -66,13 +66,13 @@ class TriedLaw(NamedTuple):
     found : LaplaceFit
     log : float
         Logarithm of the Bayes factor over constant parameters.
-    promised : bool
-        Whether that is what slopes predict: it was not followed to where it is best.
+    linearised : bool
+        Whether that is what linearisation predicts: it was not fitted.
     """
 
     found: LaplaceFit
     log: float
-    promised: bool
+    linearised: bool
 
 
 @dataclass(frozen=True)

@@ -151,7 +151,7 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
 def _answer(found: ThreeModels, predicted: Mapping[Answer, LeftOut]) -> Answer:
     """A law has to be more probable, and to predict records it has not seen better, than constant parameters."""
     gain, own = found.law.log - found.constant.log, found.own.log - found.constant.log
-    gained = predicted["speed_law"].foresight.sum() - predicted["constant"].foresight.sum()
+    gained = predicted["speed_law"].elpd.sum() - predicted["constant"].elpd.sum()
     lawful = gain > PREFERRED and gained > 0.0
     if own > max(gain if lawful else 0.0, 0.0) + PREFERRED:
         return "per_record"

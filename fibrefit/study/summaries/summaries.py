@@ -263,7 +263,7 @@ class ComparedModel(Part):
     result: str
     study: str
     effects: tuple[str, ...]
-    foresight: Measure = Field(description="Difference of elpd_loo.")
+    elpd: Measure = Field(description="Difference of elpd_loo.")
     log_evidence: Measure | None = Field(
         default=None, description="Difference of the log marginal likelihoods: log Bayes factor."
     )
@@ -314,7 +314,7 @@ class PosteriorSummary(Part):
     log_evidence: Measure | None = Field(
         default=None, description="Logarithm of the marginal likelihood; null where a prior is not proper."
     )
-    foresight: CrossValidationSummary | None = None
+    cross_validation: CrossValidationSummary | None = None
     compared: tuple[ComparedModel, ...] = ()
     second_opinion: CrossCheckSummary | None = None
     fit_status: Status | None = Field(default=None, description="Of the fit the walkers were initialised around.")
