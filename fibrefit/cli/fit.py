@@ -35,7 +35,7 @@ def command(terminal: Terminal, request: Request, starts: int, robust: bool, pro
     with place as folder, asked_to_stop(terminal) as stop:
         with shown_progress(terminal) as progress:
             fit = fit_study(request.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
-        # What was found is told before the figures are drawn, which takes as long again.
+        # What was found is reported before the figures are drawn, which takes as long again.
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
         if formats_asked():
             from fibrefit.plots.artists import without_help

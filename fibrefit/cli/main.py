@@ -178,7 +178,7 @@ def look_for_garbage_late() -> None:
     time is therefore later than the others.
     """
 
-    def go_on(phase: str, told: object) -> None:
+    def go_on(phase: str, info: object) -> None:
         if phase == "stop":
             gc.set_threshold(AGAIN, 50, 50)
             gc.callbacks.remove(go_on)

@@ -213,7 +213,7 @@ def signal_explained(gaps: Gap) -> Check:
     shares = {name: _unexplained(gap.explained, gap) for name, gap in gaps.items() if gap.explained is not None}
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
-    # A driving force is not simulated: the balance it is told by knows the acceleration badly.
+    # A driving force is not simulated: the balance it is known by knows the acceleration badly.
     unusable = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
     return Check(
         name="the signal is explained",

@@ -23,7 +23,7 @@ SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
 FAR = 0.1
 """Further position or stretch on either side, in m: a law may act far out alone, as a stop does."""
 SET: dict[str, Any] = {"coulomb": 4.0, "tension": 30.0, "stiffness": 20e3, "wrap_angle": 2.6, "radius": 0.04}
-"""What else hooks are told, in SI units."""
+"""What else hooks are given, in SI units."""
 SAMPLES = 3
 WITHOUT_A_TRACE = ("memory_rate", "memory_at_rest", "when_slack", "bristle_damping_coefficient", "loose")
 """Hooks whose answer means nothing by itself: another one must be zero."""

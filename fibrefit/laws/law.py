@@ -354,7 +354,7 @@ class SensorLaw(Effect):
     dynamic : bool
         Whether `lags` or `late_by` say anything: they need the force between the samples, which costs time.
     feels : tuple of str
-        What `measure` is told besides the readings, under these names: ``acceleration`` of the weight, in m/s^2.
+        What `measure` is given besides the readings, under these names: ``acceleration`` of the weight, in m/s^2.
     """
 
     dynamic: ClassVar[bool] = False

@@ -80,9 +80,9 @@ def _laws(summary: SeriesSummary) -> list[str]:
 
 def _records(summary: SeriesSummary) -> list[str]:
     names = list(next(iter(summary.records.values())).parameters)
-    rows, told = [], dict(list(summary.records.items())[:MOST_RECORDS])
-    short = shortened_names(told, LONGEST)
-    for record, one in told.items():
+    rows, records = [], dict(list(summary.records.items())[:MOST_RECORDS])
+    short = shortened_names(records, LONGEST)
+    for record, one in records.items():
         cells = [short[record]]
         speed = max(one.speeds.values(), key=lambda ends: ends[1], default=None)
         cells.append("" if speed is None else f"{speed[0]:.2g} to {speed[1]:.2g}")

@@ -193,11 +193,11 @@ def _wider(near: Nearest, u: np.ndarray) -> float:
     """
     blurred = near.weights * u**2
     seen = float(near.weights @ near.x**2)
-    told = seen - float(blurred @ (1.0 - blurred * near.slope**2))
-    if told <= 0.0:
+    corrected = seen - float(blurred @ (1.0 - blurred * near.slope**2))
+    if corrected <= 0.0:
         return np.inf
     by_scatter = near.slope * float(near.weights @ blurred) / float(near.weights.sum())
-    return seen * (seen + 2.0 * len(u) * by_scatter**2) / told**2
+    return seen * (seen + 2.0 * len(u) * by_scatter**2) / corrected**2
 
 
 def _regression(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> object:

@@ -130,7 +130,7 @@ class Search:
             Kind of the job.
         parent : LaplaceFit or Hypothesis
         about : object
-            What else its result depends on, told by its `repr`.
+            What else its result depends on, identified by its `repr`.
         job : callable
         """
         return partial(self.journal.recall, digest(what, self.signature(parent), about), job)

@@ -128,7 +128,7 @@ def search(
         Ways to lengthen the horizon, taken in turn: a model that lacks something may follow one into a poor minimum and
         another into a better one.
     on_progress : callable
-        Told the share that is done.
+        Called with the share that is done.
     stop : callable
         Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
         best start so far, followed to its end.

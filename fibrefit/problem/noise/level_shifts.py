@@ -66,8 +66,8 @@ def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarr
             continue
         own = BlockFilter(*(part[:, record : record + 1] for part in jax.tree.leaves(whitening)))
         parts = np.array_split(instants, -(-len(instants) // AT_ONCE))
-        told = np.concatenate([_heights(own, row[:, :count], part) for part in parts], axis=1)
-        for channel, (height, error) in enumerate(np.moveaxis(told, 2, 0)):
+        heights = np.concatenate([_heights(own, row[:, :count], part) for part in parts], axis=1)
+        for channel, (height, error) in enumerate(np.moveaxis(heights, 2, 0)):
             size = np.abs(height) / error
             worst = int(np.argmax(size))
             chance = min(1.0, 2.0 * len(size) * float(norm.sf(size[worst])))

@@ -93,7 +93,7 @@ def page_content(
     result: Result, blocks: Sequence[Block | None], verdict: str,
     opening: str = "", facts: Sequence[tuple[str, str]] = (), status: str = "",
 ) -> PageContent:  # fmt: skip
-    """A result as it is told: its own blocks, its pictures, and what opens when it is asked for; none is empty.
+    """A result as it is shown: its own blocks, its pictures, and what opens when it is asked for; none is empty.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     seed : int
         Of the scatter of starts.
     tell : callable
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     """
     laws = laws_on(task.problem.model.rig)
     before = identify(task, FIRST_STARTS, seed, How(whiten=False, rivals=False), progress=tell)

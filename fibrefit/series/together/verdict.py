@@ -78,7 +78,7 @@ class Verdict:
         About the model with constant parameters; about the law where that is preferred.
     populations : mapping of parameter to Population
     alike : tuple of str
-        Forms of the law that are not told from the one that was taken.
+        Forms of the law that are not distinguished from the one that was taken.
     """
 
     answer: Answer
@@ -112,7 +112,7 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
         With constant parameters, of two records or more.
     seed : int
     tell : callable
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     """
     found = three_models(task, seed, tell)
     search, what = found.search, "predicting each record from the others"

@@ -92,7 +92,7 @@ class SeriesSummary(Part):
     sentence: str
     models: dict[Answer, RivalSummary]
     laws: tuple[LawSummary, ...] = Field(description="Every law tried by itself, the most probable first.")
-    not_told_apart: tuple[str, ...] = Field(default=(), description="Laws as probable as the one that was taken.")
+    indistinguishable: tuple[str, ...] = Field(default=(), description="Laws as probable as the one that was taken.")
     curves: tuple[SpeedCurveSummary, ...] = ()
     population: dict[str, PopulationSummary] = Field(default_factory=dict)
     records: dict[str, SeriesRecord]

@@ -80,9 +80,9 @@ class Gap(BaseModel):
         return dict(self.__pydantic_extra__)
 
     def ratio_of(self, channel: str) -> float | None:
-        """The gap of a channel over its noise; None for one that is not judged by its noise, or not told here."""
-        told = self.__pydantic_extra__.get(channel)
-        return None if told is None else told.ratio
+        """The gap of a channel over its noise; None for one that is not judged by its noise, or not stated here."""
+        found = self.__pydantic_extra__.get(channel)
+        return None if found is None else found.ratio
 
 
 class RecordSummary(Part):
