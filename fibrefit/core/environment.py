@@ -50,7 +50,7 @@ COMPILER_FLAGS = (
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, the platform and every package a result depends on, as they were when it was first asked.
+    """Versions of Python, the platform and every package a result depends on, as they were when it was first read.
 
     Returns
     -------

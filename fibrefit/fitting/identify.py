@@ -104,7 +104,7 @@ def identify(
     progress : callable, optional
         Called with what is being done and the share that is finished.
     stop : callable
-        Asked now and then whether to conclude with what there is; the result then fails a check that says so.
+        Called now and then: whether to conclude with what there is; the result then fails a check that says so.
 
     Raises
     ------
@@ -298,8 +298,8 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     stated = stated if lag is None else (*stated, judge.measured_at_once(lag))
     inputs = judge.inputs_within_noise(best.input_errors)
     doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *stated))
-    asked = doubted and not swapped and rivals
-    other = in_time(partial(best_alternative, task, best.values), None)[0] if asked else None
+    sought = doubted and not swapped and rivals
+    other = in_time(partial(best_alternative, task, best.values), None)[0] if sought else None
     return (*swapped, *stated, *(() if other is None else (judge.explained_otherwise(other),)))
 
 

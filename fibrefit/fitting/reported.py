@@ -142,7 +142,7 @@ def _fits_alone(alike: Reported, own: Reported) -> bool:
 
 
 def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:
-    """Why the likelihood is not asked; None where it is."""
+    """Why the likelihood is not used; None where it is."""
     if task.problem.soft_beyond is not None:
         return Why("robust")
     if not success:

@@ -69,9 +69,9 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     if all(columns[i].unit or i in scales for role, i in roles.items() if role != "time"):
         timed = [in_seconds(base) for base in timed]
     settled = frozenset((*scales, *_timed_by_user(options, roles, said)))
-    asked = partial(_questions, raw, columns, roles, where)
-    questions, unsure = asked(settled, timed)
-    doubts |= _against_header(raw, timed, options.rate, where, lambda bases: asked(frozenset(scales), bases)[0])
+    ask = partial(_questions, raw, columns, roles, where)
+    questions, unsure = ask(settled, timed)
+    doubts |= _against_header(raw, timed, options.rate, where, lambda bases: ask(frozenset(scales), bases)[0])
     doubts, notes = questions | doubts, [*notes, *unsure]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
@@ -165,13 +165,13 @@ def _against_header(
     timed: Sequence[TimeBase],
     rate: float | None,
     where: str,
-    asked: Callable[[Sequence[TimeBase]], Mapping[str, DataError]],
+    ask: Callable[[Sequence[TimeBase]], Mapping[str, DataError]],
 ) -> dict[str, DataError]:
-    """Doubt about a rate the user gives where the file, asked without it, states another one beyond doubt."""
+    """Doubt about a rate the user gives where the file, read without it, states another one beyond doubt."""
     stated = raw.facts.rate
     if rate is None or stated is None or timed[0].header is not None or abs(rate / stated - 1.0) <= CONTRADICTS:
         return {}
-    if "time" in asked([replace(base, time=base.time * rate / stated, rate=stated) for base in timed]):
+    if "time" in ask([replace(base, time=base.time * rate / stated, rate=stated) for base in timed]):
         return {}
     got = f'the rate given is {registry.format_number(rate, 7)} Hz, and the file says "{raw.facts.quoted}"'
     return {"time": DataError(where, got, "one rate", "Leave the rate out, or correct what the file says.")}

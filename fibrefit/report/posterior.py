@@ -57,14 +57,14 @@ def posterior_report(summary: PosteriorSummary) -> str:
     return "\n\n".join(filter(None, sections))
 
 
-def posterior_advice(checks: Sequence[Check], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
+def posterior_advice(checks: Sequence[Check], converged: bool, with_nuts: bool) -> tuple[str, ...]:
     """What to do next, the most useful first."""
     said = [REMEDIES[check.identifier] for check in checks if not check.passed and check.identifier in REMEDIES]
     if not converged:
         said.append(
             "Go on with --resume and a larger --max-steps or --max-seconds: the chains are kept beside this result."
         )
-    if not said and not asked_nuts:
+    if not said and not with_nuts:
         said.append("Where much depends on it, cross-check with NUTS: --nuts.")
     return tuple(dict.fromkeys(said))
 

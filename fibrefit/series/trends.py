@@ -281,7 +281,7 @@ def _outlier(line: _Line, number: int) -> tuple[int, float, float] | None:
     if freedom < 1:
         return None
     with np.errstate(all="ignore"):
-        # Influence is that of ordinary least squares: it is asked of what weights make of the records.
+        # Influence is that of ordinary least squares: it is computed of what weights make of the records.
         weighted = line.fit.model  # type: ignore[attr-defined]
         inside = np.asarray(OLSInfluence(OLS(weighted.wendog, weighted.wexog).fit()).resid_studentized_internal)
         scores = np.nan_to_num(inside * np.sqrt(freedom / np.maximum(freedom + 1.0 - inside**2, 1e-12)))

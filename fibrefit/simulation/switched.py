@@ -39,7 +39,7 @@ LEAST_SHARE = 0.1
 
 
 class Grid(NamedTuple):
-    """Instants at which a motion is asked for, and what drives it.
+    """Instants at which a motion is evaluated, and what drives it.
 
     Parameters
     ----------

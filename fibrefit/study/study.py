@@ -165,7 +165,7 @@ class Study(Shown, StudyTable):
         StudyError
         """
         if not self.records:
-            do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be asked."
+            do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be run."
             raise StudyError(self._place("records"), "none is listed", "at least one record", do)
 
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:

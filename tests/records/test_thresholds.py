@@ -482,7 +482,7 @@ def claimed_length(size: float) -> bool:
 def known_to_be_harmless(line: str) -> bool:
     """Whether nothing in a line beside a table of force and position is asked about."""
     known._unknown_in.cache_clear()  # what is kept was found with another threshold
-    return not any(asked for _, asked in known.unknown_in(line, ".", frozenset(("force", "position"))))
+    return not any(moves for _, moves in known.unknown_in(line, ".", frozenset(("force", "position"))))
 
 
 def passed_over(line: str) -> bool:

@@ -310,7 +310,7 @@ def _rows(
 ) -> jax.Array:
     """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``.
 
-    What is varied: columns of the values, padded; what each is set to; and how many rows are asked for.
+    What is varied: columns of the values, padded; what each is set to; and how many rows are needed.
     """
     columns, targets, active = varied
 

@@ -27,7 +27,7 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
     Parameters
     ----------
     rig : Rig
-        One that does not say what acts on its weight is not asked.
+        One that does not say what acts on its weight is not examined.
     effects : sequence of str
         Names of those in the model: where one of them may be the reason, the fit has to tell.
 

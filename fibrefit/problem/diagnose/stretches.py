@@ -44,7 +44,7 @@ def fitted_shapes(positions: np.ndarray, shapes: np.ndarray, wanted: int, resolv
     shapes : (n_sample, n_shape)
         Both without what each stretch has of its own.
     wanted : int
-        How many of the shapes, the first ones, have a size that is asked for.
+        How many of the shapes, the first ones, have a size that is needed.
     resolved : float
         Smallest singular value over the largest from which shapes are distinguished.
     """

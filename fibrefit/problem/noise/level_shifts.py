@@ -1,7 +1,7 @@
 """Jumps of a reading: at some instant all that follows lies higher or lower than a model says.
 
 Slow noise can be fitted to any series that jumps now and then: its innovations are then small everywhere, and only at
-the jumps a run of them has the shape that a jump leaves. So each instant is asked whether a jump there would account
+the jumps a run of them has the shape that a jump leaves. So at each instant it is tested whether a jump there accounts
 for innovations better than chance.
 
 Source

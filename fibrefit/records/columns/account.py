@@ -65,13 +65,13 @@ def unaccounted(
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
     unsure: dict[str, Annotation] = {}
     unlike = _differing(annotations, setting.mark)
-    for one, claim, asked in _unknown(annotations, setting.mark, names):
+    for one, claim, open_question in _unknown(annotations, setting.mark, names):
         confirmed = any(abs(stated_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads)
         if confirmed or agrees(one.text, claim, setting):
             continue
         apart = tuple(a for a in claim.amounts if a.unit) in unlike
         of_times = is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}
-        moved = asked or apart or any(_weighs(claim, read) for read in reads)
+        moved = open_question or apart or any(_weighs(claim, read) for read in reads)
         if not moved or (of_times and roles.get("time", -1) in answered):
             unsure.setdefault(one.place, one)
         elif of_times:
@@ -79,7 +79,7 @@ def unaccounted(
         else:
             kinds = kinds_of(claim, names)
             for read in reads:
-                if read.role != "time" and (not kinds or read.kind in kinds) and read.is_asked(claim.about, one):
+                if read.role != "time" and (not kinds or read.kind in kinds) and read.is_open(claim.about, one):
                     found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where))
     for read in reads:
         for one in _unlisted(annotations) if not read.settled else ():

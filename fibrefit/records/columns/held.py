@@ -63,7 +63,7 @@ class ReadColumn:
         named = words & self.others or kinds or OTHER_QUANTITY.search(about)
         return not named
 
-    def is_asked(self, about: str, one: Annotation) -> bool:
+    def is_open(self, about: str, one: Annotation) -> bool:
         """Whether what is not known to be harmless may bear on the column, and the user has not answered it.
 
         A claim that names no quantity is about those that its line names.

@@ -171,9 +171,9 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
             continue  # a row of numbers is known by where it stands; names of types change nothing
         if plain and (said or len(found) <= MOST_NAME_WORDS) and moves_nothing(claim, found, names):
             continue
-        asked = _is_asked(claim, found, line, names, bears)
-        if asked is not None:
-            unknown.append((claim, asked))
+        moves = _may_move(claim, found, line, names, bears)
+        if moves is not None:
+            unknown.append((claim, moves))
     return tuple(unknown)
 
 
@@ -282,7 +282,7 @@ def _bears(word: str, names: frozenset[str]) -> bool:
     return is_measured(word) or is_quantity(word, names) or "time" in kinds_named(word)
 
 
-def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool | None:
+def _may_move(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool | None:
     """Whether a claim may well move the numbers; None where it cannot, and False where nothing speaks for it.
 
     A change, a contrast, a way of the load or a number that is no name, beside what is measured, speaks for it. A word

@@ -122,7 +122,7 @@ class Pictures(Block):
 
 @dataclass(frozen=True)
 class Hidden(Block):
-    """What opens when it is asked for: text as it stands, below tables."""
+    """What opens on request: text as it stands, below tables."""
 
     kind: ClassVar[str] = "hidden"
     text: str = ""

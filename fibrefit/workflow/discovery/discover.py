@@ -37,7 +37,7 @@ Choose = Callable[[Sequence[Candidate]], str | None]
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """What a search was asked to do, and a program must know to do it again.
+    """What a search was requested to do, and a program must know to do it again.
 
     Parameters
     ----------
