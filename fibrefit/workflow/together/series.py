@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class SeriesResult(FoundResult):
-    """A series that was tested for whether one set of parameters serves all speeds.
+    """A series, tested for whether one set of parameters serves all speeds.
 
     Parameters
     ----------
