@@ -62,7 +62,7 @@ __all__ = [
     "sweep",
 ]
 
-#: Where each public function lives; it is imported when it is first asked for.
+#: Where each public function lives; it is imported when it is first used.
 _HOMES = {
     "batch": "fibrefit.workflow.batches.run:batch",
     "effects": "fibrefit.rigs.described:described_effects",

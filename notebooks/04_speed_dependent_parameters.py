@@ -82,7 +82,7 @@ viscous.save("results/viscous", force=True)
 both_study = fibrefit.load_study(STUDY, ['model.effects=["guide.viscous_friction", "fibre.rate_dependent_damping"]'])
 both = fibrefit.sample(both_study, compare=["results/viscous"])
 (against,) = both.compared
-print(f"delta elpd_loo of two effects: {against.foresight.value:+.1f} +/- {against.foresight.error:.1f}")
+print(f"delta elpd_loo of two effects: {against.elpd.value:+.1f} +/- {against.elpd.error:.1f}")
 if against.log_evidence is not None:
     print(f"log Bayes factor of two effects: {against.log_evidence.value:+.1f}")
 

@@ -24,7 +24,7 @@
 #
 # $$\sigma_i^2(x) = \bigl[(H + J_x^{\mathsf T}\,\Sigma^{-1} J_x)^{-1}\bigr]_{ii}.$$
 #
-# Two explanations that explain the records alike are told apart by the record in which they differ most.
+# Two explanations that explain the records alike are distinguished by the record in which they differ most.
 #
 # ## The study file
 

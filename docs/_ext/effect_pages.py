@@ -80,11 +80,11 @@ def _page(effect: Any, has_picture: bool) -> str:
         "| parameter | symbol | unit | typical | range | says |",
         "|---|---|---|---|---|---|",
     ]
-    for told in facts["parameters"]:
-        says = told["says"]
-        if told["name"].rpartition(".")[2] in facts["strength"]:
-            says += f"; without effect at {_number(told['null'])}"
-        row = (f"`{told['name']}`", told["symbol"], told["unit"], _number(told["typical"]), _range(told), _cell(says))
+    for one in facts["parameters"]:
+        says = one["says"]
+        if one["name"].rpartition(".")[2] in facts["strength"]:
+            says += f"; without effect at {_number(one['null'])}"
+        row = (f"`{one['name']}`", one["symbol"], one["unit"], _number(one["typical"]), _range(one), _cell(says))
         lines.append(f"| {' | '.join(row)} |")
     lines += ["", f"Rigs: {', '.join(f'`{rig}`' for rig in facts['rigs'])}.", ""]
     if facts["needs"]:
@@ -104,8 +104,8 @@ def _number(value: float | None) -> str:
     return "infinity" if value is None else f"{value:g}"
 
 
-def _range(told: dict[str, Any]) -> str:
-    low, high = told["lower"], told["upper"]
+def _range(one: dict[str, Any]) -> str:
+    low, high = one["lower"], one["upper"]
     if low is None and high is None:
         return "any"
     return f"from {low:g}" if high is None else f"to {high:g}" if low is None else f"{low:g} to {high:g}"

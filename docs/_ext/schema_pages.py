@@ -31,21 +31,21 @@ made from `data_schemas/study.schema.json`, which an editor can use to complete 
 def study_page(schema: Path) -> str:
     """Page of all keys of a study."""
     loaded = json.loads(schema.read_text(encoding="utf-8"))
-    kinds, lines, told = loaded["$defs"], [BEGINNING], set()
+    kinds, lines, shown = loaded["$defs"], [BEGINNING], set()
     lines += ["## At the top\n"]
     for reference in loaded["anyOf"]:
-        lines += _section(kinds, reference["$ref"].rpartition("/")[2], told)
+        lines += _section(kinds, reference["$ref"].rpartition("/")[2], shown)
     for ending, says in TABLES.items():
-        found = [name for name in kinds if _belongs(name, ending) and name not in told]
+        found = [name for name in kinds if _belongs(name, ending) and name not in shown]
         if found:
             lines.append(f"## {says.split(':')[0].rstrip('.')}\n\n{says}\n")
         for name in found:
-            lines += _section(kinds, name, told)
-    rest = [name for name in kinds if name not in told]
+            lines += _section(kinds, name, shown)
+    rest = [name for name in kinds if name not in shown]
     if rest:
         lines.append("## Tables inside others\n")
         for name in rest:
-            lines += _section(kinds, name, told)
+            lines += _section(kinds, name, shown)
     return "\n".join(lines)
 
 
@@ -55,8 +55,8 @@ def _belongs(name: str, ending: str) -> bool:
     return name.endswith(ending)
 
 
-def _section(kinds: dict[str, Any], name: str, told: set[str]) -> list[str]:
-    told.add(name)
+def _section(kinds: dict[str, Any], name: str, shown: set[str]) -> list[str]:
+    shown.add(name)
     kind = kinds[name]
     lines = [f"({_anchor(name)})=", f"### {name}", "", _escaped(kind.get("description", "")), ""]
     required = set(kind.get("required", ()))

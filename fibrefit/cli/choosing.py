@@ -31,7 +31,7 @@ class Person:
 
     def __call__(self, candidates: Sequence[Candidate]) -> str | None:
         """Effect chosen among the candidates of a round; None to stop."""
-        name = asked(candidates)
+        name = ask_candidate(candidates)
         if name is not None:
             self.chosen.append(name)
         return name
@@ -42,7 +42,7 @@ class Person:
         return [f"{name} was chosen but not kept: without it the records are explained as well." for name in dropped]
 
 
-def asked(candidates: Sequence[Candidate]) -> str | None:
+def ask_candidate(candidates: Sequence[Candidate]) -> str | None:
     """Effect a person chooses among the candidates of a round.
 
     Parameters

@@ -98,7 +98,7 @@ def _picture(effect: type[Effect]) -> list[str]:
 
 
 def _page(effect: type[Effect], name: str, picture: Sequence[str] = ()) -> str:
-    """All about one effect, by the name it was asked for."""
+    """All about one effect, by the name that was requested."""
     from fibrefit.rigs.described import rigs_of, sections
 
     parts = sections(effect)

@@ -1,4 +1,4 @@
-"""What a person, or a program that asked for JSON, gets when a command fails."""
+"""What a person, or a program that requested JSON, gets when a command fails."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def explain_fault(error: Exception, args: Sequence[str]) -> int:
 
 
 def _answer_in_json(error: FibrefitError | str, code: int, args: Sequence[str]) -> None:
-    """Give a program that asked for JSON its one document, also when there is no result."""
+    """Give a program that requested JSON its one document, also when there is no result."""
     if "--json" not in args:
         return
     content = {"message": str(error)}

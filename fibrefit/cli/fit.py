@@ -8,12 +8,12 @@ from pathlib import Path
 import click
 
 from fibrefit.cli.failure import INTERRUPTED
-from fibrefit.cli.interruption import asked_to_stop
+from fibrefit.cli.interruption import stop_requested
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.allowance import MOST_STARTS
-from fibrefit.core.formats import FIGURES, formats_asked
+from fibrefit.core.formats import FIGURES, requested_formats
 
 
 @study_command("fit")
@@ -32,12 +32,12 @@ def command(terminal: Terminal, request: Request, starts: int, robust: bool, pro
     from fibrefit.workflow.fit import fit_study
 
     settings = {"starts": starts, "seed": request.seed, "robust": robust, "profile": profile}
-    with place as folder, asked_to_stop(terminal) as stop:
+    with place as folder, stop_requested(terminal) as stop:
         with shown_progress(terminal) as progress:
             fit = fit_study(request.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
-        # What was found is told before the figures are drawn, which takes as long again.
+        # What was found is reported before the figures are drawn, which takes as long again.
         terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
-        if formats_asked():
+        if requested_formats():
             from fibrefit.plots.artists import without_help
 
             without_help()
@@ -50,8 +50,8 @@ def command(terminal: Terminal, request: Request, starts: int, robust: bool, pro
 
 
 def _further(folder: Path) -> str:
-    """How the figures that nobody asked for are drawn."""
+    """How the figures that were not requested are drawn."""
     if FIGURES.get() is not None:
         return ""
     command = shlex.join(["fibrefit", "show", str(folder), "--figures", "png"])
-    return f" Besides the overview, figures are drawn when asked for: {command}"
+    return f" Besides the overview, figures are drawn on request: {command}"

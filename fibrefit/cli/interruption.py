@@ -1,4 +1,4 @@
-"""Ctrl-C in long work: the first time it is asked to conclude, the second time it is ended."""
+"""Ctrl-C in long work: the first time it is requested to conclude, the second time it is ended."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fibrefit.cli.terminal import Terminal
 
 
 @contextmanager
-def asked_to_stop(terminal: Terminal) -> Iterator[Callable[[], bool]]:
+def stop_requested(terminal: Terminal) -> Iterator[Callable[[], bool]]:
     """Block in which the first Ctrl-C only sets a mark, which the work is to look at.
 
     Parameters
@@ -20,23 +20,23 @@ def asked_to_stop(terminal: Terminal) -> Iterator[Callable[[], bool]]:
     terminal : Terminal
         Where it says how it goes on.
     """
-    asked = threading.Event()
+    requested = threading.Event()
     if threading.current_thread() is not threading.main_thread():
-        yield asked.is_set
+        yield requested.is_set
         return
 
     def first(number: int, frame: Any) -> None:
-        if asked.is_set():
+        if requested.is_set():
             raise KeyboardInterrupt
-        asked.set()
+        requested.set()
         terminal.remark("Interrupted: concluding with what there is. Ctrl-C again ends at once.")
 
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         # Begun by a job script, or with nohup: whoever did so does not want it interrupted.
-        yield asked.is_set
+        yield requested.is_set
         return
     before = signal.signal(signal.SIGINT, first)
     try:
-        yield asked.is_set
+        yield requested.is_set
     finally:
         signal.signal(signal.SIGINT, before)

@@ -1,4 +1,4 @@
-"""The command ``fibrefit``: finds the command that was asked for, and turns failures into messages and exit codes."""
+"""The command ``fibrefit``: finds the command that was requested, and turns failures into messages and exit codes."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def run(args: Sequence[str]) -> int:
         if not all(args):
             do = "Look at what it was made of: a variable without a value names no file."
             raise UsageError("the command line", "an empty word", "a name in its place", do)
-        # In a context of its own: what figures were asked for holds for this command, not for what follows it.
+        # In a context of its own: what figures were requested holds for this command, not for what follows it.
         carried_out = contextvars.copy_context().run
         return int(carried_out(group.main, args=list(args), prog_name="fibrefit", standalone_mode=False) or 0)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -178,7 +178,7 @@ def look_for_garbage_late() -> None:
     time is therefore later than the others.
     """
 
-    def go_on(phase: str, told: object) -> None:
+    def go_on(phase: str, info: object) -> None:
         if phase == "stop":
             gc.set_threshold(AGAIN, 50, 50)
             gc.callbacks.remove(go_on)

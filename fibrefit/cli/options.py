@@ -100,7 +100,7 @@ def result_options(command: Command) -> Command:
 
 
 def _keep_formats(context: click.Context, parameter: click.Parameter, text: str | None) -> None:
-    """Tell all that is written from now on as which files figures are asked for."""
+    """Tell all that is written from now on as which files figures are requested."""
     from fibrefit.core.formats import FIGURES, figure_formats
 
     FIGURES.set(None if text is None else figure_formats(text))
@@ -131,7 +131,7 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
 
 
 class Request(NamedTuple):
-    """What every command on a study is asked for.
+    """What every command on a study can be given.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ class Terminal:
             self.remark(f"The folder {folder} did not exist and was made.")
 
     def detail(self, text: str) -> None:
-        """Say something that only interests those who asked for more."""
+        """Say something that only interests those who want more."""
         if self.verbose:
             say(text)
 

@@ -50,7 +50,7 @@ COMPILER_FLAGS = (
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, the platform and every package a result depends on, as they were when it was first asked.
+    """Versions of Python, the platform and every package a result depends on, as they were when it was first read.
 
     Returns
     -------
@@ -74,8 +74,8 @@ def _version(package: str) -> str:
         head = (metadata.distribution(package).read_text("METADATA") or "").partition("\n\n")[0]
     except metadata.PackageNotFoundError:
         return "not installed"
-    told = re.search(r"^Version: *(.+?) *$", head, re.MULTILINE)
-    return told.group(1) if told else metadata.version(package)
+    found = re.search(r"^Version: *(.+?) *$", head, re.MULTILINE)
+    return found.group(1) if found else metadata.version(package)
 
 
 def cache_directory() -> Path:

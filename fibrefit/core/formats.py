@@ -12,13 +12,13 @@ FORMATS = ("png", "pdf", "svg")
 NONE = "none"
 
 FIGURES: ContextVar[tuple[str, ...] | None] = ContextVar("FIGURES", default=None)
-"""Those asked for; none at all is possible too. None: nobody has asked, and a result draws what shows it best."""
+"""Those requested; none at all is possible too. None: nothing was requested, and a result draws what shows it best."""
 
 
-def formats_asked() -> tuple[str, ...]:
-    """Formats to write figures as: PNG unless others, or none, were asked for."""
-    asked = FIGURES.get()
-    return ("png",) if asked is None else asked
+def requested_formats() -> tuple[str, ...]:
+    """Formats to write figures as: PNG unless others, or none, were requested."""
+    requested = FIGURES.get()
+    return ("png",) if requested is None else requested
 
 
 def figure_formats(text: str) -> tuple[str, ...]:
@@ -29,11 +29,11 @@ def figure_formats(text: str) -> tuple[str, ...]:
     UsageError
         If one is not known.
     """
-    asked: Sequence[str] = [word.strip().lower() for word in text.split(",") if word.strip()]
-    if list(asked) == [NONE]:
+    requested: Sequence[str] = [word.strip().lower() for word in text.split(",") if word.strip()]
+    if list(requested) == [NONE]:
         return ()
-    for word in asked or [text]:
+    for word in requested or [text]:
         if word not in FORMATS:
             expected = f"{', '.join(FORMATS)}, separated by commas, or {NONE}"
             raise UsageError("--figures", word or "nothing", expected, did_you_mean(word, FORMATS))
-    return tuple(dict.fromkeys(asked))
+    return tuple(dict.fromkeys(requested))

@@ -9,4 +9,4 @@ Progress = Callable[[str, float | None], None]
 
 
 def quiet(doing: str, share: float | None) -> None:
-    """Progress that nobody is told of."""
+    """Progress that is reported to nobody."""

@@ -48,7 +48,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class _Parts:
-    """Parts of a conclusion: each is done within a share of the time that is left, or left out and told.
+    """Parts of a conclusion: each is done within a share of the time that is left, or left out and reported so.
 
     Parameters
     ----------
@@ -198,10 +198,10 @@ def _verdict(
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
     if alarms or readings:
         gains = [Statement("curve_gains", curve_facts(one) | {"gain": one.gain}) for one in readings[:1]]
-        told = [alarm.statement for alarm in alarms] or gains
+        statements = [alarm.statement for alarm in alarms] or gains
         if cut and not (tried or best.effects):
-            return "not_trusted", (Statement("all_untried"), *told)
-        return "unexplained", (Statement("none_tried" if cut else "no_effect"), *told)
+            return "not_trusted", (Statement("all_untried"), *statements)
+        return "unexplained", (Statement("none_tried" if cut else "no_effect"), *statements)
     if cut and not best.effects:
         return "not_trusted", (Statement("time_ended"),)
     # Innovations are noise, and no curve explains more than what was named.

@@ -45,7 +45,7 @@ def discover(
         That may be missing, each applicable to the rig.
     limits : Limits, optional
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     """
     limits, tell = limits or Limits(), progress or quiet
     budget = Budget.of(limits.seconds)

@@ -200,13 +200,13 @@ def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
     Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
     linearised about either of them.
     """
-    asked: set[tuple[str, ...]] = set()
+    compared_before: set[tuple[str, ...]] = set()
     while (seen := found.seen) is not None and seen.gain > NAMED:
-        asked.add(seen.found.names)
+        compared_before.add(seen.found.names)
         if (there := compared_about(found.comparison, seen)) is None:
             break
         found, best = _Believed(there, seen.found, seen), _chosen(there, limits)
-        if best is None or best.names in asked:
+        if best is None or best.names in compared_before:
             break
         further, _ = in_time(partial(confirmed, there.search, there.parent, best), None)
         if further is None or further.gain <= NAMED:

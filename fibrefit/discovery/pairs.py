@@ -56,7 +56,7 @@ def curves_beyond(
 
 
 def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
-    """Whether something is missing though no effect gains enough, and the free curves where they were asked."""
+    """Whether something is missing though no effect gains enough, and the free curves where they were evaluated."""
     if alarms_of(comparison.search, comparison.parent):
         return True, None
     # Two effects that partly undo each other gain little one by one, and what they leave looks like noise.

@@ -149,10 +149,10 @@ def _law_about(
     found = proposed(search, parent, curves) if curves else None
     if found is None:
         return None
-    law, told = found
+    law, proposal = found
     there = in_same_noise(search, parent, [law, chosen])
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
     if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):
         return None
-    return Unnamed(there.search, there.parent, curves, (fitted, told))
+    return Unnamed(there.search, there.parent, curves, (fitted, proposal))

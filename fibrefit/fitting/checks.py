@@ -169,11 +169,9 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
 
 def inside_bounds(at_bound: list[str]) -> Check:
     """Whether no parameter was stopped by a bound."""
-    return Check(
+    return Check.none_of(
+        at_bound,
         name="no parameter at a bound",
-        passed=not at_bound,
-        statistic=float(len(at_bound)),
-        threshold=0.0,
         identifier="bounds",
         quantity="distance of the parameters from their bounds",
         facts={"parameters": tuple(at_bound)},
@@ -182,11 +180,9 @@ def inside_bounds(at_bound: list[str]) -> Check:
 
 def determined(weak: tuple[Weakness, ...]) -> Check:
     """Whether the records determine every shared parameter."""
-    return Check(
+    return Check.none_of(
+        weak,
         name="every parameter is determined",
-        passed=not weak,
-        statistic=float(len(weak)),
-        threshold=0.0,
         identifier="identifiability",
         quantity="identifiability of the parameters",
         facts={"weak": weak},
@@ -217,7 +213,7 @@ def signal_explained(gaps: Gap) -> Check:
     shares = {name: _unexplained(gap.explained, gap) for name, gap in gaps.items() if gap.explained is not None}
     worst = max(shares, key=lambda name: shares[name], default="")
     share = shares.get(worst, 0.0)
-    # A driving force is not simulated: the balance it is told by knows the acceleration badly.
+    # A driving force is not simulated: the balance it is known by knows the acceleration badly.
     unusable = any(left > USELESS for name, left in shares.items() if gaps[name].noise is not None)
     return Check(
         name="the signal is explained",
@@ -332,11 +328,9 @@ def inputs_within_noise(errors: Mapping[str, InputErrorSummary]) -> list[Check]:
 def noise_seen(noise: dict[str, Noise], given: tuple[str, ...]) -> Check:
     """Whether the noise was measured, not guessed."""
     guessed = tuple(channel for channel, seen in noise.items() if seen.samples == 0 and channel not in given)
-    return Check(
+    return Check.none_of(
+        guessed,
         name="the noise is known",
-        passed=not guessed,
-        statistic=float(len(guessed)),
-        threshold=0.0,
         identifier="noise_level",
         quantity="noise level",
         about="model",

@@ -79,7 +79,7 @@ def estimates(
     ----------
     values : (n_free,) in SI units
     plain : PlainEstimate, optional
-        What is told beside the estimates.
+        What is reported beside the estimates.
     gls : GlsEstimate, optional
         Where the intervals are from.
     """
@@ -89,7 +89,7 @@ def estimates(
         low, high = (value - Z_95 * error, value + Z_95 * error) if gls is None else gls.intervals[i]
         low, high = max(float(low), limits.lower), min(float(high), limits.upper)
         differs = record is None and gls is not None and slot.name in gls.between and gls.between[slot.name].found
-        told = ParameterSummary(
+        summary = ParameterSummary(
             unit=slot.unit,
             value=value,
             std_error=error,
@@ -102,7 +102,7 @@ def estimates(
             plain_error=None if plain is None else float(plain.errors[i]),
             **(_prior(slot.belief, value) if record is None else {}),
         )
-        found.append(Estimate(slot.name, None if record is None else layout.records[record], told))
+        found.append(Estimate(slot.name, None if record is None else layout.records[record], summary))
     return tuple(found + _held(problem))
 
 
@@ -123,6 +123,6 @@ def _held(problem: Problem) -> list[Estimate]:
         names = (None,) if len(slot.fixed) == 1 else problem.layout.records
         for name, value in zip(names, slot.fixed, strict=False):
             if value is not None:
-                told = ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)
-                found.append(Estimate(slot.name, name, told))
+                summary = ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)
+                found.append(Estimate(slot.name, name, summary))
     return found

@@ -195,7 +195,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
     cautious = evidence if seen.beforehand is None else _cautious(evidence, seen.beforehand, noise)
     covariance = covariance_of_all(cautious)[np.ix_(places, places)] * np.outer(unit, unit)
     alike = _alike(cautious, places, unit, covariance, shared)
-    # What no record tells is not told by a flat prior either.
+    # What no record determines is not determined by a flat prior either.
     lost = ~np.isfinite(np.diag(plain_bars.covariance))
     for matrix in (covariance, alike):
         matrix[np.diag_indices_from(matrix)] = np.where(lost, np.inf, np.diag(matrix))
@@ -221,7 +221,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
 def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> MarginalLikelihood:
     """The evidence with the covariance of a view, values as they are.
 
-    Once the readings have told much of the errors of inputs, samples beyond bounces are predicted by linear laws too,
+    Once the readings have said much of the errors of inputs, samples beyond bounces are predicted by linear laws too,
     and lead to better values. How sure these are they do not tell: beyond a bounce the likelihood is rough, and each of
     its many minima is far narrower than they are apart.
     """

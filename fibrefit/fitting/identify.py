@@ -102,9 +102,9 @@ def identify(
     seed : int
         Of the scatter of starts.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     stop : callable
-        Asked now and then whether to conclude with what there is; the result then fails a check that says so.
+        Called now and then: whether to conclude with what there is; the result then fails a check that says so.
 
     Raises
     ------
@@ -188,8 +188,8 @@ def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop
             cost, own = _cost_of(found, i, width, whole)
             errors = one.std_errors[own] or math.nan, one.std_error
             interval = profile_interval(found.problem, found.values, i, cost, *errors)
-            told = {"interval_95": interval, "interval_kind": "profile likelihood"}
-            profiled[i] = profiled[i]._replace(found=ParameterSummary.model_validate({**dict(one), **told}))
+            profile = {"interval_95": interval, "interval_kind": "profile likelihood"}
+            profiled[i] = profiled[i]._replace(found=ParameterSummary.model_validate({**dict(one), **profile}))
     return replace(found, estimates=tuple(profiled))
 
 
@@ -294,13 +294,13 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     swapped = (judge.exchanged(),) if not explained.passed and are_exchanged(task.traces) else ()
     gravity = gravity_in_flight(task, best.values, best.seen.motion)
     lag = lag_in_contacts(task, best.values, best.seen.motion)
-    told = () if gravity is None else (judge.falls_freely(gravity),)
-    told = told if lag is None else (*told, judge.measured_at_once(lag))
+    stated = () if gravity is None else (judge.falls_freely(gravity),)
+    stated = stated if lag is None else (*stated, judge.measured_at_once(lag))
     inputs = judge.inputs_within_noise(best.input_errors)
-    doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *told))
-    asked = doubted and not swapped and rivals
-    other = in_time(partial(best_alternative, task, best.values), None)[0] if asked else None
-    return (*swapped, *told, *(() if other is None else (judge.explained_otherwise(other),)))
+    doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *stated))
+    sought = doubted and not swapped and rivals
+    other = in_time(partial(best_alternative, task, best.values), None)[0] if sought else None
+    return (*swapped, *stated, *(() if other is None else (judge.explained_otherwise(other),)))
 
 
 def _undecided_starts(

@@ -52,7 +52,7 @@ class Sound(NamedTuple):
 
     @property
     def failed(self) -> list[Check]:
-        """Those that say residuals are not noise. A value at its bound is told; the noise is what it is there too."""
+        """Those that say residuals are not noise. A value at its bound is named; the noise is what it is there too."""
         return [check for check in (self.converged, self.gap, *self.structure) if not check.passed]
 
 
@@ -126,7 +126,7 @@ def reported(
             # There is no estimate of values that all share: what is plain lies at those of each record.
             return replace(found, why=Why("loses_less", failed=failed), checks=checks)
         alike = replace(_of_plain(task, plain, bars, success), why=Why("not_noise", failed=failed), checks=checks)
-        # Values that all share lose bounces of records that differ: what leaves less stands, and what failed is told.
+        # Values that all share lose bounces of records that differ: what leaves less stands; what failed is reported.
         if gls.records_differ and (_fits_alone(alike, found) or loses(total(alike.seen.gap), total(found.seen.gap))):
             return replace(found, why=Why("loses_less", failed=failed), checks=checks)
         return alike
@@ -142,7 +142,7 @@ def _fits_alone(alike: Reported, own: Reported) -> bool:
 
 
 def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:
-    """Why the likelihood is not asked; None where it is."""
+    """Why the likelihood is not used; None where it is."""
     if task.problem.soft_beyond is not None:
         return Why("robust")
     if not success:
@@ -167,7 +167,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
     problem, coefficients = problem_at(task, gls), gls.coefficients
     seen = evaluate(task, problem, gls.local)
     if coefficients:
-        # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is told by
+        # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is that of
         # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples.
         for local in (gls.local, *(() if gls.records_differ else (plain.local,))):
             other = evaluate(task, plain.problem, local)

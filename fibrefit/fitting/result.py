@@ -65,7 +65,7 @@ class Starts:
     basin : (n_start,) int
         0 for the best minimum, then by cost; -1 where the solver gave up.
     planned : int
-        Number of starts asked for; 0 where all of them were tried.
+        Number of starts requested; 0 where all of them were tried.
     """
 
     names: tuple[str, ...]
@@ -186,12 +186,12 @@ class Identification:
 
     @property
     def local(self) -> np.ndarray:
-        """Values of each record ``(n_record, n_local)`` in SI units, by what they deviate where that was asked."""
+        """Values of each record ``(n_record, n_local)`` in SI units, by what they deviate where that was requested."""
         return self.plain.local if self.gls is None else self.gls.local
 
     @property
     def between(self) -> Mapping[str, BetweenRecordsSummary]:
-        """How much records differ in each parameter that may deviate, by name; empty where that was not asked."""
+        """How much records differ in each parameter that may deviate, by name; empty where that was not requested."""
         return {} if self.gls is None else self.gls.between
 
     @property

@@ -85,7 +85,7 @@ RARE_SCATTER = 1e-3
 """Probability of a scatter between records below which it is not put down to chance, over all parameters."""
 
 TIED = 0.995
-"""Correlation beyond which two parameters are told apart only in name: the error of either is ten times that of
+"""Correlation beyond which two parameters are distinguished only in name: the error of either is ten times that of
 their combination."""
 VAGUE = 0.5
 """Relative standard error beyond which a value says little: zero lies within two of them."""

@@ -104,7 +104,7 @@ class CatalogueEntry:
     ----------
     effect : Effect class
     sought : frozenset of Capability or None
-        What a rig must have, besides what the effect acts on, for a search to try it without being asked; None where
+        What a rig must have, besides what the effect acts on, for a search to try it unrequested; None where
         only a person asks for it.
     costly : bool
         Whether it is tried only where all others leave more than noise: it takes longer than all of them.
@@ -228,7 +228,7 @@ def suits(effect: type[Effect], rig: HasCapabilities) -> bool:
 
 
 def is_sought(effect: type[Effect], rig: HasCapabilities) -> bool:
-    """Whether a search on that rig tries an effect without being asked to."""
+    """Whether a search on that rig tries an effect unrequested."""
     sought = entry_of(effect).sought
     return suits(effect, rig) and sought is not None and sought <= rig.capabilities
 

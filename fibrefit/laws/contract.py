@@ -19,11 +19,11 @@ from fibrefit.laws.ports import ANNOUNCED, hooks_of, port_of, said_by
 
 PLACES = (-1e-3, 0.0, 1e-5, 2e-3)
 SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
-"""Where a law is asked, in m and m/s: positions or stretches, and their rates; among them all places of switching."""
+"""Where a law is tried, in m and m/s: positions or stretches, and their rates; among them all places of switching."""
 FAR = 0.1
 """Further position or stretch on either side, in m: a law may act far out alone, as a stop does."""
 SET: dict[str, Any] = {"coulomb": 4.0, "tension": 30.0, "stiffness": 20e3, "wrap_angle": 2.6, "radius": 0.04}
-"""What else hooks are told, in SI units."""
+"""What else hooks are given, in SI units."""
 SAMPLES = 3
 WITHOUT_A_TRACE = ("memory_rate", "memory_at_rest", "when_slack", "bristle_damping_coefficient", "loose")
 """Hooks whose answer means nothing by itself: another one must be zero."""
@@ -52,12 +52,12 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
     said = said_by(effect)
     for hook, flag in ANNOUNCED[port_of(effect) or ""].items():
         if hook in said and not getattr(effect, flag):
-            found.append(StudyError(f"{where}, {hook}", f"never asked, as {flag} is not set", f"{flag} in the class"))
+            found.append(StudyError(f"{where}, {hook}", f"never called, as {flag} is not set", f"{flag} in the class"))
     answers = {hook: list(_of_hook(hook, laws, conditions, f"{where}, {hook}")) for hook in said}
     found += [error for errors in answers.values() for error in errors]
     if not found and not any(_changes(hook, laws["typical"], conditions) for hook in said):
-        asked = f"positions and stretches to {1e3 * FAR:g} mm on either side, speeds to {max(SPEEDS):g} m/s"
-        expected = f"an answer to one hook at least, somewhere at {asked}"
+        probed = f"positions and stretches to {1e3 * FAR:g} mm on either side, speeds to {max(SPEEDS):g} m/s"
+        expected = f"an answer to one hook at least, somewhere at {probed}"
         found.append(StudyError(where, "changes nothing at its typical value", expected))
     return tuple(found)
 
@@ -124,8 +124,8 @@ def _arguments(
     known |= {"course": x * jnp.arange(float(SAMPLES)), "rates": v * jnp.ones(SAMPLES)}
     known |= {"force": known["course"], "angle": x}
     known |= {"times": jnp.arange(float(SAMPLES)), "conditions": {n: jnp.asarray(c) for n, c in conditions.items()}}
-    asked = inspect.signature(hooks_of(port_of(effect) or "")[hook]).parameters
-    return [known[name] for name in asked if name != "self"]
+    accepted = inspect.signature(hooks_of(port_of(effect) or "")[hook]).parameters
+    return [known[name] for name in accepted if name != "self"]
 
 
 def _neutral(hook: str, law: Effect, x: jax.Array, v: jax.Array, conditions: Mapping[str, float]) -> Any:

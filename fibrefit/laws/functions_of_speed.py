@@ -46,7 +46,7 @@ at 0.05 and 0.2 m/s.
 
 Valid range
 -----------
-Speeds to well above 0.2 m/s in the records; below, only one knot is told. Falls too, where A is negative.
+Speeds to well above 0.2 m/s in the records; below, only one knot is determined. Falls too, where A is negative.
 
 Source
 ------
@@ -68,7 +68,7 @@ class PowerOfSpeed(FunctionOfSpeed):
 
 Valid range
 -----------
-Speeds of more than a decade in the records: otherwise A and p cannot be told apart.
+Speeds of more than a decade in the records: otherwise A and p cannot be distinguished.
 
 """
     change: jax.Array = quantity("-", "relative change at 0.1 m/s", 0.5, symbol="A")
@@ -90,7 +90,7 @@ class ScalingWithSpeed(FunctionOfSpeed):
 
 Valid range
 -----------
-Speeds of more than an octave in the records: otherwise p is not told from the value at 0.1 m/s.
+Speeds of more than an octave in the records: otherwise p is not distinguished from the value at 0.1 m/s.
 
 """
     exponent: jax.Array = quantity("-", "exponent", 0.3, symbol="p")

@@ -49,7 +49,7 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
 
 
 class Moment(NamedTuple):
-    """When a law is asked.
+    """When a law is evaluated.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Effect(eqx.Module):
     speeds : tuple of float
         Speeds of the weight, in m/s, between which the law bends so sharply that a step must not run across them.
     timed : bool
-        Whether it changes within a record, so that `as_of` is asked.
+        Whether it changes within a record, so that `as_of` is called.
     sudden : bool
         Whether that happens at one instant, given by its parameter `instant` as a share of the record.
     worn : bool
@@ -354,7 +354,7 @@ class SensorLaw(Effect):
     dynamic : bool
         Whether `lags` or `late_by` say anything: they need the force between the samples, which costs time.
     feels : tuple of str
-        What `measure` is told besides the readings, under these names: ``acceleration`` of the weight, in m/s^2.
+        What `measure` is given besides the readings, under these names: ``acceleration`` of the weight, in m/s^2.
     """
 
     dynamic: ClassVar[bool] = False

@@ -41,7 +41,7 @@ ANNOUNCED: dict[str, dict[str, str]] = {
     "study": {"pace": "retimes"},
     "rig": {},
 }
-"""Hooks that are only asked where the law announces them, and the attribute that does."""
+"""Hooks that are only called where the law announces them, and the attribute that does."""
 
 
 def port_of(effect: type[Effect]) -> str | None:

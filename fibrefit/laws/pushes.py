@@ -20,7 +20,7 @@ class PushLaw(Effect):
         """Force on the mass ``(n_time,)`` in N and its rate, from the measured one, at `times` [s]."""
         return force, rates
 
-    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+    def commanded(self, force: jax.Array, times: jax.Array) -> jax.Array:
         """Force ``(n_time,)`` in N to be measured, from that on the mass: the inverse of `applied`."""
         return force
 

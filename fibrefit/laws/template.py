@@ -161,7 +161,7 @@ def template(name: str) -> str:
     head = re.sub(r"    return .*", lambda _: f"    return {begun.answer}", hooks[begun.hook])
     others = [_commented(source) for hook, source in hooks.items() if hook != begun.hook]
     announced = "".join(
-        f"    # {hook} is asked only of a class with {'names in ' if flag == 'memory' else ''}{flag}"
+        f"    # {hook} is called only of a class with {'names in ' if flag == 'memory' else ''}{flag}"
         f"{'' if flag == 'memory' else ' = True'}.\n"
         for hook, flag in ANNOUNCED[port].items()
     )

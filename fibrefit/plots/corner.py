@@ -74,7 +74,7 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     Parameters
     ----------
     probability : float
-        Of the equal-tailed interval that is marked and told above each histogram.
+        Of the equal-tailed interval that is marked and stated above each histogram.
 
     Source
     ------
@@ -199,7 +199,7 @@ def _inner(ends: tuple[float, float]) -> list[float]:
 def _ticks(axes: Axes, x: bool, y: bool) -> None:
     axes.set_xticks(_inner(axes.get_xlim()))
     for formatter in (axes.xaxis.get_major_formatter(), axes.yaxis.get_major_formatter()):
-        # Those without labels have no formatter that could be told.
+        # Those without labels have no formatter that could be set.
         if isinstance(formatter, ScalarFormatter):
             formatter.set_useOffset(False)
     axes.tick_params(labelsize=SMALL - 1.0, width=0.5, length=2.0, labelbottom=x, labelleft=y)

@@ -117,15 +117,17 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     noise : float
         Gap that noise alone leaves.
     """
-    told = listed(ranking, MOST_CANDIDATES, added)
-    shown = told.shown
+    ranked = listed(ranking, MOST_CANDIDATES, added)
+    shown = ranked.shown
     names = [cut_name(candidate.effect, 2 * LONGEST_BESIDE_AXES) for candidate in shown]
     left = 5.0 + LETTER * max(map(len, names))
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     best = min(ranking, key=lambda one: one.gap_after)
     said = f"{best.effect} leaves the smallest gap of all effects tried: {best.gap_after:.2f}"
     more = (
-        f"; and {told.others} more {'with less evidence' if told.gain else 'that gain nothing'}" if told.others else ""
+        f"; and {ranked.others} more {'with less evidence' if ranked.gain else 'that gain nothing'}"
+        if ranked.others
+        else ""
     )
     title(figure, said, f"gaps of the search, where all models are fitted in one noise{more}")
     across, up = figure.get_size_inches() * 25.4

@@ -35,7 +35,7 @@ LINES = 2
 """Of a name, in a row."""
 PURPOSES = {
     "errors": "how much the standard errors fall",
-    "rivals": "how surely the rivals are told apart",
+    "rivals": "how surely the rivals are distinguished",
     "power": "how much the detection limits fall",
 }
 
@@ -49,7 +49,10 @@ def plan_figures(summary: PlanSummary) -> Figures:
 def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
     panels = [("standard errors fall by / %", BLUE, [100.0 * (1.0 - _mean(one.errors)) for one in best])]
     if summary.rivals:
-        panels.insert(0, ("rivals told apart / %", VERMILLION, [100.0 * (one.told_apart or 0.0) for one in best]))
+        panels.insert(
+            0,
+            ("rivals distinguished / %", VERMILLION, [100.0 * (one.probability_distinguished or 0.0) for one in best]),
+        )
     panels.append(("detection limits fall by / %", GREEN, [100.0 * (1.0 - _mean(one.limits)) for one in best]))
     height, width = ROW * len(best), 106.0 / len(panels) - 5.0
     figure = new_figure(height + 30.0)
@@ -65,7 +68,9 @@ def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
         label(axes, x=words)
         if summary.rivals and i == 0:
             axes.set_xlim(0.0, 100.0)
-            axes.axvline(100.0 * (summary.told_apart_now or 0.0), color=GREY, linewidth=0.7, linestyle="--")
+            axes.axvline(
+                100.0 * (summary.probability_distinguished_now or 0.0), color=GREY, linewidth=0.7, linestyle="--"
+            )
     return figure
 
 

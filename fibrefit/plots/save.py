@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
-from fibrefit.core.formats import formats_asked
+from fibrefit.core.formats import requested_formats
 from fibrefit.core.paths import numbered_stems, without_end
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of, in_own_style
@@ -37,7 +37,7 @@ def save_figures(
     stop: Callable[[], bool] = lambda: False,
     formats: Sequence[str] | None = None,
 ) -> list[Path]:
-    """Write every figure as ``<name>.png``, with its caption inside, and in other formats where they are asked for.
+    """Write every figure as ``<name>.png``, with its caption inside, and in other formats where they are requested.
 
     Parameters
     ----------
@@ -48,14 +48,14 @@ def save_figures(
     stop : callable
         Asked before each figure whether to leave out the rest of them.
     formats : sequence of str, optional
-        Some of `fibrefit.core.formats.FORMATS`; what was asked for on the command line, or PNG, unless said.
+        Some of `fibrefit.core.formats.FORMATS`; what was requested on the command line, or PNG, unless said.
 
     Returns
     -------
     list of pathlib.Path
         The files, in the order of the figures.
     """
-    kinds = formats_asked() if formats is None else formats
+    kinds = requested_formats() if formats is None else formats
     if kinds:
         folder.mkdir(parents=True, exist_ok=True)
     written = []

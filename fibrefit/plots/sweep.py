@@ -26,7 +26,7 @@ from fibrefit.plots.style import (
     stacked_figure,
     title,
 )
-from fibrefit.series.marks import jumps, ranges
+from fibrefit.series.marks import Extremes, jumps, ranges
 from fibrefit.study.summaries.arrays import Array, Groups
 from fibrefit.study.summaries.sweep import CurveSummary, SweepSummary
 
@@ -44,13 +44,9 @@ HEIGHTS, BOTH_PANELS = (46.0, 34.0, 34.0, 24.0), (52.0, 52.0)
 
 
 @dataclass(frozen=True)
-class _Branch:
-    """Extremes ``(n_frequency, n_channel)`` in the steady state and with the transient, and what else is marked."""
+class _Branch(Extremes):
+    """Extremes of angle and forces, and what else is marked."""
 
-    lowest: np.ndarray
-    highest: np.ndarray
-    first_lowest: np.ndarray
-    first_highest: np.ndarray
     multiplier: np.ndarray
     overturned: np.ndarray
 
@@ -64,16 +60,6 @@ class _Branch:
         )
         multiplier, overturned = group["multiplier"].values, group["overturned"].values.astype(bool)
         return cls(lowest, highest, first_lowest, first_highest, multiplier, overturned)
-
-    @property
-    def amplitude(self) -> np.ndarray:
-        """Steady-state amplitude, ``(n_frequency,)`` in rad."""
-        return 0.5 * (self.highest[:, 0] - self.lowest[:, 0])
-
-    @property
-    def max_angle(self) -> np.ndarray:
-        """Maximum |angle|, transient included, ``(n_frequency,)`` in rad."""
-        return np.maximum(-self.first_lowest[:, 0], self.first_highest[:, 0])
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""What is asked of the data: which numbers are free, what the noise is, and how far a model is from a measurement."""
+"""What is read from the data: which numbers are free, what the noise is, and how far a model is from a measurement."""

@@ -31,7 +31,7 @@ COARSE_STEPS = 0.5
 """Noise over a step below which readings are coarse: above it, rounding is one more white noise (its first harmonic, by
 which it depends on the signal, is then below ``exp(-2 pi^2 0.25)``, less than a hundredth)."""
 NOT_LOGARITHMIC = 0.2
-"""Relative standard error beyond which a value is not told by its logarithm, nor its deviations looked for."""
+"""Relative standard error beyond which a value is not given by its logarithm, nor its deviations looked for."""
 WIDE_PRIOR = 10.0
 """Default priors reach this many times the typical size of a parameter; limits that are no wider are a uniform one."""
 NEGLIGIBLE_PART = 1e-4

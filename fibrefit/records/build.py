@@ -15,7 +15,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.paths import shown_path
 from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.base import TimeBase
-from fibrefit.records.clock.claimed import first_row_told, newest_first, wrong_times
+from fibrefit.records.clock.claimed import annotated_first_row, newest_first, wrong_times
 from fibrefit.records.clock.times import in_seconds, time_base
 from fibrefit.records.columns.account import unaccounted
 from fibrefit.records.columns.bearing import THINNED
@@ -69,9 +69,9 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     if all(columns[i].unit or i in scales for role, i in roles.items() if role != "time"):
         timed = [in_seconds(base) for base in timed]
     settled = frozenset((*scales, *_timed_by_user(options, roles, said)))
-    asked = partial(_questions, raw, columns, roles, where)
-    questions, unsure = asked(settled, timed)
-    doubts |= _against_header(raw, timed, options.rate, where, lambda told: asked(frozenset(scales), told)[0])
+    ask = partial(_questions, raw, columns, roles, where)
+    questions, unsure = ask(settled, timed)
+    doubts |= _against_header(raw, timed, options.rate, where, lambda bases: ask(frozenset(scales), bases)[0])
     doubts, notes = questions | doubts, [*notes, *unsure]
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
@@ -132,10 +132,10 @@ def _questions(
 ) -> tuple[dict[str, DataError], list[str]]:
     """What the file says beside its numbers and is neither used, nor harmless, nor answered: by role; and the rest."""
     mark = "," if raw.layout.get("decimal") == "comma" else "."
-    told = [*raw.told, *first_row_told(raw, timed)]
+    annotations = [*raw.annotations, *annotated_first_row(raw, timed)]
     times = {} if roles.get("time", -1) in settled else wrong_times(raw, timed, where, mark)
-    setting = AsRead(mark, _rate(timed[0]), timed[0].time.size, any(THINNED.search(one.text) for one in told))
-    found, unsure = unaccounted(told, columns, roles, settled, where, setting)
+    setting = AsRead(mark, _rate(timed[0]), timed[0].time.size, any(THINNED.search(one.text) for one in annotations))
+    found, unsure = unaccounted(annotations, columns, roles, settled, where, setting)
     found = _jumps(columns, roles, settled, where) | found
     return times | found | newest_first(raw, timed, where), not_understood([(one.place, one.text) for one in unsure])
 
@@ -143,7 +143,7 @@ def _questions(
 def _jumps(
     columns: Sequence[RawColumn], roles: Mapping[str, int], settled: frozenset[int], where: str
 ) -> dict[str, DataError]:
-    """Doubt about readings whose jumps from row to row are not those of what was measured; told or not."""
+    """Doubt about readings whose jumps from row to row are not those of what was measured, whatever the file says."""
     found = {}
     for role, i in roles.items():
         values = columns[i].numbers.values
@@ -165,13 +165,13 @@ def _against_header(
     timed: Sequence[TimeBase],
     rate: float | None,
     where: str,
-    asked: Callable[[Sequence[TimeBase]], Mapping[str, DataError]],
+    ask: Callable[[Sequence[TimeBase]], Mapping[str, DataError]],
 ) -> dict[str, DataError]:
-    """Doubt about a rate the user gives where the file, asked without it, tells another one beyond doubt."""
-    told = raw.facts.rate
-    if rate is None or told is None or timed[0].header is not None or abs(rate / told - 1.0) <= CONTRADICTS:
+    """Doubt about a rate the user gives where the file, read without it, states another one beyond doubt."""
+    stated = raw.facts.rate
+    if rate is None or stated is None or timed[0].header is not None or abs(rate / stated - 1.0) <= CONTRADICTS:
         return {}
-    if "time" in asked([replace(base, time=base.time * rate / told, rate=told) for base in timed]):
+    if "time" in ask([replace(base, time=base.time * rate / stated, rate=stated) for base in timed]):
         return {}
     got = f'the rate given is {registry.format_number(rate, 7)} Hz, and the file says "{raw.facts.quoted}"'
     return {"time": DataError(where, got, "one rate", "Leave the rate out, or correct what the file says.")}

@@ -185,7 +185,7 @@ SHORTEST_NAME = 3
 """Letters of a word from which on it names something: shorter ones are as often the coefficient of a formula."""
 LONGEST_STEP = 1.0
 """Time in s from which on, beside words that are not of times, it is not that from one sample to the next."""
-TOLD_ALIKE = 1.05
+STATED_ALIKE = 1.05
 """Larger over smaller of two amounts of a line up to which these are one thing measured twice, and no other scale."""
 LEAST_SERIAL = 10_000
 """Whole number from which on it is a serial number, where it is not round."""

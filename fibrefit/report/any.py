@@ -24,7 +24,7 @@ REPORTS = {
     "PlanSummary": "plan.plan_report",
     "SeriesSummary": "series.series_report",
 }
-"""Module and function of each kind's report, loaded when it is first asked for: a fit needs one of them."""
+"""Module and function of each kind's report, loaded when it is first needed: a fit needs one of them."""
 
 
 def report_of(summary: Part) -> str:

@@ -46,7 +46,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
     sections = [
         titled(paragraph(verdict_line(summary))),
         paragraph(_opening(summary)),
-        section("What the records say", items(summary.told)),
+        section("What the records say", items(summary.statements)),
         section("How it was found", _rounds(summary)),
         section("Effect size", items(found.says for found in summary.weights)),
         section("Where the first model goes wrong", _places(summary)),
@@ -56,7 +56,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         *_tried(summary),
         section(UNFINISHED, items(unfinished_parts(summary))),
         section("Detection limits: smallest strength that these records would show", _detectable(summary)),
-        section("What cannot be told apart", items(map(_alike, summary.cannot_tell_apart))),
+        section("What cannot be distinguished", items(map(_alike, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
         section("What to doubt", doubts(summary)),
         section("What to do next", items(summary.advice)),
@@ -85,8 +85,8 @@ def _in_short(names: Sequence[str]) -> str:
     if len(names) <= MOST_NAMED:
         return ", ".join(names)
     places = Counter(name.partition(".")[0] for name in names)
-    told = ", ".join(f"{number} {place}.*" for place, number in places.items())
-    return f"{len(names)} effects, {told}; summary.json lists them under untried"
+    counts = ", ".join(f"{number} {place}.*" for place, number in places.items())
+    return f"{len(names)} effects, {counts}; summary.json lists them under untried"
 
 
 def verdict_line(summary: DiscoverySummary) -> str:
@@ -132,8 +132,8 @@ def _duration(seconds: float) -> str:
 
 def _rounds(summary: DiscoverySummary) -> list[str]:
     """What each round added, and whose values its sentence tells."""
-    told = numbered(found.sentence for found in summary.rounds)
-    return [*told, paragraph(ROUNDS)] if told else []
+    rounds = numbered(found.sentence for found in summary.rounds)
+    return [*rounds, paragraph(ROUNDS)] if rounds else []
 
 
 def _places(summary: DiscoverySummary) -> list[str]:
@@ -260,17 +260,17 @@ def _tried(summary: DiscoverySummary) -> list[str]:
 
 
 def _candidates(ranking: Sequence[Candidate], added: str | None = None) -> list[str]:
-    told = listed(ranking, MOST_CANDIDATES, added or "")
-    rows = [row for candidate in told.shown for row in _candidate_rows(candidate)]
+    ranked = listed(ranking, MOST_CANDIDATES, added or "")
+    rows = [row for candidate in ranked.shown for row in _candidate_rows(candidate)]
     lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
-    if told.others:
-        lines.insert(-1, others_listed(told))
+    if ranked.others:
+        lines.insert(-1, others_listed(ranked))
     return [*lines, paragraph(EVIDENCE)] if lines else []
 
 
-def others_listed(told: ListedCandidates) -> str:
-    """What is said of candidates that are not told one by one."""
-    return f"and {told.others} more {'with less evidence' if told.gain else 'that gain nothing'}"
+def others_listed(ranked: ListedCandidates) -> str:
+    """What is said of candidates that are not listed one by one."""
+    return f"and {ranked.others} more {'with less evidence' if ranked.gain else 'that gain nothing'}"
 
 
 def evidence_text(candidate: Candidate) -> str:

@@ -19,10 +19,10 @@ def plan_report(summary: PlanSummary) -> str:
     """Report of a plan in at most 80 columns; no line break at its end."""
     best = summary.further[: min(MOST, len(summary.further))]
     first = f"{len(summary.further)} records that could be taken next, ranked {WORDS[summary.purpose]}."
-    if summary.rivals and summary.told_apart_now is not None:
+    if summary.rivals and summary.probability_distinguished_now is not None:
         first += (
             f" The {len(summary.records)} at hand tell {summary.rivals[0]} from {summary.rivals[1]} with a probability "
-            f"of {100.0 * summary.told_apart_now:.0f} %."
+            f"of {100.0 * summary.probability_distinguished_now:.0f} %."
         )
     parts = [
         titled(summary.study),
@@ -37,12 +37,12 @@ def plan_report(summary: PlanSummary) -> str:
 
 def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
     names = list(best[0].errors)
-    head = ("", "cost", "told apart", *(f"error of {name}" for name in names))
+    head = ("", "cost", "resolved", *(f"error of {name}" for name in names))
     rows = [
         (
             f"{i}.",
             f"{one.minutes:g} min",
-            "" if one.told_apart is None else f"{100.0 * one.told_apart:.0f} %",
+            "" if one.probability_distinguished is None else f"{100.0 * one.probability_distinguished:.0f} %",
             *(f"x {one.errors[name]:.2f}" if name in one.errors else "" for name in names),
         )
         for i, one in enumerate(best, 1)

@@ -57,14 +57,14 @@ def posterior_report(summary: PosteriorSummary) -> str:
     return "\n\n".join(filter(None, sections))
 
 
-def posterior_advice(checks: Sequence[Check], converged: bool, asked_nuts: bool) -> tuple[str, ...]:
+def posterior_advice(checks: Sequence[Check], converged: bool, with_nuts: bool) -> tuple[str, ...]:
     """What to do next, the most useful first."""
     said = [REMEDIES[check.identifier] for check in checks if not check.passed and check.identifier in REMEDIES]
     if not converged:
         said.append(
             "Go on with --resume and a larger --max-steps or --max-seconds: the chains are kept beside this result."
         )
-    if not said and not asked_nuts:
+    if not said and not with_nuts:
         said.append("Where much depends on it, cross-check with NUTS: --nuts.")
     return tuple(dict.fromkeys(said))
 
@@ -129,8 +129,8 @@ def _predictive(summary: PosteriorSummary) -> list[str]:
     if summary.covered:
         shares = ", ".join(f"{100 * share:.1f} % of {channel}" for channel, share in summary.covered.items())
         lines.append(paragraph(f"Posterior predictive check, samples inside the 90 % band: {shares}."))
-    if summary.foresight is not None:
-        ahead = summary.foresight
+    if summary.cross_validation is not None:
+        ahead = summary.cross_validation
         lines.append(
             paragraph(
                 f"PSIS-LOO over {ahead.blocks} time blocks, each left out in turn: elpd_loo = {ahead.total.value:.1f} "
@@ -147,7 +147,7 @@ def _predictive(summary: PosteriorSummary) -> list[str]:
 def _rivals(rivals: Sequence[ComparedModel]) -> list[str]:
     rows = []
     for rival in rivals:
-        difference, error = rival.foresight.value, rival.foresight.error
+        difference, error = rival.elpd.value, rival.elpd.error
         better = "alike" if abs(difference) <= DECISIVE * error else "this one" if difference > 0.0 else "the other"
         evidence = "" if rival.log_evidence is None else f"{rival.log_evidence.value:+.1f}"
         name = shortened(", ".join(rival.effects) or f"base model, {rival.result}", 32)

@@ -46,7 +46,7 @@ def _models(summary: SeriesSummary) -> list[str]:
             f"{one.log_bayes_factor:.4g}",
             f"{one.gap:.3g}",
             f"{one.gap_left_out:.3g}",
-            f"{one.foresight:.4g}",
+            f"{one.elpd:.4g}",
         )
         for name, one in summary.models.items()
     ]
@@ -72,7 +72,7 @@ def _laws(summary: SeriesSummary) -> list[str]:
             f"{name.rpartition('.')[2]} {one.value:.3g} +/- {one.std_error or 0.0:.1g}"
             for name, one in law.parameters.items()
         ]
-        said = said or ["predicted by linearisation, not fitted"] * law.promised
+        said = said or ["predicted by linearisation, not fitted"] * law.linearised
         rows.append((law.parameter, law.form, f"{law.log_bayes_factor:.4g}", said[0] if said else ""))
         rows += [("", "", "", one) for one in said[1:]]
     return table(("", "form", "ln Bayes", ""), rows, {2})
@@ -80,9 +80,9 @@ def _laws(summary: SeriesSummary) -> list[str]:
 
 def _records(summary: SeriesSummary) -> list[str]:
     names = list(next(iter(summary.records.values())).parameters)
-    rows, told = [], dict(list(summary.records.items())[:MOST_RECORDS])
-    short = shortened_names(told, LONGEST)
-    for record, one in told.items():
+    rows, records = [], dict(list(summary.records.items())[:MOST_RECORDS])
+    short = shortened_names(records, LONGEST)
+    for record, one in records.items():
         cells = [short[record]]
         speed = max(one.speeds.values(), key=lambda ends: ends[1], default=None)
         cells.append("" if speed is None else f"{speed[0]:.2g} to {speed[1]:.2g}")

@@ -152,7 +152,7 @@ def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
 
 
 def between_sentence(found: Mapping[str, BetweenRecordsSummary]) -> str:
-    """How much records differ, where they do; that they agree, in a sentence; empty where nothing was asked."""
+    """How much records differ, where they do; that they agree, in a sentence; empty where it was not requested."""
     said = []
     for name, between in found.items():
         low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)

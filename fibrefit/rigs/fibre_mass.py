@@ -41,7 +41,7 @@ class FibreMassState(NamedTuple):
 class FibreMassMode(NamedTuple):
     """Modes of the fibre and of the guide; band of speed, and modes of the fibre's segments, None where there are none.
 
-    A fibre with segments of its own is only told to be longer than its free length or not.
+    A fibre with segments of its own is only known to be longer than its free length or not.
     """
 
     fibre: jax.Array
@@ -259,6 +259,6 @@ FORCE_ONLY = replace(
     observe=_observe_force,
     starting=starting_force_only,
 )
-"""The same where no position was measured: how far the weight fell is told by how hard it is caught."""
+"""The same where no position was measured: how far the weight fell is given by how hard it is caught."""
 
 FIBRE_MASS = replace(_USUAL, variants={"force_only": FORCE_ONLY})

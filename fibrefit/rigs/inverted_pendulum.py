@@ -40,7 +40,7 @@ class InvertedPendulumState(NamedTuple):
 class InvertedPendulumMode(NamedTuple):
     """Modes of the two fibres, and of their segments where they have any.
 
-    A fibre with segments of its own is only told to be longer than its free length or not.
+    A fibre with segments of its own is only known to be longer than its free length or not.
     """
 
     fibre_1: jax.Array

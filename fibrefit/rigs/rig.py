@@ -96,9 +96,9 @@ class Rig:
     kind : str
         Name in a study.
     parameters : tuple of Parameter
-        Those of the base model, the same for all records unless asked otherwise.
+        Those of the base model, the same for all records unless requested otherwise.
     nuisances : tuple of Parameter
-        Unknown for each record and found without being asked for.
+        Unknown for each record and found unrequested.
     conditions : tuple of Parameter
         What must be known of a record; `typical` is the value assumed where a study is silent, NaN if it must speak.
     capabilities : frozenset of Capability
@@ -176,12 +176,12 @@ class Rig:
             If the rig has no such condition.
         """
         known = {condition.name: condition for condition in self.conditions}
-        asked = replace(known[name], typical=value or 1.0)
+        freed = replace(known[name], typical=value or 1.0)
         # A slope of just 90 degrees may turn out on either side of it.
-        asked = replace(asked, lower=asked.lower if value > asked.lower else -math.inf)
-        asked = replace(asked, upper=asked.upper if value < asked.upper else math.inf)
-        conditions = tuple(asked if condition.name == name else condition for condition in self.conditions)
-        return replace(self, parameters=(*self.parameters, asked), conditions=conditions)
+        freed = replace(freed, lower=freed.lower if value > freed.lower else -math.inf)
+        freed = replace(freed, upper=freed.upper if value < freed.upper else math.inf)
+        conditions = tuple(freed if condition.name == name else condition for condition in self.conditions)
+        return replace(self, parameters=(*self.parameters, freed), conditions=conditions)
 
     def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
         """Conditions that further records could be measured under: all combinations of the `further` ones.

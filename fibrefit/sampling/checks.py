@@ -157,11 +157,9 @@ def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Ch
 def priors_proper(target: Target) -> Check:
     """Whether every prior is a proper distribution."""
     improper = [n for n, prior in zip(target.names, target.priors, strict=False) if not prior.proper]
-    return Check(
+    return Check.none_of(
+        improper,
         name="every prior is proper",
-        passed=not improper,
-        statistic=float(len(improper)),
-        threshold=0.0,
         identifier="proper_priors",
         quantity="propriety of the priors",
         facts={"parameters": tuple(improper)},
@@ -177,11 +175,9 @@ def truncation(found: Mapping[str, Marginal]) -> Check:
         gaps = (marginal.interval[0] - marginal.prior.lower, marginal.prior.upper - marginal.interval[1])
         if min(gaps) < TRUNCATED * marginal.sd and marginal.prior_share < UNCONTRACTED:
             truncated.append(name)
-    return Check(
+    return Check.none_of(
+        truncated,
         name="no posterior is truncated by a bound",
-        passed=not truncated,
-        statistic=float(len(truncated)),
-        threshold=0.0,
         identifier="truncation",
         quantity="posteriors truncated by a bound",
         facts={"parameters": tuple(truncated)},

@@ -271,7 +271,7 @@ def noise_model_of(
     known = tuple(channel in task.noise_given for channel in channels)
     if from_rests and noise == "auto":
         model = choose_noise_model(task.problem, linear, "coloured", known, heavy, task.noise)
-        return replace(model, asked="rests")
+        return replace(model, requested="rests")
     measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
     return choose_noise_model(task.problem, linear, noise, known, heavy, measured)
 
@@ -301,7 +301,7 @@ def _target(task: Task, priors: Priors, density: LogPosterior, settings: Setting
     return target_of(density, every, priors.units + units + tail[1], noise_units, batch)
 
 
-def coordinates_asked(task: Task, heavy: bool) -> int:
+def number_of_coordinates(task: Task, heavy: bool) -> int:
     """Number of coordinates of a posterior before anything is known of it: free values and what is not known of noise.
 
     Parameters

@@ -78,7 +78,7 @@ class Settings:
         Raises
         ------
         UsageError
-            If a number was asked for that is too small.
+            If a number that was requested is too small.
         """
         fewest = 2 * size + 2
         if self.walkers is None:

@@ -1,4 +1,4 @@
-"""What stands out in a curve over frequency: jumps, and ranges in which the pendulum overturns."""
+"""Curves over frequency: extremes of the motion, jumps, and ranges in which the pendulum overturns."""
 
 from __future__ import annotations
 
@@ -7,6 +7,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.series.thresholds import HIGH, STEEP_JUMP
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Extremes of the motions of one branch, ``(n_frequency, n_channel)``, the angle in the first column.
+
+    Parameters
+    ----------
+    lowest, highest : (n_frequency, n_channel)
+        In the steady state; NaN where the pendulum overturned.
+    first_lowest, first_highest : (n_frequency, n_channel)
+        The same, transient included.
+    """
+
+    lowest: np.ndarray
+    highest: np.ndarray
+    first_lowest: np.ndarray
+    first_highest: np.ndarray
+
+    @property
+    def amplitude(self) -> np.ndarray:
+        """Steady-state amplitude: half the travel of the angle, ``(n_frequency,)`` in rad."""
+        return 0.5 * (self.highest[:, 0] - self.lowest[:, 0])
+
+    @property
+    def max_angle(self) -> np.ndarray:
+        """Maximum |angle|, transient included, ``(n_frequency,)`` in rad."""
+        return np.maximum(-self.first_lowest[:, 0], self.first_highest[:, 0])
 
 
 @dataclass(frozen=True)

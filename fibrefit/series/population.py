@@ -4,9 +4,9 @@ Law
 ---
 ``y_r = mu + b_r + e_r`` with ``b_r ~ N(0, tau^2)`` between records and ``e_r ~ N(0, s_r^2)`` the error of each. Nothing
 is known beforehand of mu; of tau the prior is Jeffreys', ``p(tau)^2 ~ sum tau^2 / (tau^2 + s_r^2)^2``, which makes
-intervals hold as often as they say. All that is told is an average over tau on a grid: the posterior of mu and of a new
-record is a mixture of normal distributions, with tails as heavy as those of Student's. Values that are positive, with
-small errors, are told by their logarithms, so that tau is a relative difference.
+intervals hold as often as they say. All that is reported is an average over tau on a grid: the posterior of mu and of a
+new record is a mixture of normal distributions, with tails as heavy as those of Student's. Values that are positive,
+with small errors, are given by their logarithms, so that tau is a relative difference.
 
 Source
 ------

@@ -17,6 +17,7 @@ import numpy as np
 
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
+from fibrefit.series.marks import Extremes
 from fibrefit.series.periods import Drive, SteadyState, steady_state
 from fibrefit.simulation.model import Model
 
@@ -68,15 +69,13 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Extremes):
     """The motions of one branch; all arrays run over the frequencies, NumPy, SI units.
 
     Parameters
     ----------
-    lowest, highest : (n_frequency, 3)
-        Steady-state extremes of angle and of both forces; NaN where the pendulum overturned.
-    first_lowest, first_highest : (n_frequency, 3)
-        The same, transient included.
+    lowest, highest, first_lowest, first_highest : (n_frequency, 3)
+        Of angle and of both forces.
     periods : (n_frequency,) int
         Periods of the drive after which the motion repeats itself; 0 where it does not.
     multiplier : (n_frequency,)
@@ -86,25 +85,11 @@ class Branch:
         Until settled.
     """
 
-    lowest: np.ndarray
-    highest: np.ndarray
-    first_lowest: np.ndarray
-    first_highest: np.ndarray
     periods: np.ndarray
     multiplier: np.ndarray
     overturned: np.ndarray
     trouble: np.ndarray
     time: np.ndarray
-
-    @property
-    def amplitude(self) -> np.ndarray:
-        """Steady-state amplitude: half the travel of the angle, ``(n_frequency,)`` in rad."""
-        return 0.5 * (self.highest[:, 0] - self.lowest[:, 0])
-
-    @property
-    def max_angle(self) -> np.ndarray:
-        """Maximum |angle|, transient included, ``(n_frequency,)`` in rad."""
-        return np.maximum(-self.first_lowest[:, 0], self.first_highest[:, 0])
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ SIGNIFICANT = 0.05
 OUTLIER = 0.01
 """Probability by chance of an outlier in a whole series, below which a record is named: one series in a hundred."""
 FEWEST_RECORDS = 4
-"""Records from which a line can be tested: two are the line's, and of three none could be told from the others."""
+"""Records from which a line can be tested: two are the line's, and of three no one stands out from the others."""
 MOST_OUTLIERS = 0.1
 """Share of the records that may be left out as outliers: with more of them they are not what is odd."""
 LOGARITHMIC = 0.3
-"""Median relative error up to which positive values are told by their logarithms: three errors away from zero."""
+"""Median relative error up to which positive values are given by their logarithms: three errors away from zero."""
 HIGH = 0.05
 """Change from one frequency to the next, as a share of the largest amplitude, below which nothing is called a jump."""
 STEEP_JUMP = 3.0

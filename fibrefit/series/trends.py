@@ -193,11 +193,11 @@ def _wider(near: Nearest, u: np.ndarray) -> float:
     """
     blurred = near.weights * u**2
     seen = float(near.weights @ near.x**2)
-    told = seen - float(blurred @ (1.0 - blurred * near.slope**2))
-    if told <= 0.0:
+    corrected = seen - float(blurred @ (1.0 - blurred * near.slope**2))
+    if corrected <= 0.0:
         return np.inf
     by_scatter = near.slope * float(near.weights @ blurred) / float(near.weights.sum())
-    return seen * (seen + 2.0 * len(u) * by_scatter**2) / told**2
+    return seen * (seen + 2.0 * len(u) * by_scatter**2) / corrected**2
 
 
 def _regression(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> object:
@@ -281,7 +281,7 @@ def _outlier(line: _Line, number: int) -> tuple[int, float, float] | None:
     if freedom < 1:
         return None
     with np.errstate(all="ignore"):
-        # Influence is that of ordinary least squares: it is asked of what weights make of the records.
+        # Influence is that of ordinary least squares: it is computed of what weights make of the records.
         weighted = line.fit.model  # type: ignore[attr-defined]
         inside = np.asarray(OLSInfluence(OLS(weighted.wendog, weighted.wexog).fit()).resid_studentized_internal)
         scores = np.nan_to_num(inside * np.sqrt(freedom / np.maximum(freedom + 1.0 - inside**2, 1e-12)))

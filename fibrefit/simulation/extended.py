@@ -148,7 +148,7 @@ class Extended(eqx.Module):
         return self.rig.fibres(self._system(state, mode.past, inputs), state.inner, mode.inner, self._felt(inputs))
 
     def fibres_then(self, state: Any, mode: Any, inputs: Any) -> tuple:
-        """As `fibres`, of a motion told by the rig's own states and modes."""
+        """As `fibres`, of a motion given by the rig's own states and modes."""
         zero, now = jnp.zeros(()), inputs[CLOCK][0]
         whole = ExtendedState(state, tuple(Passenger(state.position, zero) for _ in self._carrying), zero)
         past = tuple((law.instant <= now).astype(jnp.int32) for law in self._sudden)

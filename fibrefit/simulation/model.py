@@ -199,7 +199,7 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
 def commanded(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
     """Readings with the force on the mass as it has to be measured, the last law undone first."""
     for law in reversed(laws_of(PushLaw, laws)):
-        channels = channels | {"force": law.asked(channels["force"], times)}
+        channels = channels | {"force": law.commanded(channels["force"], times)}
     return channels
 
 

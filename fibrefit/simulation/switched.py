@@ -21,7 +21,7 @@ from fibrefit.simulation.steps import Mode, State, System, flow
 
 Inputs = dict[str, Course]
 ARCS = 768
-"""Arcs there is room for; a motion that needs more is told as trouble."""
+"""Arcs there is room for; a motion that needs more is reported as trouble."""
 SWITCHES_A_STEP = 24
 """More switches than this inside one step of the grid is chatter; the step is then finished as it is and flagged."""
 USUAL_TRIES, MOST_TRIES = 8, 100
@@ -39,7 +39,7 @@ LEAST_SHARE = 0.1
 
 
 class Grid(NamedTuple):
-    """Instants at which a motion is asked for, and what drives it.
+    """Instants at which a motion is evaluated, and what drives it.
 
     Parameters
     ----------

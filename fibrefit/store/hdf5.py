@@ -78,7 +78,7 @@ def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance
         file.attrs["created"] = provenance.created
         if provenance.seed is not None:
             file.attrs["seed"] = np.int64(provenance.seed)
-        for name, variables in {**groups, "provenance": _told(provenance)}.items():
+        for name, variables in {**groups, "provenance": _provenance_group(provenance)}.items():
             _write_group(file.create_group(name), variables)
         file.flush()
         content = file.id.get_file_image()
@@ -128,7 +128,7 @@ def _count(allowed: Allowance, name: str, item: Any) -> None:
         allowed.take((item.size or 0) * item.dtype.itemsize)
 
 
-def _told(provenance: Provenance) -> dict[str, Variable]:
+def _provenance_group(provenance: Provenance) -> dict[str, Variable]:
     """Provenance as variables that hold text."""
     versions = "\n".join(f"{name} {version}" for name, version in provenance.versions.items())
     # The layout of sha256sum, so that it can check them.

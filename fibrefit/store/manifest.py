@@ -139,7 +139,7 @@ def foreign(folder: Path) -> list[str]:
     known = read_manifest(folder)
     files, folders = (known.files, known.folders) if known else ([], set())
     others = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if _is_folder(path)} - folders
-    # A folder that holds files is told by them.
+    # A folder that holds files is known by them.
     empty = {name for name in others if not any((folder / name).iterdir())}
     return sorted((set(files_of(folder)) - set(files)) | empty)
 

@@ -180,7 +180,7 @@ def _move(source: Path, target: Path) -> None:
 
 
 def _rename(source: Path, target: Path, flag: int) -> bool:
-    """Rename in the way asked for; False where system or file system know no such way."""
+    """Rename in the way requested; False where system or file system know no such way."""
     names = os.fsencode(source), os.fsencode(target)
     try:
         library = ctypes.CDLL(None, use_errno=True)

@@ -300,7 +300,7 @@ def _check_file(path: Path, named: str, where: str) -> None:
 def _belongs(key: str, study: type[Study], others: Iterable[tuple[str, type[Study]]]) -> str:
     """Sentence on where a key or the name of a parameter belongs; empty where no table of a study knows it.
 
-    Other kinds of rig are asked only where this one does not know the key.
+    Other kinds of rig are consulted only where this one does not know the key.
     """
     if key in study.base_parameters:
         return f"Write [parameters.{key}]."

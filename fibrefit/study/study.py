@@ -40,7 +40,7 @@ class ModelTable(StudyTable):
 
 
 class Digests(dict[Path, str]):
-    """SHA-256 of files that were read. It is no part of what a study says: two studies are not told apart by it."""
+    """SHA-256 of files that were read. It is no part of what a study says: two studies are not distinguished by it."""
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Digests)
@@ -165,7 +165,7 @@ class Study(Shown, StudyTable):
         StudyError
         """
         if not self.records:
-            do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be asked."
+            do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be run."
             raise StudyError(self._place("records"), "none is listed", "at least one record", do)
 
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
@@ -221,18 +221,20 @@ class Study(Shown, StudyTable):
         return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
 
     def check_times(self) -> None:
-        """Refuse tests of which some are told with an offset from UTC and others without.
+        """Refuse tests of which some are dated with an offset from UTC and others without.
 
         Raises
         ------
         StudyError
             For the first record that is not like those before.
         """
-        told = [(i, one.taken.utcoffset() is None) for i, one in enumerate(self.records) if one.taken is not None]
-        for i, local in told:
-            if local != told[0][1]:
+        local_times = [
+            (i, one.taken.utcoffset() is None) for i, one in enumerate(self.records) if one.taken is not None
+        ]
+        for i, local in local_times:
+            if local != local_times[0][1]:
                 got = f"a time {'without' if local else 'with'} an offset from UTC"
-                expected = f"one {'with' if local else 'without'}, as in records[{told[0][0]}]"
+                expected = f"one {'with' if local else 'without'}, as in records[{local_times[0][0]}]"
                 raise StudyError(self._place(f"records[{i}].taken"), got, expected, "")
 
     def check_units(self) -> None:

@@ -46,7 +46,7 @@ def _further(summary: PlanSummary) -> pd.DataFrame:
             "pace": one.pace,
             "size": one.size,
             "minutes": one.minutes,
-            "told_apart": one.told_apart,
+            "probability_distinguished": one.probability_distinguished,
             **{f"error of {name}": factor for name, factor in one.errors.items()},
             **{f"limit of {name}": factor for name, factor in one.limits.items()},
         }
@@ -101,8 +101,8 @@ def values_frame(tidy: pd.DataFrame) -> pd.DataFrame:
         law, then the conditions.
     """
     half = Z_95 * tidy["std_error"]
-    told = tidy.rename(columns={"parameter": "name"}).assign(low=tidy["value"] - half, high=tidy["value"] + half)
-    return told[[*COLUMNS, *(name for name in told.columns if name not in COLUMNS)]]
+    table = tidy.rename(columns={"parameter": "name"}).assign(low=tidy["value"] - half, high=tidy["value"] + half)
+    return table[[*COLUMNS, *(name for name in table.columns if name not in COLUMNS)]]
 
 
 FRAMES: dict[type[Part], Callable[[Any], pd.DataFrame]] = {

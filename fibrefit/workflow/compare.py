@@ -56,7 +56,7 @@ def rival_of(folder: Path, study: Study) -> Rival:
             "Sample both models on the same study.",
         )  # fmt: skip
     groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
-    return Rival(folder, summary, np.asarray(groups["foresight"]["expected_log_density"].values))
+    return Rival(folder, summary, np.asarray(groups["cross_validation"]["elpd"].values))
 
 
 def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> ComparedModel:
@@ -73,9 +73,7 @@ def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> C
             "Both must use the same samples of the records.",
         )  # fmt: skip
     difference = own.blocks - rival.blocks
-    foresight = Measure(
-        value=float(difference.sum()), error=float(np.sqrt(len(difference) * np.var(difference, ddof=1)))
-    )
+    elpd = Measure(value=float(difference.sum()), error=float(np.sqrt(len(difference) * np.var(difference, ddof=1))))
     theirs, both = rival.summary.log_evidence, None
     if evidence is not None and theirs is not None:
         error = float(np.hypot(evidence.error, theirs.error))
@@ -84,6 +82,6 @@ def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> C
         result=rival.folder.as_posix(),
         study=rival.summary.study,
         effects=rival.summary.effects,
-        foresight=foresight,
+        elpd=elpd,
         log_evidence=both,
     )

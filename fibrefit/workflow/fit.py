@@ -104,7 +104,7 @@ def fit_study(
     progress : callable, optional
         Called with what is being done and the share that is finished.
     stop : callable
-        Asked now and then whether to conclude with what there is; the result then fails a check that says so.
+        Called now and then: whether to conclude with what there is; the result then fails a check that says so.
 
     Returns
     -------

@@ -56,7 +56,7 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
         input_errors=dict(found.input_errors),
-        records={one.name: _record_summary(one, found, told) for one, told in zip(records, speeds, strict=True)},
+        records={one.name: _record_summary(one, found, at) for one, at in zip(records, speeds, strict=True)},
         between_records=dict(found.between),
         checks=fit_checks(found.checks),
         starts=starts_summary(found.starts),
@@ -202,9 +202,9 @@ def _starts_group(starts: Starts) -> dict[str, Variable]:
 
 def _speeds(found: Identification) -> list[dict[str, tuple[float, float, float]]]:
     """Of each record: at which speeds it tells of the parameters that a law of speed may be about."""
-    told = speeds_of(found.motion, np.asarray(found.problem.observations.experiment.count))
-    lawful = {law.parameter for law in laws_on(found.problem.model.rig)} & set(told)
-    rows = {name: told[name].tolist() for name in told if name in lawful}
+    speeds = speeds_of(found.motion, np.asarray(found.problem.observations.experiment.count))
+    lawful = {law.parameter for law in laws_on(found.problem.model.rig)} & set(speeds)
+    rows = {name: speeds[name].tolist() for name in speeds if name in lawful}
     return [
         {name: (row[r][0], row[r][1], row[r][2]) for name, row in rows.items() if np.isfinite(row[r]).all()}
         for r in range(len(found.problem.layout.records))

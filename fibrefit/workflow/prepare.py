@@ -121,7 +121,7 @@ def _whole(record: Any, parts: Sequence[Record]) -> Record:
 def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
     """Why a record that was read cannot be one of its rig, by Newton's law; empty where nothing speaks against it.
 
-    What a study lacks is told by the commands that need it. Laws are asked for their names alone: code that a study
+    What a study lacks is reported by the commands that need it. Laws are read for their names alone: code that a study
     names is not run where it is looked at.
 
     Parameters

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.formats import FIGURES, formats_asked
+from fibrefit.core.formats import FIGURES, requested_formats
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import write_summary
 from fibrefit.study import Study
@@ -26,7 +26,7 @@ class Saved(ABC):
         """Its figures by name."""
 
     def first_figures(self) -> Figures:
-        """Figures that are written where nobody asked for any; the others are drawn when they are wanted."""
+        """Figures that are written where none were requested; the others are drawn when they are wanted."""
         return self.plot()
 
     @abstractmethod
@@ -107,8 +107,8 @@ def write_parts(
 def write_figures(
     directory: ResultDirectory, figures: Callable[[], Figures], stop: Callable[[], bool] = lambda: False
 ) -> None:
-    """Write ``figures/``, unless none are asked for, or asked to stop before they, or the next of them, are drawn."""
-    if stop() or not formats_asked():
+    """Write ``figures/``, unless none are requested, or it is stopped before they, or the next of them, are drawn."""
+    if stop() or not requested_formats():
         return
     from fibrefit.plots.save import save_figures
 

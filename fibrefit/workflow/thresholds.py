@@ -14,8 +14,8 @@ PREDICTED = 1.15
 """Normalised residual RMS up to which a record is predicted within noise by a fit to the others: a little more than
 `problem.thresholds.GAP_OF_NOISE`, as the values bring errors of their own."""
 CORRELATED = 0.7
-"""Correlation beyond which a pair of parameters is told: half of the variance of either goes with the other."""
+"""Correlation beyond which a pair of parameters is reported: half of the variance of either goes with the other."""
 RECORDS_DIFFER = 0.01
-"""Chance of so large a scatter of a value between records below which it is told: one series in a hundred."""
+"""Chance of so large a scatter of a value between records below which it is reported: one series in a hundred."""
 SHORTEST_SERIES = 3
 """Records of a series: with two, what is left out leaves one."""

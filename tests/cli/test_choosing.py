@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from fibrefit.cli.choosing import asked, distinct_names, listed_steps
+from fibrefit.cli.choosing import ask_candidate, distinct_names, listed_steps
 from fibrefit.cli.terminal import Terminal
 from fibrefit.study.summaries.discovery import Candidate
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -32,7 +32,7 @@ PAIRS = [
 
 def answered(monkeypatch: pytest.MonkeyPatch, *lines: str) -> str | None:
     monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
-    return asked(FIRST)
+    return ask_candidate(FIRST)
 
 
 @pytest.mark.parametrize(

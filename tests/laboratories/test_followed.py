@@ -79,19 +79,19 @@ LAWS = {
 def test_what_lies_between_a_command_and_its_force_is_undone(name: str) -> None:
     times = np.arange(3000) / 1000.0
     pushed = np.array([drive(t) for t in times])
-    asked = np.asarray(LAWS[name].asked(jnp.asarray(pushed), jnp.asarray(times)))
-    again, _ = LAWS[name].applied(jnp.asarray(asked), jnp.gradient(asked, times[1]), jnp.asarray(times))
+    commanded = np.asarray(LAWS[name].commanded(jnp.asarray(pushed), jnp.asarray(times)))
+    again, _ = LAWS[name].applied(jnp.asarray(commanded), jnp.gradient(commanded, times[1]), jnp.asarray(times))
     inside = slice(100, -100)
-    assert np.max(np.abs(asked - pushed)[inside]) > 0.5
+    assert np.max(np.abs(commanded - pushed)[inside]) > 0.5
     # A hold is undone to the second order in its period.
     np.testing.assert_allclose(np.asarray(again)[inside], pushed[inside], atol=0.02)
 
 
 def test_a_force_that_acts_late_on_a_measured_motion(tmp_path: Path) -> None:
-    late, asked = 0.012, rows(3)
-    command = np.array([drive(t + late) for t in asked[:, 0]])
-    asked[:, 1] = command + FORCE_NOISE * np.random.default_rng(4).standard_normal(len(asked))
-    made.write(tmp_path / "a.csv", HEAD, asked * [1.0, 1.0, 1e3], "%.7g")
+    late, commanded = 0.012, rows(3)
+    command = np.array([drive(t + late) for t in commanded[:, 0]])
+    commanded[:, 1] = command + FORCE_NOISE * np.random.default_rng(4).standard_normal(len(commanded))
+    made.write(tmp_path / "a.csv", HEAD, commanded * [1.0, 1.0, 1e3], "%.7g")
     fit = fit_study(load_study(study(tmp_path, ', "push.force_delay"')), starts=STARTS)
     near(fit, "push.force_delay.delay", late, 0.03)
     near(fit, "mass", made.CART["mass"], 0.02)

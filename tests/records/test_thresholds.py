@@ -18,7 +18,7 @@ from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
 from fibrefit.records.columns import account, damage, declared, grouping, judged, known, unmoved
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
-from fibrefit.records.columns.raw import Told, binary_column
+from fibrefit.records.columns.raw import Annotation, binary_column
 from fibrefit.records.copies import Fingerprint
 from fibrefit.records.files import decode, doubts, keyed, text
 from fibrefit.records.files.decode import Text
@@ -28,7 +28,7 @@ from fibrefit.records.grammar.dialect import Dialect
 from fibrefit.records.grammar.header import find_header
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers, parse_column
-from fibrefit.records.grammar.worth import unit_told
+from fibrefit.records.grammar.worth import stated_unit
 from fibrefit.records.join import side_by_side
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
@@ -345,7 +345,7 @@ def above(lines: float) -> bool:
 def units_of_rows(number: float) -> bool:
     """Whether so many units of force in a column are a unit that changes."""
     cells = ["N", "mN", "uN", "kN", "MN", "lbf", "kgf", "gf"][: int(number)]
-    return refused(lambda: unit_told(cells, range(1, len(cells) + 1), ""), "changes")
+    return refused(lambda: stated_unit(cells, range(1, len(cells) + 1), ""), "changes")
 
 
 def meant(number: float, unit: str, rate: float) -> bool:
@@ -470,19 +470,19 @@ def two_valued(number: float) -> bool:
 def claimed_peak(size: float) -> bool:
     """Whether a largest force ten times that of a column, but for so much, is a question."""
     column = replace(binary_column("force", "force", "N", np.array([1.0, 2.0, 3.0])), number=1)
-    told = [Told("line 1", f"Peak force: {30.0 * (1 + size):.9g} N")]
-    return "force" in account.unaccounted(told, [column], {"force": 0}, frozenset(), "", known.AsRead())[0]
+    annotations = [Annotation("line 1", f"Peak force: {30.0 * (1 + size):.9g} N")]
+    return "force" in account.unaccounted(annotations, [column], {"force": 0}, frozenset(), "", known.AsRead())[0]
 
 
 def claimed_length(size: float) -> bool:
     """Whether a duration ten times that of a record, but for so much, is a question."""
-    return claimed.contradicted_length([Told("line 1", f"Duration: {10.0 * (1 + size):.9g} s")], 1.0) is not None
+    return claimed.contradicted_length([Annotation("line 1", f"Duration: {10.0 * (1 + size):.9g} s")], 1.0) is not None
 
 
 def known_to_be_harmless(line: str) -> bool:
     """Whether nothing in a line beside a table of force and position is asked about."""
     known._unknown_in.cache_clear()  # what is kept was found with another threshold
-    return not any(asked for _, asked in known.unknown_in(line, ".", frozenset(("force", "position"))))
+    return not any(moves for _, moves in known.unknown_in(line, ".", frozenset(("force", "position"))))
 
 
 def passed_over(line: str) -> bool:
@@ -500,14 +500,14 @@ WHOLE = (
     Bracket(
         "SHORTEST_SENTENCE",
         known,
-        lambda x: known.told_unit(words_of("quux", " quux", x - 1) + " ms", "time", "s"),
+        lambda x: known.states_unit(words_of("quux", " quux", x - 1) + " ms", "time", "s"),
         3,
         2,
     ),
     Bracket(
         "MOST_NAME_WORDS", known, lambda x: known_to_be_harmless(words_of("amplifier gain", " module", x) + " 20"), 5, 6
     ),
-    Bracket("TOLD_ALIKE", unmoved, lambda x: known_to_be_harmless(f"cell entered {x} V, shown 1 V"), 1.03, 1.08),
+    Bracket("STATED_ALIKE", unmoved, lambda x: known_to_be_harmless(f"cell entered {x} V, shown 1 V"), 1.03, 1.08),
     Bracket("LEAST_SERIAL", unmoved, lambda x: unmoved.is_label(Amount(x, counted=True)), 15001, 7001),
     Bracket("SHORTEST_NAME", unmoved, lambda x: passed_over(f"{'quux'[: round(x)]}: 5"), 3, 2),
     Bracket("LONGEST_STEP", unmoved, lambda x: passed_over(f"quux {x} s"), 1.5, 0.7),

@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fibrefit.cli.interruption import asked_to_stop
+from fibrefit.cli.interruption import stop_requested
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core import environment
 from fibrefit.core.programs import bound
@@ -267,7 +267,7 @@ def test_one_thread_and_eight_give_the_same_bits(tmp_path: Path, series: Path, w
 def test_ignored_interruptions_stay_ignored() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with asked_to_stop(Terminal()) as stop:
+        with stop_requested(Terminal()) as stop:
             assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
             os.kill(os.getpid(), signal.SIGINT)
             assert not stop()

@@ -55,7 +55,7 @@ def suspect() -> s.PosteriorSummary:
             "likelihood_says": "Likelihood: white noise, as requested.",
             "covered": {"force": 0.893, "position": 0.9},
             "log_evidence": s.Measure(value=-12.3, error=0.04),
-            "foresight": s.CrossValidationSummary(
+            "cross_validation": s.CrossValidationSummary(
                 total=s.Measure(value=-10.0, error=2.0), blocks=30, unsure=2, effective_parameters=4.2
             ),
             "compared": tuple(
@@ -63,7 +63,7 @@ def suspect() -> s.PosteriorSummary:
                     result="results/other",
                     study="drops",
                     effects=effects,
-                    foresight=s.Measure(value=value, error=1.0),
+                    elpd=s.Measure(value=value, error=1.0),
                     log_evidence=None if not effects else s.Measure(value=3.0, error=0.1),
                 )
                 for effects, value in (((), 5.0), ((LONG,), -5.0), (("guide.quadratic_drag",), 0.5))

@@ -40,7 +40,7 @@ def judged(
     found = marginals(aim, modes[0].course, chosen.interval)
     checks = assess(aim, modes, found, approximations[0].centre, chosen)
     # Whoever is warned is told what to do, and a good posterior is not called into question.
-    told = posterior_advice(checks, modes[0].course.converged, asked_nuts=True)
+    told = posterior_advice(checks, modes[0].course.converged, with_nuts=True)
     assert bool(told) == (status(checks) != "ok"), [posterior_sentence(check) for check in checks if not check.passed]
     return {check.name: check for check in checks}, found, status(checks)
 

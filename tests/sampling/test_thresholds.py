@@ -68,7 +68,7 @@ def marginal(share: float, gap: float = 5.0) -> dict[str, Marginal]:
 def alike(difference: float) -> bool:
     """Whether two models count as alike, so many standard errors apart."""
     rival = SimpleNamespace(
-        foresight=SimpleNamespace(value=difference, error=1.0), log_evidence=None, effects=(), result="results/other"
+        elpd=SimpleNamespace(value=difference, error=1.0), log_evidence=None, effects=(), result="results/other"
     )
     return "alike" in "".join(report._rivals([cast(Any, rival)]))
 

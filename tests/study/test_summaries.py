@@ -172,7 +172,7 @@ EXAMPLES: dict[str, s.Part] = {
         rig="fibre_mass",
         answer="constant",
         sentence="One set of parameters serves all speeds.",
-        models={"constant": series.RivalSummary(log_bayes_factor=0.0, gap=1.0, gap_left_out=1.0, foresight=0.0)},
+        models={"constant": series.RivalSummary(log_bayes_factor=0.0, gap=1.0, gap_left_out=1.0, elpd=0.0)},
         laws=(),
         records={
             "a.csv": series.SeriesRecord(

@@ -156,7 +156,7 @@ def _said(folder: Path, parameter: str) -> dict:
     found = result.verdict
     lawful = result.answer == "speed_law"
     key = f"{STRENGTHS[parameter][0]}.exponent" if parameter else ""
-    foresight = [float(found.left_out[name].foresight.sum()) for name in ("speed_law", "constant")]
+    foresight = [float(found.left_out[name].elpd.sum()) for name in ("speed_law", "constant")]
     return {
         "answer": result.answer,
         "laws": " + ".join(effect.name for effect in found.models.law.effects) if lawful else "",

@@ -80,7 +80,7 @@ def test_the_summary_keeps_to_its_schema_and_tells_all(kept: Path) -> None:
     assert stiffness["interval"][0] < stiffness["median"] < stiffness["interval"][1]
     assert all(set(own) == {"position_zero", "release"} for own in content["records"].values())
     assert all(abs(share - 0.9) < 0.04 for share in content["covered"].values())
-    assert content["foresight"]["effective_parameters"] == pytest.approx(9.0, abs=4.0)
+    assert content["cross_validation"]["effective_parameters"] == pytest.approx(9.0, abs=4.0)
     assert len(content["modes"]) == 1
     assert content["modes"][0]["weight"] == 1.0
     assert len(content["provenance"]["inputs"]) == 3
@@ -104,7 +104,7 @@ def test_the_result_has_the_groups_of_arviz(kept: Path, sampled: Sampled) -> Non
         assert list(file["posterior/stiffness"][0]) == list(sampled.draws["stiffness"].loc[0])
         assert file["posterior/stiffness"].shape[1] > 800
         assert file["posterior/stiffness"].attrs["units"] == "N/m"
-        assert len(file["foresight/expected_log_density"]) == len(sampled.cross_validation.blocks)
+        assert len(file["cross_validation/elpd"]) == len(sampled.cross_validation.blocks)
 
 
 def test_figures_are_drawn_and_chosen_by_name(kept: Path, sampled: Sampled) -> None:
@@ -133,8 +133,9 @@ def test_a_checkpoint_goes_on_and_ends_the_same(study: Study, fit: Fit, sampled:
     assert first.status != "ok"
     assert "--resume" in first.summary().advice[-1]
     assert first.summary().ended == "budget"
-    again = fibrefit.sample(study, seed=1, checkpoint=tmp_path)
-    assert again.posterior.course.resumed_at == 20
+    lines: list[str] = []
+    again = fibrefit.sample(study, seed=1, checkpoint=tmp_path, progress=lambda line, share: lines.append(line))
+    assert next(line for line in lines if line.startswith("step ")).startswith("step 20,")
     np.testing.assert_array_equal(again.posterior.points, sampled.posterior.points)
     np.testing.assert_array_equal(again.draws["stiffness"], sampled.draws["stiffness"])
 
@@ -146,7 +147,7 @@ def test_the_better_model_predicts_better(study: Study, kept: Path) -> None:
     options = SamplingOptions(compare=(str(kept),))
     wrong = sample_study(held, settings=Settings(seed=1, max_steps=30), options=options)
     against = wrong.summary().compared[0]
-    assert against.foresight.value < -5.0 * against.foresight.error
+    assert against.elpd.value < -5.0 * against.elpd.error
     assert against.log_evidence is not None
     assert against.log_evidence.value < -50.0
     assert "the other" in wrong.report()
@@ -156,9 +157,9 @@ def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept
     rival = rival_of(kept, study)
     own = dataclasses.replace(sampled.cross_validation, blocks=rival.blocks + 0.5)
     found = compared(own, sampled.posterior.log_evidence, rival)
-    assert found.foresight.value == pytest.approx(0.5 * len(rival.blocks))
+    assert found.elpd.value == pytest.approx(0.5 * len(rival.blocks))
     # What both find hard cancels, however much the blocks differ among themselves.
-    assert found.foresight.error < 1e-6
+    assert found.elpd.error < 1e-6
     assert found.log_evidence is not None
     assert found.log_evidence.value == 0.0
     fewer = dataclasses.replace(own, blocks=own.blocks[1:])

@@ -65,7 +65,7 @@ def test_the_law_is_found_and_preferred_on_records_left_out(lawful: SeriesResult
     )
     assert abs(found - EXPONENT) < 4.0 * error
     left = lawful.verdict.left_out
-    assert left["speed_law"].foresight.sum() > left["constant"].foresight.sum() + 5.0
+    assert left["speed_law"].elpd.sum() > left["constant"].elpd.sum() + 5.0
     assert left["speed_law"].gap < left["constant"].gap
     assert lawful.verdict.gaps["speed_law"] == pytest.approx(1.0, abs=0.05)
 
@@ -137,9 +137,9 @@ def table_agrees(found: SeriesResult) -> None:
     assert len(rows) == len(found.verdict.models.tried)
     (mine,) = (rows[name] for name in effects)
     assert mine.log_bayes_factor == found.verdict.logs["speed_law"]
-    assert not mine.promised
-    assert all(row.promised == (not row.parameters) for row in rows.values())
-    assert any(row.promised for row in rows.values())
+    assert not mine.linearised
+    assert all(row.linearised == (not row.parameters) for row in rows.values())
+    assert any(row.linearised for row in rows.values())
     assert "predicted by linearisation" in found.report()
 
 
@@ -211,7 +211,7 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
             np.where(np.arange(len(LIFTS)) == r, 0, whole),
         )
         alone = laplace(mode(at.unknowns, at.place, gram, at.sigma))
-        said = found.law.log - lawful.verdict.left_out["speed_law"].foresight[r]
+        said = found.law.log - lawful.verdict.left_out["speed_law"].elpd[r]
         assert said == pytest.approx(alone.log, abs=0.5)
 
 

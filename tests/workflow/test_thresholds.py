@@ -44,14 +44,14 @@ def fine(step: float) -> bool:
 
 def verdict(nats: float, gap: float = 1.0) -> Any:
     """A series whose laws predict worse than constants, and are so much more probable."""
-    foresight = lambda size: SimpleNamespace(foresight=np.array([size]))  # noqa: E731
+    elpd = lambda size: SimpleNamespace(elpd=np.array([size]))  # noqa: E731
     unknowns = SimpleNamespace(lower=np.array([0.0]), upper=np.array([9.0]), names=("a",))
     mode = SimpleNamespace(unknowns=unknowns, place=SimpleNamespace(z=np.array([1.0])))
     return SimpleNamespace(
         answer="constant",
         gaps={"constant": gap},
         logs={"speed_law": nats},
-        left_out={"constant": foresight(1.0), "speed_law": foresight(0.0)},
+        left_out={"constant": elpd(1.0), "speed_law": elpd(0.0)},
         best=SimpleNamespace(evidence=SimpleNamespace(mode=mode)),
     )
 

@@ -93,8 +93,8 @@ def _code_in(folder: str | PathLike[str]) -> Iterator[tuple[str, str]]:
             if entry.is_dir():
                 yield from _code_in(entry)
             elif entry.name.endswith(".py"):
-                told = entry.stat()
-                yield entry.path, f"{told.st_size}\0{told.st_mtime_ns}"
+                stat = entry.stat()
+                yield entry.path, f"{stat.st_size}\0{stat.st_mtime_ns}"
 
 
 def _remembered(memory: Path, state: str) -> str | None:

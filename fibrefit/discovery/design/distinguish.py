@@ -37,7 +37,7 @@ from fibrefit.study.summaries.discovery import Detectable, Separation
 ROUNDS = 4
 """Of looking for the strength that would just be found."""
 LITTLE = 0.01
-"""Share of strengths that spoil no motion, for what is compared without a strength that is asked for."""
+"""Share of strengths that spoil no motion, for what is compared without a strength that is requested."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def confusion(
         norms, unique, cosine = likeness(supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1], context)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
-        # Bounces bend what an effect does: its slope is taken over the strength that is asked for.
+        # Bounces bend what an effect does: its slope is taken over the strength that is requested.
         sizes = np.where(visible, np.clip(used * least, np.minimum(floor, most), most), used)
         if strengths_converged(used, sizes):
             break

@@ -84,8 +84,8 @@ class Worth:
     nats: float = float("nan")
 
     @property
-    def told_apart(self) -> float:
-        """Probability that the rivals are told apart."""
+    def distinguished(self) -> float:
+        """Probability that the rivals are distinguished."""
         return probability_distinguished(self.nats)
 
     @property

@@ -372,15 +372,22 @@ def _put(supermodel: Supermodel, before: np.ndarray, values: Mapping[str, float]
 
 
 def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:
+    step = SMALL * (parameter.typical - parameter.null)
+    if parameter.reciprocal:
+        strengths = [parameter.typical / SMALL**0.5]
+    else:
+        strengths = [parameter.null + step, *([parameter.null - step] if parameter.lower < parameter.null else [])]
+    return starting_sizes(effect, parameter, strengths)
+
+
+def starting_sizes(effect: type[Effect], parameter: Parameter, strengths: Sequence[float]) -> list[float]:
+    """Where a parameter starts: its own starts if it declares any; each shape; each frequency; or else `strengths`."""
     if parameter.starts:
         return list(parameter.starts)
     if parameter.name not in effect.strength:
         sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
     elif parameter.unit == "Hz":
         sizes = list(FREQUENCIES * parameter.typical)
-    elif parameter.reciprocal:
-        sizes = [parameter.typical / SMALL**0.5]
     else:
-        step = SMALL * (parameter.typical - parameter.null)
-        sizes = [parameter.null + step] + ([parameter.null - step] if parameter.lower < parameter.null else [])
+        sizes = list(strengths)
     return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]

@@ -313,7 +313,7 @@ class LaplaceInference:
         ----------
         fitted : LaplaceFit
         names : iterable of str
-            Shared values; the largest of their ratios is told.
+            Shared values; the largest of their ratios is reported.
 
         Source
         ------

@@ -1,8 +1,8 @@
 """The noise a hypothesis leaves: its residuals, and what was fitted takes along put back.
 
 Errors of inputs that are eliminated, and values that are fitted, take noise along: most of it where the noise is slow
-and the records have few periods of it. What is left would be told too small, and with it every error bar. What is there
-but is no noise, a jump that no spectrum holds, is left out: taken for slow noise, it would hide itself.
+and the records have few periods of it. What is left would be estimated too small, and with it every error bar. What is
+there but is no noise, a jump that no spectrum holds, is left out: taken for slow noise, it would hide itself.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import FREQUENCIES, SHAPES
+from fibrefit.discovery.engine.candidates import starting_sizes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.law import Effect
 
@@ -116,19 +116,14 @@ def starting_strength(supermodel: Supermodel, name: str, weak: float, share: flo
 
 
 def _weak(effect: type[Effect], parameter: Parameter) -> list[float]:
-    if parameter.starts:
-        return list(parameter.starts)
-    if parameter.name not in effect.strength:
-        sizes = [factor * parameter.typical for factor in SHAPES] if parameter.log else [parameter.typical]
-    elif parameter.unit == "Hz":
-        sizes = list(FREQUENCIES * parameter.typical)
-    elif parameter.reciprocal:
-        sizes = [parameter.typical / WEAK**0.5 / times for times in (LADDER if effect.singular else LADDER[:1])]
+    times = LADDER if effect.singular else LADDER[:1]
+    if parameter.reciprocal:
+        strengths = [parameter.typical / WEAK**0.5 / factor for factor in times]
     else:
-        steps = [max(WEAK, effect.singular) * times for times in (LADDER if effect.singular else LADDER[:1])]
+        steps = [max(WEAK, effect.singular) * factor for factor in times]
         whole = parameter.typical - parameter.null
         # Nothing is looked at beyond five times the typical size.
+        strengths = [parameter.null + step * whole for step in steps if step <= max(LADDER[1], steps[0])]
         both = parameter.lower < parameter.null < parameter.upper
-        sizes = [parameter.null + step * whole for step in steps if step <= max(LADDER[1], steps[0])]
-        sizes += [parameter.null - steps[0] * whole] if both else []
-    return [float(np.clip(size, parameter.lower, parameter.upper)) for size in dict.fromkeys(sizes)]
+        strengths += [parameter.null - steps[0] * whole] if both else []
+    return starting_sizes(effect, parameter, strengths)

@@ -2,7 +2,7 @@
 
 A step of a Gauss-Newton needs the slopes along every unknown, a simulation each; near a minimum they hardly change.
 Broyden's update makes the slopes predict the residuals that the last step led to, at one simulation a step. Slopes
-are simulated anew when asked for, and no mode counts as found before such slopes ask for no further step.
+are simulated anew when needed, and no mode counts as found before such slopes ask for no further step.
 
 Source
 ------
@@ -36,7 +36,7 @@ class Seed(NamedTuple):
 
 @dataclass
 class SecantGram:
-    """Products of slopes and residuals wherever they are asked for, see `Gram`; few of the slopes are simulated.
+    """Products of slopes and residuals wherever they are needed, see `Gram`; few of the slopes are simulated.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class SecantGram:
         return both.columns(np.array(order))
 
     def renew(self) -> None:
-        """Have all slopes simulated where products are asked for next."""
+        """Have all slopes simulated where products are needed next."""
         self._known = None
 
 

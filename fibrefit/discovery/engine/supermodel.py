@@ -38,7 +38,7 @@ WIDTHS = (12, 24, 64, 256)
 BUCKET = 4
 """Rows are whitened and multiplied in multiples of this."""
 STRETCHES = 64
-"""Equal parts of a record whose say in the values is told one by one."""
+"""Equal parts of a record whose say in the values is reported one by one."""
 ANYWHERE = Range(-np.inf, np.inf, 1.0)
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have supermodels of their own."""
@@ -310,7 +310,7 @@ def _rows(
 ) -> jax.Array:
     """Residuals, then their changes, ``(n_record, n_row, n_channel * n_time)``.
 
-    What is varied: columns of the values, padded; what each is set to; and how many rows are asked for.
+    What is varied: columns of the values, padded; what each is set to; and how many rows are needed.
     """
     columns, targets, active = varied
 

@@ -16,9 +16,9 @@ NAMED = 5.0
 """Logarithm of the Bayes factor from which an effect is named. On forty series without an effect the largest was 0.5 in
 the study that set it (docs/likelihood.md)."""
 APART = 5.0
-"""Nats within which two explanations are not told apart."""
+"""Nats within which two explanations are not distinguished."""
 SIMPLER = 3.0
-"""Nats within which the explanation with fewer parameters is taken first; the others are told as its rivals. Up to
+"""Nats within which the explanation with fewer parameters is taken first; the others are reported as its rivals. Up to
 there evidence is not called strong (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995); their scale is twice this one)."""
 BEYOND_DOUBT = 100.0
 """Nats that no overdispersion of the scores makes doubtful."""
@@ -63,7 +63,7 @@ KNOWN = 3.3
 """Standard errors by which the noise at rest may have been taken for less than it is: once in two thousand."""
 LOUDER_STILL = 2.0
 """Where most of a record is loud, the excess of a place over noise, in units of the record's median excess, from which
-it is told: what all of it has is no place."""
+it is reported: what all of it has is no place."""
 ONE_WAY = 0.8
 """Share of a gap from which all of it is said to lie where the guide slides in one way, or the drive moves."""
 OF_TIME = 0.7
@@ -78,7 +78,7 @@ SOON = 2.0 / 3.0
 DENSE = 2.0
 """How much denser than on average a gap must lie after take-up to be said to lie there."""
 ORDERED = 0.01
-"""Probability by chance of an order of the contacts by their speeds, below which it is told: once in a hundred."""
+"""Probability by chance of an order of the contacts by their speeds, below which it is reported: once in a hundred."""
 FEWEST_CONTACTS = 6
 """Contacts that can show an order at all: five are in one by chance once in sixty times."""
 FEWEST_IN_CONTACT = 4

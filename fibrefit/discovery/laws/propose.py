@@ -2,8 +2,8 @@
 
 Free curves show where something acts and on what it depends. A handful of forms that follow them best are written as
 effects and fitted in full, with all base parameters, in the likelihood of the search. How many forms were looked at is
-paid for. The best one has to account for the records as well as the best free curve does, as far as the two are told
-apart: it says as much in fewer numbers.
+paid for. The best one has to account for the records as well as the best free curve does, as far as the two are
+distinguished: it says as much in fewer numbers.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
         key=lambda pair: -pair[0].log,
     )
-    # Of a law and a curve that are not told apart the law is taken: it says the same in fewer numbers.
+    # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers.
     least = max(readings[0].gain - APART, NAMED)
     if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= least:
         return None

@@ -100,7 +100,7 @@ def most_of(found: ResidualSet) -> Statement:
     """Where most of the gap lies: ``place``, or ``no_place`` where it lies nowhere.
 
     Channel and phase; how soon after the fibre goes taut and whether it depends on the speed at which it does; whether
-    it belongs to one direction of sliding or to a moving drive; and a band of frequencies. Each is told only where it
+    it belongs to one direction of sliding or to a moving drive; and a band of frequencies. Each is named only where it
     is beyond what noise would show.
     """
     pieces = channel_residuals(found)

@@ -34,7 +34,7 @@ from fibrefit.laws.law import Effect, extends
 from fibrefit.problem.task import Task
 
 FOLLOWED = 8
-"""Candidates that are followed before it is asked whether the next ones may still do better than the best of them."""
+"""Candidates that are followed before it is tested whether the next ones may still do better than the best of them."""
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 INSTEAD = 6
@@ -130,7 +130,7 @@ class Search:
             Kind of the job.
         parent : LaplaceFit or Hypothesis
         about : object
-            What else its result depends on, told by its `repr`.
+            What else its result depends on, identified by its `repr`.
         job : callable
         """
         return partial(self.journal.recall, digest(what, self.signature(parent), about), job)
@@ -321,7 +321,7 @@ class Search:
         return [*found, *(self._as_predicted(parent, each, min(predictions[each].gain, 0.0)) for each in behind)]
 
     def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
-        """Effects, the most promising first, in groups: after each it is asked whether the next may do better."""
+        """Effects, the most promising first, in groups: after each it is tested whether the next may do better."""
         return [list(ranked[i : i + FOLLOWED]) for i in range(0, len(ranked), FOLLOWED)]
 
     def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:

@@ -39,7 +39,7 @@ def prepared_search(
     effects : sequence of Effect classes
         That may be missing.
     tell : callable
-        Told what is being done.
+        Called with what is being done.
     folder : pathlib.Path, optional
         Of the journal.
     """

@@ -96,7 +96,7 @@ def most_doubtful(layout: Layout, values: np.ndarray, bars: ErrorBars) -> Doubtf
     found = []
     for i, (slot, record) in enumerate(layout.entries):
         error, by_noise = (float(bars.errors[method][i]) for method in (METHOD, bars.of_noise or METHOD))
-        # Values that may have either sign are small by accident; what the records do not determine is told elsewhere.
+        # Values that may have either sign are small by accident; what records do not determine is reported elsewhere.
         if record is None and slot.range.lower >= 0.0 and np.isfinite(error):
             size = max(abs(float(values[i])), NO_FACTOR * slot.range.scale)
             if by_noise <= VAGUE * size:

@@ -1,8 +1,8 @@
 """Whether what a model leaves unexplained is more than what a value does in the readings at all.
 
-A value is told by its own trace: what the readings would lack without it, and nothing else can imitate. What is left
-beyond the noise shows a fault in the model or in what the study states; of such a fault the values took up as much as
-they could, and nobody knows how much that was. Where what is left is the larger of the two, the value may be nothing
+A value is determined by its own trace: what the readings would lack without it, and nothing else can imitate. What is
+left beyond the noise shows a fault in the model or in what the study states; of such a fault the values took up as much
+as they could, and nobody knows how much that was. Where what is left is the larger of the two, the value may be nothing
 but that.
 """
 
@@ -48,7 +48,7 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
     ---
     ``sqrt(e (H^-1)_jj) / |θ_j| > 1`` with e the sum of squares beyond the noise: both sums of squares have the same
     unit, so that neither noise nor number of samples matter. Values that may have either sign are small by accident,
-    and those the records do not see at all are told elsewhere.
+    and those the records do not see at all are reported elsewhere.
     """
     variance = np.diag(sandwich(*(scores.normal_matrix(),) * 2))
     worst: Outweighed | None = None

@@ -191,9 +191,9 @@ def _states(residual_set: ResidualSet) -> Check:
         inside, drawn = residual_set.counted[:, c] & moving, None
         for name, state in residual_set.motion.states.items():
             # Channels are mostly there at the same samples.
-            if (asked := (name, inside.tobytes())) not in known:
-                known[asked] = _steps(state[inside])
-            steps = known[asked]
+            if (key := (name, inside.tobytes())) not in known:
+                known[key] = _steps(state[inside])
+            steps = known[key]
             share = _explained(steps, residual_set.residuals[:, c][inside])
             if share > STATE_SHARE:
                 drawn = _drawn(residual_set, c) if drawn is None else drawn

@@ -32,7 +32,7 @@ def each_by_itself(task: Task, search: Callable[[Task], Starts], shared: Sequenc
         Ends of a search from many starts, of a task of one record.
     shared : (n_record,)
         Gap of each record where all have the same values. The one that these lose first by far is fitted first: what a
-        model lacks it lacks in a record by itself, too, and then the others are not asked.
+        model lacks it lacks in a record by itself, too, and then the others are not tried.
     """
     alone = [task.alone(record) for record in range(len(task.traces))]
     worst, *others = (int(record) for record in np.argsort(shared)[::-1])

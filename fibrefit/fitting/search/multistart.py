@@ -128,9 +128,9 @@ def search(
         Ways to lengthen the horizon, taken in turn: a model that lacks something may follow one into a poor minimum and
         another into a better one.
     on_progress : callable
-        Told the share that is done.
+        Called with the share that is done.
     stop : callable
-        Asked now and then whether to leave it at that. Then what has come to its end is returned; if nothing has, the
+        Called now and then: whether to leave it at that. Then what has come to its end is returned; if nothing has, the
         best start so far, followed to its end.
     schedule : HorizonSchedule, optional
 
@@ -141,7 +141,7 @@ def search(
     """
     every, schedule = thinning(problem), schedule or HorizonSchedule()
     if every > 1:
-        # Once more over the whole records: only where few samples say that it is, all of them are asked.
+        # Once more over the whole records: only where few samples say that it is, all of them are used.
         longer = np.concatenate([horizons, horizons[:, -1:]], axis=1)
         found = _searched(_Sparse(problem, every, schedule), starts, longer, on_progress, stop)
         if np.isfinite(found.descent.cost).any():

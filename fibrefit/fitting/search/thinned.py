@@ -13,7 +13,7 @@ FEWEST_KEPT = 4096
 """Samples that the shortest record keeps: a drop of four seconds at 1 kHz, which leads starts as well as more do."""
 MISSED_BETWEEN = 1.5
 """What a straight line between the samples that are kept misses of those between, over the noise, at the most. Noise
-alone has 1.3 of itself, from three readings; above, the motion would be told by too few samples, and followed with too
+alone has 1.3 of itself, from three readings; above, the motion would be given by too few samples, and followed with too
 long steps."""
 
 

@@ -27,7 +27,7 @@ class FrictionWear(OfFriction):
     """
 
     name: ClassVar[str] = "guide.friction_wear"
-    # A path is told from where a record begins; in windows that begin anew there is none.
+    # A path is counted from where a record begins; in windows that begin anew there is none.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     timed: ClassVar[bool] = True
     worn: ClassVar[bool] = True

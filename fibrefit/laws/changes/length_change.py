@@ -17,7 +17,7 @@ class LengthChange(FibreLaw):
 
     Valid range
     -----------
-    The height of fall is told from the same mark in all records.
+    The height of fall is measured from the same mark in all records.
 
     Source
     ------

@@ -18,7 +18,7 @@ class LengthTrend(ByRecord, FibreLaw):
 
     Valid range
     -----------
-    Records in the order in which they were taken; the height of fall told from the same mark in all.
+    Records in the order in which they were taken; the height of fall measured from the same mark in all.
 
     Source
     ------

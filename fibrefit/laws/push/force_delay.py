@@ -38,6 +38,6 @@ class PushDelay(PushLaw):
         """F(t - δ)."""
         return between_samples(force, rates, times, times - self.delay)
 
-    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+    def commanded(self, force: jax.Array, times: jax.Array) -> jax.Array:
         """The force on the mass a delay later."""
         return ahead_of(force, times, self.delay)

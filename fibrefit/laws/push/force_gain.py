@@ -34,6 +34,6 @@ class PushGain(PushLaw):
         """G F."""
         return self.gain * force, self.gain * rates * jnp.ones_like(times)
 
-    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+    def commanded(self, force: jax.Array, times: jax.Array) -> jax.Array:
         """F over g."""
         return force / self.gain

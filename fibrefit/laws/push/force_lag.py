@@ -48,6 +48,6 @@ class PushLag(PushLaw):
         lagging = jnp.concatenate([rates[:1], later])
         return force - tau * lagging, lagging
 
-    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+    def commanded(self, force: jax.Array, times: jax.Array) -> jax.Array:
         """``p + τ p'``."""
         return force + self.time_constant * jnp.asarray(jnp.gradient(force)) / (times[1] - times[0])

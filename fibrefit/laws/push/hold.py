@@ -47,7 +47,7 @@ class PushHold(PushLaw):
         value = jnp.where(short, force - 0.5 * self.period * rates, mean)
         return value, jnp.where(short, rates - 0.5 * self.period * bend, (force - before) / period)
 
-    def asked(self, force: jax.Array, times: jax.Array) -> jax.Array:
+    def commanded(self, force: jax.Array, times: jax.Array) -> jax.Array:
         """The force on the mass half a period later: a hold, to first order in its period."""
         return ahead_of(force, times, 0.5 * self.period)
 

@@ -33,7 +33,7 @@ from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.trace import Trace
 
 COLLINEAR = 1e-6
-"""Smallest singular value over the largest below which the two integrals are not told apart."""
+"""Smallest singular value over the largest below which the two integrals are not distinguished."""
 
 
 class Lag(NamedTuple):

@@ -39,7 +39,7 @@ from fibrefit.rigs.signals.trace import Trace
 EDGE = 0.1
 """Share of a flight at either end that is left out: a force may be late, and a contact begins gently."""
 RESOLVED = 1e-4
-"""Smallest singular value over the largest below which gravity and friction are not told apart: flights one way."""
+"""Smallest singular value over the largest below which gravity and friction are not distinguished: flights one way."""
 
 
 class Gravity(NamedTuple):

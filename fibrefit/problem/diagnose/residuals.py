@@ -23,7 +23,7 @@ class ResidualSet:
     noise : mapping of channel to Noise
         At rest.
     fitted : mapping of channel to Noise
-        Of the residuals, where that was asked.
+        Of the residuals, where that was requested.
     rests : mapping of channel to readings at rest in SI units and their rates in Hz
     """
 

@@ -27,7 +27,7 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
     Parameters
     ----------
     rig : Rig
-        One that does not say what acts on its weight is not asked.
+        One that does not say what acts on its weight is not examined.
     effects : sequence of str
         Names of those in the model: where one of them may be the reason, the fit has to tell.
 
@@ -51,25 +51,25 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
 def _refuse(name: str, sizes: Sizes) -> None:
     """Gravity alone is no reason: a slope or a zero that a study states wrongly can be found, and the fit tells it."""
     falls, pulls = is_off(sizes.gravity, sizes.gravity_error), is_off(sizes.force, sizes.force_error)
-    told, law = _told, "a weight that moves as gravity and the measured force have it"
+    law = "a weight that moves as gravity and the measured force have it"
     if falls and pulls and not is_off(sizes.force / sizes.gravity, 0.0):
         if sizes.gravity < 0.0:
             do = "Check the sign of the position channel; a scale turns it round."
             raise DataError(name, "the weight moves against gravity and against the measured force", law, do)
-        got = f"the weight is accelerated by {told(sizes.gravity)} times what gravity and the measured force do"
-        pace = f"{told(1.0 / sizes.gravity)}, or that of the times by {told(np.sqrt(sizes.gravity))}"
+        got = f"the weight is accelerated by {_written(sizes.gravity)} times what gravity and the measured force do"
+        pace = f"{_written(1.0 / sizes.gravity)}, or that of the times by {_written(np.sqrt(sizes.gravity))}"
         do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
         raise DataError(name, got, law, do)
     if pulls:
         if sizes.force < 0.0:
             do = "Check the sign of the force channel; a scale turns it round."
             raise DataError(name, "the weight moves against the measured force", law, do)
-        got = f"the measured force is {told(1.0 / sizes.force)} times the one that moves the weight so"
-        do = f"Check the scale and unit of the force, to be multiplied by {told(sizes.force)}, or weight_mass."
+        got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
+        do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass."
         raise DataError(name, got, law, do)
 
 
-def _told(size: float) -> str:
+def _written(size: float) -> str:
     return format_number(size, 3)
 
 

@@ -1,6 +1,6 @@
 """What flights and contacts of a falling weight share: where they are, what they are fitted by, and how surely.
 
-Either is told by the two measured channels alone, whatever the fibre is: positions of each stretch are a sum of a few
+Either is given by the two measured channels alone, whatever the fibre is: positions of each stretch are a sum of a few
 shapes whose sizes all stretches share, and of a polynomial of the stretch's own.
 """
 
@@ -15,7 +15,7 @@ from fibrefit.problem.task import Task
 
 POSITION, FORCE = "position", "force"
 SMOOTHED_LOAD, TURNED = 8e-3, 20e-3
-"""Length in s of the windows in which load and direction are told: noise moves the instant at which a weight turns."""
+"""Length in s of the windows in which load and direction are found: noise moves the instant at which a weight turns."""
 
 
 class SharedShapes(NamedTuple):
@@ -36,7 +36,7 @@ class SharedShapes(NamedTuple):
 
 
 def fitted_shapes(positions: np.ndarray, shapes: np.ndarray, wanted: int, resolved: float) -> SharedShapes | None:
-    """Sizes of shapes in the positions of all stretches; None where the shapes are not told apart.
+    """Sizes of shapes in the positions of all stretches; None where the shapes are not distinguished.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ def fitted_shapes(positions: np.ndarray, shapes: np.ndarray, wanted: int, resolv
     shapes : (n_sample, n_shape)
         Both without what each stretch has of its own.
     wanted : int
-        How many of the shapes, the first ones, have a size that is asked for.
+        How many of the shapes, the first ones, have a size that is needed.
     resolved : float
-        Smallest singular value over the largest from which shapes are told apart.
+        Smallest singular value over the largest from which shapes are distinguished.
     """
     if not (np.isfinite(positions).all() and np.isfinite(shapes).all()):
         return None

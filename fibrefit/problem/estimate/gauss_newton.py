@@ -1,6 +1,6 @@
 """One Gauss-Newton for values, nuisances and deviations between records: arrowhead matrices, a trust region, bounds.
 
-All that is asked of the records are, for each, the products of its whitened slopes and residuals. Fits, candidates of
+All that is needed of the records are, for each, the products of its whitened slopes and residuals. Fits, candidates of
 a search and the mode of a posterior differ in who supplies them and in which values are unknown.
 
 Law

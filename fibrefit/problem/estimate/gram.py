@@ -19,4 +19,4 @@ class Corrected(Protocol):
     exact: bool
 
     def renew(self) -> None:
-        """Have all slopes simulated where products are asked for next."""
+        """Have all slopes simulated where products are needed next."""

@@ -27,7 +27,7 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
 
     Law
     ---
-    The rig's own parameters are told by their logarithms, and deviate from record to record; effects, and values with
+    The rig's own parameters are given by their logarithms, and deviate from record to record; effects, and values with
     a prior, are the same in all records. Where there is but one record, nothing deviates.
     """
     entries = [(i, slot) for i, (slot, record) in enumerate(layout.entries) if record is None]
@@ -59,7 +59,7 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
 
 
 def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, float, float]:
-    """Whether it is told by its logarithm, its reference and scale, and the bounds of its coordinate."""
+    """Whether it is given by its logarithm, its reference and scale, and the bounds of its coordinate."""
     limits = slot.range
     spans = limits.log if "." in slot.name else limits.lower >= 0.0
     if slot.belief is not None:

@@ -62,7 +62,7 @@ def downweights(
 
 
 def _seen_through(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    # In single precision, as its size alone is asked for.
+    # In single precision, as its size alone is needed.
     return root.T.astype(np.float32) @ rows.astype(np.float32)
 
 

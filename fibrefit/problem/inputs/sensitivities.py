@@ -44,7 +44,7 @@ class Directions(NamedTuple):
     def products(self, rows: np.ndarray) -> np.ndarray:
         """Products ``(n_row, n_direction)`` of rows ``(n_row, n_channel * n_time)`` with what each direction does."""
         number, channels, seen = self.rows.shape
-        # Directions are many: rows of a record that is not asked for are nothing, and cost nothing.
+        # Directions are many: rows of a record that is not needed are nothing, and cost nothing.
         if not rows.any():
             return np.zeros((len(rows), number))
         whole = rows.reshape(len(rows), channels, -1)[:, :, :seen].reshape(len(rows), -1)

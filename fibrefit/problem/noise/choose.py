@@ -35,8 +35,8 @@ class NoiseModel:
     Parameters
     ----------
     kind : {"white", "autoregressive", "coloured"}
-    asked : str
-        ``"auto"`` where it was chosen; the kind asked for; or ``"rests"`` where noise is that of the parts at rest.
+    requested : str
+        ``"auto"`` where it was chosen; the kind requested; or ``"rests"`` where noise is that of the parts at rest.
     scores : dict of str to float
         Log likelihood less penalty of every kind that was tried, over that of white noise.
     noise : tuple of Noise
@@ -49,7 +49,7 @@ class NoiseModel:
 
     likelihood: Likelihood
     kind: str
-    asked: str
+    requested: str
     scores: dict[str, float]
     noise: tuple[Noise, ...] = ()
     channels: tuple[str, ...] = ()

@@ -1,7 +1,7 @@
 """Jumps of a reading: at some instant all that follows lies higher or lower than a model says.
 
 Slow noise can be fitted to any series that jumps now and then: its innovations are then small everywhere, and only at
-the jumps a run of them has the shape that a jump leaves. So each instant is asked whether a jump there would account
+the jumps a run of them has the shape that a jump leaves. So at each instant it is tested whether a jump there accounts
 for innovations better than chance.
 
 Source
@@ -66,8 +66,8 @@ def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarr
             continue
         own = BlockFilter(*(part[:, record : record + 1] for part in jax.tree.leaves(whitening)))
         parts = np.array_split(instants, -(-len(instants) // AT_ONCE))
-        told = np.concatenate([_heights(own, row[:, :count], part) for part in parts], axis=1)
-        for channel, (height, error) in enumerate(np.moveaxis(told, 2, 0)):
+        heights = np.concatenate([_heights(own, row[:, :count], part) for part in parts], axis=1)
+        for channel, (height, error) in enumerate(np.moveaxis(heights, 2, 0)):
             size = np.abs(height) / error
             worst = int(np.argmax(size))
             chance = min(1.0, 2.0 * len(size) * float(norm.sf(size[worst])))

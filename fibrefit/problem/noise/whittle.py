@@ -321,7 +321,7 @@ def _lines(draws: _Draws, whole: Periodograms) -> tuple[list[tuple[float, float]
     found: list[tuple[float, float]] = []
     bands = _Bands.of(whole)
     any_corner = bands.of_any_corner()
-    # What stands out does so of any spectrum: which one is the simplest is asked once, of the rest.
+    # What stands out does so of any spectrum: which one is the simplest is tested once, of the rest.
     while len(found) < LINES and (line := _line(draws, whole, any_corner, found)):
         found.append(line)
         bands = _Bands.of(whole.where(_clear(whole, found, draws)))

@@ -123,16 +123,16 @@ class Problem(eqx.Module):
         return self.followed_at(local)[0]
 
     def followed(self, local: np.ndarray) -> tuple[Linearised, Moved]:
-        """As `followed_at`, outside compiled programs; where it was asked for the same place last, what it said then.
+        """As `followed_at`, outside compiled programs; where it was evaluated at the same place last, that value.
 
-        Noise, products, checks and motion are asked for at one place by those who do not know of each other.
+        Noise, products, checks and motion are needed at one place by those who do not know of each other.
         """
         local = np.asarray(local)
-        asked, known = local.tobytes(), _LAST.get(_ONE)
-        if known is not None and known.problem() is self and known.place == asked:
+        place, known = local.tobytes(), _LAST.get(_ONE)
+        if known is not None and known.problem() is self and known.place == place:
             return known.found
         found = self.followed_at(local)
-        _LAST[_ONE] = _Remembered(weakref.ref(self, _forget), asked, found)
+        _LAST[_ONE] = _Remembered(weakref.ref(self, _forget), place, found)
         return found
 
     # Compiled under their own names, they are traced once for all the programs that contain them.

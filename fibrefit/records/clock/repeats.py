@@ -12,7 +12,7 @@ from fibrefit.records.thresholds import NO_ACCIDENT, SAME_ALWAYS
 def repeated_rows(columns: Sequence[np.ndarray]) -> Iterator[tuple[int, str]]:
     """Rows from which on others stand again, and what is repeated there.
 
-    A block that repeats the one before it is told by so many numbers that noise does not bring them twice, none of
+    A block that repeats the one before it is known by so many numbers that noise does not bring them twice, none of
     which stands a third time, as those of a signal at rest or in steady motion do.
 
     Parameters
@@ -37,8 +37,8 @@ def repeated_rows(columns: Sequence[np.ndarray]) -> Iterator[tuple[int, str]]:
     twice[order[again[lonely[:-1] & lonely[1:]] + 1]] = True
     edges = np.flatnonzero(np.append(True, (back[1:] != back[:-1]) | (twice[1:] != twice[:-1])))
     lengths = np.diff(np.append(edges, rows.size))
-    told = twice[edges] & (lengths == back[edges]) & (lengths * len(moving) >= NO_ACCIDENT)
-    for first, length in zip(edges[told].tolist(), lengths[told].tolist(), strict=True):
+    repeated = twice[edges] & (lengths == back[edges]) & (lengths * len(moving) >= NO_ACCIDENT)
+    for first, length in zip(edges[repeated].tolist(), lengths[repeated].tolist(), strict=True):
         yield first, f"{length} rows repeat the {length} before them"
 
 

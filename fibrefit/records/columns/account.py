@@ -18,29 +18,29 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns
-from fibrefit.records.columns.judged import doubt_of, formula_in, told_over_read
-from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, told_unit, unknown_in
-from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.columns.judged import doubt_of, formula_in, stated_over_read
+from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, states_unit, unknown_in
+from fibrefit.records.columns.raw import Annotation, RawColumn
 from fibrefit.records.columns.unmoved import DESIGNATION, is_measured, opens_section
 from fibrefit.records.grammar.claims import Amount, Claim, claims_of
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import kinds_named, score, tokens
-from fibrefit.records.thresholds import SAME_PEAK, TOLD_ALIKE
+from fibrefit.records.thresholds import SAME_PEAK, STATED_ALIKE
 
 
 def unaccounted(
-    told: Sequence[Told],
+    annotations: Sequence[Annotation],
     columns: Sequence[RawColumn],
     roles: Mapping[str, int],
     answered: frozenset[int],
     where: str,
     setting: AsRead,
-) -> tuple[dict[str, DataError], list[Told]]:
+) -> tuple[dict[str, DataError], list[Annotation]]:
     """Doubt about each role whose numbers something in the file may still change, and what is not understood besides.
 
     Parameters
     ----------
-    told : sequence of Told
+    annotations : sequence of Annotation
         All the file says beside its numbers.
     columns : sequence of RawColumn
         Of the file, in the units the user declares.
@@ -57,21 +57,21 @@ def unaccounted(
     -------
     found : dict of str to DataError
         The first question of each role, by role.
-    unsure : list of Told
+    unsure : list of Annotation
         What is said of what is measured, and tells no change of it that is known: to be repeated, and not asked.
     """
     reads = held_columns(columns, roles, answered)
-    found = _doubted(told, reads, setting.mark, where) | _made_of_others(told, columns, roles, where)
+    found = _doubted(annotations, reads, setting.mark, where) | _made_of_others(annotations, columns, roles, where)
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
-    unsure: dict[str, Told] = {}
-    unlike = _told_apart(told, setting.mark)
-    for one, claim, asked in _unknown(told, setting.mark, names):
-        confirmed = any(abs(told_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads)
+    unsure: dict[str, Annotation] = {}
+    unlike = _differing(annotations, setting.mark)
+    for one, claim, open_question in _unknown(annotations, setting.mark, names):
+        confirmed = any(abs(stated_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads)
         if confirmed or agrees(one.text, claim, setting):
             continue
         apart = tuple(a for a in claim.amounts if a.unit) in unlike
         of_times = is_of_times(claim, names) or kinds_named(DESIGNATION.sub(" ", one.text)) == {"time"}
-        moved = asked or apart or any(_weighs(claim, read) for read in reads)
+        moved = open_question or apart or any(_weighs(claim, read) for read in reads)
         if not moved or (of_times and roles.get("time", -1) in answered):
             unsure.setdefault(one.place, one)
         elif of_times:
@@ -79,19 +79,19 @@ def unaccounted(
         else:
             kinds = kinds_of(claim, names)
             for read in reads:
-                if read.role != "time" and (not kinds or read.kind in kinds) and read.is_asked(claim.about, one):
+                if read.role != "time" and (not kinds or read.kind in kinds) and read.is_open(claim.about, one):
                     found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where))
     for read in reads:
-        for one in _unlisted(told) if not read.settled else ():
-            if told_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
+        for one in _unlisted(annotations) if not read.settled else ():
+            if states_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
                 found.setdefault(read.role, _question(one, read, "tells another unit than that of", where))
     return found, list(unsure.values())
 
 
-def _told_apart(told: Sequence[Told], mark: str) -> frozenset[tuple[Amount, ...]]:
+def _differing(annotations: Sequence[Annotation], mark: str) -> frozenset[tuple[Amount, ...]]:
     """Amounts by which one is made two of another: 500 N are 2.000 mV/V here and 2.163 mV/V there."""
     found: dict[tuple[float, str, str], set[tuple[Amount, ...]]] = {}
-    for claim in (claim for one in told if not one.of for claim in claims_of(one.text, mark)):
+    for claim in (claim for one in annotations if not one.of for claim in claims_of(one.text, mark)):
         first, *others = amounts = tuple(amount for amount in claim.amounts if amount.unit) or (Amount(0.0),)
         if len(others) == 1:
             found.setdefault((first.value, first.unit, others[0].unit), set()).add(amounts)
@@ -99,22 +99,24 @@ def _told_apart(told: Sequence[Told], mark: str) -> frozenset[tuple[Amount, ...]
 
 
 def _weighs(claim: Claim, read: ReadColumn) -> bool:
-    """Whether the force begins at the weight of a mass that is told of the sensor: it hangs below it."""
+    """Whether the force begins at the weight of a mass that is stated of the sensor: it hangs below it."""
     values = read.column.numbers.values[np.isfinite(read.column.numbers.values)]
     if read.kind != "force" or read.unit is None or not values.size or not any(map(is_measured, tokens(claim.about))):
         return False
     start = abs(float(np.median(values[: len(values) // 50 + 1]))) * registry.to_si(read.unit, "N")
     kilogram = registry.to_si("kgf", "N")
     weights = [kilogram * a.value * registry.to_si(a.unit, "kg") for a in claim.amounts if a.kind == "mass"]
-    return any(max(start, weight) <= TOLD_ALIKE * min(start, weight) for weight in weights if start > 0)
+    return any(max(start, weight) <= STATED_ALIKE * min(start, weight) for weight in weights if start > 0)
 
 
-def _doubted(told: Sequence[Told], reads: Sequence[ReadColumn], mark: str, where: str) -> dict[str, DataError]:
+def _doubted(
+    annotations: Sequence[Annotation], reads: Sequence[ReadColumn], mark: str, where: str
+) -> dict[str, DataError]:
     """The first line of each role that tells what may still be done to it."""
     found = {}
     for read in reads:
-        heading = Told(f'heading "{read.column.header}"', read.column.name, read.column.header)
-        about = [one for one in (heading, *told) if one.of in ("", read.column.header)]
+        heading = Annotation(f'heading "{read.column.header}"', read.column.name, read.column.header)
+        about = [one for one in (heading, *annotations) if one.of in ("", read.column.header)]
         doubts = ((one, doubt) for one in about if (doubt := doubt_of(one, read, mark)))
         for one, doubt in itertools.islice(doubts, 1):
             found[read.role] = _question(one, read, doubt, where)
@@ -122,11 +124,11 @@ def _doubted(told: Sequence[Told], reads: Sequence[ReadColumn], mark: str, where
 
 
 def _made_of_others(
-    told: Sequence[Told], columns: Sequence[RawColumn], roles: Mapping[str, int], where: str
+    annotations: Sequence[Annotation], columns: Sequence[RawColumn], roles: Mapping[str, int], where: str
 ) -> dict[str, DataError]:
     """Questions about what no column holds as it is, and a formula makes of one: ``F = 100 * U1``."""
     found = {}
-    for one in told:
+    for one in annotations:
         left, right = formula_in(one.text)
         unread = [c for i, c in enumerate(columns) if i not in roles.values() and right == c.name]
         for column in unread[:1]:
@@ -137,30 +139,32 @@ def _made_of_others(
     return found
 
 
-def _unknown(told: Sequence[Told], mark: str, names: frozenset[str]) -> Iterator[tuple[Told, Claim, bool]]:
+def _unknown(
+    annotations: Sequence[Annotation], mark: str, names: frozenset[str]
+) -> Iterator[tuple[Annotation, Claim, bool]]:
     """Claims that are not known to be harmless, with what they stand in; those of a section on a channel are of it."""
     of_channel = False
-    for one in _unlisted(told):
+    for one in _unlisted(annotations):
         section = opens_section(one.text, names)
         of_channel = of_channel if section is None else section
         yield from ((one, *found) for found in unknown_in(one.text, mark, names, of_channel))
 
 
-def _unlisted(told: Sequence[Told]) -> list[Told]:
+def _unlisted(annotations: Sequence[Annotation]) -> list[Annotation]:
     """What is said, without lines of which every cell is said of its column too."""
     cells: dict[str, str] = {}
-    for one in told:
+    for one in annotations:
         if one.of:
             cells[one.place] = f"{cells.get(one.place, '')} {one.text}"
 
-    def listed(one: Told) -> bool:
+    def listed(one: Annotation) -> bool:
         parts = [cell.strip(' "') for cell in re.split(r"[;,\t|]", one.text)]
         return not one.of and one.place in cells and all(part in cells[one.place] for part in parts)
 
-    return [one for one in told if not listed(one)]
+    return [one for one in annotations if not listed(one)]
 
 
-def _of_times(one: Told, roles: Mapping[str, int], columns: Sequence[RawColumn], where: str) -> DataError:
+def _of_times(one: Annotation, roles: Mapping[str, int], columns: Sequence[RawColumn], where: str) -> DataError:
     """Question about what may bear on the times, of a column or counted off."""
     got = f'"{" ".join(one.text.split())[:80]}" is not known to leave the times as they are'
     do = _timed(columns[roles["time"]]) if "time" in roles else GIVE_RATE
@@ -175,7 +179,7 @@ def _timed(column: RawColumn) -> str:
     return f'{do}, or scale = "{none}" where the times are in {unit} already, with nothing left to be done to them.'
 
 
-def _question(one: Told, read: ReadColumn, doubt: str, where: str) -> DataError:
+def _question(one: Annotation, read: ReadColumn, doubt: str, where: str) -> DataError:
     usual = read.column.unit or registry.usual(ROLES[read.role])
     shown = " ".join(one.text.split())[:80]
     got = f'"{shown}" {doubt} "{read.column.header}"'

@@ -126,7 +126,7 @@ CHECKED = words(
 )
 #: What rows are made of, where they are counted by a rate that the head names.
 OF_ROWS = words("scans?|samples?|rows?|points?|readings?|values?|zeilen?|werte?|messwerte?|abtastwerte?")
-#: A load that is told to be below zero where it pulls.
+#: A load that is stated to be below zero where it pulls.
 AGAINST = re.compile(
     r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\W*$))"
     r"|\+\s*(?:=|is|:)\s*(?:push|compress|druck|down)|-\s*(?:=|is|:)\s*(?:pull|tens|zug)"
@@ -134,7 +134,7 @@ AGAINST = re.compile(
     r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\s*$))",
     re.I,
 )
-#: A position that is told to grow upwards.
+#: A position that is stated to grow upwards.
 UPWARDS = re.compile(
     r"\bup(?:wards?)?\s*(?:is|=|:)?\s*(?:positive|plus|\+)|(?:\+|\bpositive|\bplus)\s*(?:is|=|:)?\s*up", re.I
 )

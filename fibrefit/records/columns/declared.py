@@ -17,7 +17,7 @@ from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.digits import since_1970
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import score, tokens
-from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, worth_told
+from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, stated_worth
 from fibrefit.records.thresholds import MOST_LOST, TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
@@ -42,8 +42,8 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
         words = tokens(beside.name)
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]
         if words and MERE_FACTOR.issuperset(words) and present.size and not (present == 1.0).all():
-            told = f'column "{beside.header}" ({present[present != 1.0][0]:g})'
-            found = [c if c is beside or c.worth or _of_time(c) else replace(c, worth=told) for c in found]
+            worth = f'column "{beside.header}" ({present[present != 1.0][0]:g})'
+            found = [c if c is beside or c.worth or _of_time(c) else replace(c, worth=worth) for c in found]
         if beside.unit is not None or len(words) < 2 or not present.size:
             continue
         for i, column in enumerate(columns):
@@ -51,8 +51,8 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
                 continue
             kind = np.ones(1, np.int64 if are_whole(column.numbers.values) else np.float64)
             # Where it changes from row to row, one of its values that would change something tells enough.
-            told = next((told for v in np.unique(present)[:9] if (told := worth_told({beside.name: v}, kind))), "")
-            found[i] = replace(column, worth=f'column "{beside.header}" ({told})') if told else found[i]
+            worth = next((worth for v in np.unique(present)[:9] if (worth := stated_worth({beside.name: v}, kind))), "")
+            found[i] = replace(column, worth=f'column "{beside.header}" ({worth})') if worth else found[i]
     return found
 
 

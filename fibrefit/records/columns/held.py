@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fibrefit.core import units as registry
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.bearing import OF_SENSORS, OTHER_QUANTITY
-from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.columns.raw import Annotation, RawColumn
 from fibrefit.records.columns.unmoved import NO_QUANTITY
 from fibrefit.records.grammar.claims import Amount, Claim
 from fibrefit.records.grammar.headings import known_unit
@@ -50,7 +50,7 @@ class ReadColumn:
     kinds: frozenset[str]
     settled: bool
 
-    def concerns(self, about: str, one: Told) -> bool:
+    def concerns(self, about: str, one: Annotation) -> bool:
         """Whether words are about the column: they name it, its quantity, or no channel at all."""
         if one.of:
             return True
@@ -63,7 +63,7 @@ class ReadColumn:
         named = words & self.others or kinds or OTHER_QUANTITY.search(about)
         return not named
 
-    def is_asked(self, about: str, one: Told) -> bool:
+    def is_open(self, about: str, one: Annotation) -> bool:
         """Whether what is not known to be harmless may bear on the column, and the user has not answered it.
 
         A claim that names no quantity is about those that its line names.

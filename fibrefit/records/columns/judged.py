@@ -26,14 +26,14 @@ from fibrefit.records.columns.bearing import (
     UPWARDS,
 )
 from fibrefit.records.columns.held import ReadColumn
-from fibrefit.records.columns.raw import Told
+from fibrefit.records.columns.raw import Annotation
 from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole
 from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
 
 
-def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
+def doubt_of(one: Annotation, read: ReadColumn, mark: str) -> str:
     """What a line may still change of a column; empty for nothing."""
     line = one.text
     if len(line) > 4 * LONGEST_HEADING:
@@ -42,15 +42,15 @@ def doubt_of(one: Told, read: ReadColumn, mark: str) -> str:
         if DONE.search(line) and not UNDONE.search(line):
             return ""
         claims = [c for c in claims_of(line, mark) if "time" in kinds_named(c.about) or SLOWED.search(c.about)]
-        return next((told for c in claims if (told := _factor(c, read, line))), "")
-    told = _in_steps(line, one, read) or _formula(line, one, read)
-    told = told or _worded(line, one, read)
-    if told:
-        return told
+        return next((doubt for c in claims if (doubt := _factor(c, read, line))), "")
+    doubt = _in_steps(line, one, read) or _formula(line, one, read)
+    doubt = doubt or _worded(line, one, read)
+    if doubt:
+        return doubt
     if one.row:
-        told = next((_row(c, read) for c in claims_of(line, mark) if not c.about.strip(" -#")), "")
-        if told:
-            return told
+        doubt = next((_row(c, read) for c in claims_of(line, mark) if not c.about.strip(" -#")), "")
+        if doubt:
+            return doubt
     places = PLACES.search(line)
     if (places or OF_COUNTS.search(line)) and are_whole(read.column.numbers.values) and read.concerns(line, one):
         numbers = [a.value for c in claims_of(line, mark) for a in c.amounts]
@@ -99,7 +99,7 @@ def _row(claim: Claim, read: ReadColumn) -> str:
     return ""
 
 
-def _in_steps(line: str, one: Told, read: ReadColumn) -> str:
+def _in_steps(line: str, one: Annotation, read: ReadColumn) -> str:
     """A unit that is so much of another one: "in 0.1 N"."""
     for number, unit in IN_STEPS.findall(line) if not (read.settled and not read.named(line)) else ():
         of_kind = registry.kind_of(unit.rstrip(".")) == read.kind
@@ -120,7 +120,7 @@ def formula_in(line: str) -> tuple[str, str]:
     return ("", "") if match is None else (match[1] or match[5], match[2] or match[3] or match[4])
 
 
-def _formula(line: str, one: Told, read: ReadColumn) -> str:
+def _formula(line: str, one: Annotation, read: ReadColumn) -> str:
     """A line that multiplies: of what is read already, or of nobody knows what."""
     turned = NEGATED.search(line)
     if turned and read.named(turned[1]):
@@ -135,7 +135,7 @@ def _formula(line: str, one: Told, read: ReadColumn) -> str:
     return "may still have to be applied to" if own and not made else ""
 
 
-def _worded(line: str, one: Told, read: ReadColumn) -> str:
+def _worded(line: str, one: Annotation, read: ReadColumn) -> str:
     """A number in words that is said of a column, or is to be applied."""
     if (
         (one.place.startswith("heading") and not MULTIPLIED.search(line))
@@ -157,7 +157,7 @@ def _worded(line: str, one: Told, read: ReadColumn) -> str:
     return f"({found}) may be a factor of" if found and meant and not others else ""
 
 
-def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:
+def stated_over_read(claim: Claim, read: ReadColumn, one: Annotation) -> float:
     """A largest, smallest or mean value that is claimed, over the one that is read; 0 where none is claimed.
 
     Parameters
@@ -166,7 +166,7 @@ def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:
         Of `one`.
     read : ReadColumn
         The column.
-    one : Told
+    one : Annotation
         What is said; of the column itself also without a unit.
     """
     if NO_STATISTIC.search(claim.about) or not (read.named(claim.about) or not kinds_named(claim.about)):
@@ -186,8 +186,8 @@ def told_over_read(claim: Claim, read: ReadColumn, one: Told) -> float:
     return 0.0
 
 
-def _statistic(claim: Claim, read: ReadColumn, one: Told) -> str:
+def _statistic(claim: Claim, read: ReadColumn, one: Annotation) -> str:
     """A largest, smallest or mean value that is claimed and is another one by a factor for which units are mistaken."""
-    ratio = told_over_read(claim, read, one)
+    ratio = stated_over_read(claim, read, one)
     mistaken = any(abs(ratio / factor - 1.0) < SAME_PEAK for f in MISTAKEN for factor in (f, 1.0 / f))
     return f"({ratio:.3g} times the one that is read) contradicts" if mistaken else ""

@@ -1,4 +1,4 @@
-"""What a line beside the numbers may do to them: move them, which is asked about, or nothing that can be told.
+"""What a line beside the numbers may do to them: move them, which is asked about, or nothing that is known.
 
 A claim is asked about where a word of it tells a change, a share, a side or another unit, or a number of it stands
 beside what is measured and is of nothing else. What else is said of channels is repeated beside the record.
@@ -62,8 +62,8 @@ from fibrefit.records.columns.unmoved import (
     is_measured,
     is_name_behind_key,
     is_quantity,
-    is_told_alike,
-    is_told_twice,
+    is_stated_alike,
+    is_stated_twice,
     may_bear,
     moves_nothing,
     tells_change,
@@ -157,27 +157,27 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
     if len(sensitivities) > 1 and not any(map(RANGE.fullmatch, tokens(line))):
         return tuple((claim, True) for claim in claims)
     if CHECKED.search(line):
-        if is_told_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
+        if is_stated_twice(claims, bare=_is_prose(line.replace(";", ",")) or "/" in line):
             return tuple((claim, True) for claim in claims)
-        if is_told_alike(claims) and not any(of.search(line) for of in OF_SENSORS.values()):
+        if is_stated_alike(claims) and not any(of.search(line) for of in OF_SENSORS.values()):
             return ()
     for claim in claims:
-        told_apart = any(a.factor for a in claim.amounts) and is_told_twice([claim], bare=True)
-        if told_apart and any(_bears(word, names) for word in tokens(claim.about)):
+        differs = any(a.factor for a in claim.amounts) and is_stated_twice([claim], bare=True)
+        if differs and any(_bears(word, names) for word in tokens(claim.about)):
             return tuple((claim, True) for claim in claims)
         about = without_units(DESIGNATION.sub(" ", claim.about))
         found = tokens(about)
         if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
-            continue  # a row of numbers is told by where it stands; names of types change nothing
+            continue  # a row of numbers is known by where it stands; names of types change nothing
         if plain and (said or len(found) <= MOST_NAME_WORDS) and moves_nothing(claim, found, names):
             continue
-        asked = _is_asked(claim, found, line, names, bears)
-        if asked is not None:
-            unknown.append((claim, asked))
+        moves = _may_move(claim, found, line, names, bears)
+        if moves is not None:
+            unknown.append((claim, moves))
     return tuple(unknown)
 
 
-def told_unit(line: str, kind: str, unit: str | None) -> bool:
+def states_unit(line: str, kind: str, unit: str | None) -> bool:
     """Whether a short line has a unit of a kind for itself, which is another one than a column has.
 
     Parameters
@@ -212,7 +212,7 @@ def kinds_of(claim: Claim, names: frozenset[str]) -> frozenset[str]:
     """
     words = tokens(claim.about)
     bears = (tells_change, is_measured, TECHNICAL.fullmatch, WORDED.get)
-    if any(told(w) for w in words for told in bears) or any(is_quantity(w, names) for w in words):
+    if any(bearing(w) for w in words for bearing in bears) or any(is_quantity(w, names) for w in words):
         return frozenset()
     kinds = [amount.kind for amount in claim.amounts if not amount.factor and amount.unit.casefold() not in COUNTS]
     return (
@@ -238,9 +238,9 @@ def agrees(line: str, claim: Claim, read: AsRead) -> bool:
     words = tokens(claim.about)
     if not claim.amounts or any(tells_change(word) or TECHNICAL.fullmatch(word) or word in WORDED for word in words):
         return False
-    told = [a.value * registry.to_si(a.unit, "Hz") for a in claim.amounts if a.kind == "frequency"]
-    told += [1.0 / (a.value * registry.to_si(a.unit, "s") or 1.0) for a in claim.amounts if a.kind == "time"]
-    read_as = [told if len(told) == len(claim.amounts) else [], find_facts([line], mark).rates]
+    rates_stated = [a.value * registry.to_si(a.unit, "Hz") for a in claim.amounts if a.kind == "frequency"]
+    rates_stated += [1.0 / (a.value * registry.to_si(a.unit, "s") or 1.0) for a in claim.amounts if a.kind == "time"]
+    read_as = [rates_stated if len(rates_stated) == len(claim.amounts) else [], find_facts([line], mark).rates]
     bare = [a.value for a in claim.amounts if not a.unit]
     if len(bare) == len(claim.amounts) and (
         set(bare) <= {float(rows)} or (set(bare) <= {rate} and any(map(OF_TIMES.fullmatch, words)))
@@ -262,8 +262,8 @@ def is_of_times(claim: Claim, names: frozenset[str]) -> bool:
     """
     by = claim.amounts or claim.about.endswith("times g")
     found = [w for w in tokens(claim.about) if not (w == "times" and by)]  # "times 2" multiplies
-    told = [amount.kind for amount in claim.amounts if amount.unit or not amount.counted]
-    rates = bool(told) and set(told) <= {"frequency", "time"}
+    kinds = [amount.kind for amount in claim.amounts if amount.unit or not amount.counted]
+    rates = bool(kinds) and set(kinds) <= {"frequency", "time"}
     named = any(OF_TIMES.fullmatch(word) or "time" in kinds_named(word) for word in found)
     other = any(is_quantity(w, names) or registry.kind_of(w) in ("force", "length") for w in found if w not in NO_UNITS)
     return (rates or named) and not other and not any(a.kind in ("force", "length") for a in claim.amounts)
@@ -282,7 +282,7 @@ def _bears(word: str, names: frozenset[str]) -> bool:
     return is_measured(word) or is_quantity(word, names) or "time" in kinds_named(word)
 
 
-def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool | None:
+def _may_move(claim: Claim, words: list[str], line: str, names: frozenset[str], bears: bool) -> bool | None:
     """Whether a claim may well move the numbers; None where it cannot, and False where nothing speaks for it.
 
     A change, a contrast, a way of the load or a number that is no name, beside what is measured, speaks for it. A word
@@ -322,8 +322,8 @@ def _is_asked(claim: Claim, words: list[str], line: str, names: frozenset[str], 
         return True
     of_rows = any(OF_TIMES.fullmatch(w) and not w.startswith("time") for w in times)
     rates = any(a.kind == "frequency" or (a.kind == "time" and not is_long(a)) for a in amounts)
-    rates_told = _RECORDED.search(line) and any(a.kind == "frequency" for a in amounts)
-    if ((of_rows and rates) or rates_told) and not OF_OTHER_RATES.search(line):
+    states_rates = _RECORDED.search(line) and any(a.kind == "frequency" for a in amounts)
+    if ((of_rows and rates) or states_rates) and not OF_OTHER_RATES.search(line):
         return not OTHER_QUANTITY.search(claim.about)
     return _multiplies(amounts, words, line, touched, quantity)
 
@@ -359,17 +359,17 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         or (changes and DATED.search(claim.about))
     ):
         return True
-    told = [w for w in words if (tells_change(w) or BESIDE.fullmatch(w) or w in WORDED) and not TECHNICAL.fullmatch(w)]
+    rest = [w for w in words if (tells_change(w) or BESIDE.fullmatch(w) or w in WORDED) and not TECHNICAL.fullmatch(w)]
     named = all(a.counted and not a.unit and a.value >= LEAST_CERTIFICATE for a in claim.amounts)
     if (
         named
         and changes
         and all(map(CERTIFIED.fullmatch, changes))
-        and not told
+        and not rest
         and not (CONSTANT.search(line) or UNDONE.search(line))
     ):
         return True
-    if not (claim.amounts or told) and changes and all(w.startswith(("zero", "null")) for w in changes):
+    if not (claim.amounts or rest) and changes and all(w.startswith(("zero", "null")) for w in changes):
         return True
     plain = any(a.unit and "/" not in a.unit for a in claim.amounts)
     weighed = plain and any(map(CERTIFIED.fullmatch, changes))  # "calibration: 100 N applied"
@@ -377,7 +377,7 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
         return False
     if DONE.search(line) and not UNDONE.search(line) and not any(w in WORDED for w in words):
         return True
-    if told or not changes:
+    if rest or not changes:
         return False
     if SWITCHED_ON.search(line) and all(map(SWITCHED.fullmatch, changes)):
         return True

@@ -137,14 +137,14 @@ BESIDE = lexicon(
     # how fast time goes
     "speed* fast* slow* compressed pace crystal replay* renumbered langsam* lento pomal*",
 )
-#: What is told in per cent of a quantity and changes nothing.
+#: What is stated in per cent of a quantity and changes nothing.
 INACCURACY = lexicon(
     "accuracy genauigkeit uncertainty tolerance* linearity nonlinearity hysteresis noise resolution* limit* class"
     " klasse precision repeatability creep aborted triggered"
 )
 RANGE = lexicon("range* *bereich plage rango campo rozsah zakres")
 RATIO = re.compile(r"\d\s?:\d|\d : \d")
-#: What is told by a number of parts and their size: "2 x 1.25 kg", "M8 x 20".
+#: What is given by a number of parts and their size: "2 x 1.25 kg", "M8 x 20".
 SIZED = lexicon(
     "zoom cord* lano lana corde corda cuerda lina fibre* sling* rope* seil* weight* gewicht* mass* masse* screw*"
     " schraube* bolt* specimen* plate* size* dimension*"
@@ -206,7 +206,7 @@ UNIT_KEY = re.compile(
 NO_UNITS = frozenset(("in", "ft", "um"))
 SEPARATORS = r"[:=;|\t,]"
 SLASH = re.compile(r" / (?=\d+(?:\.\d+)? ?[^\W\d]|\d+(?:\.\d+)? ?%)")
-#: Forces that are told in units of mass.
+#: Forces that are given in units of mass.
 IN_MASS = re.compile(
     r"^(?!.*(?:mass|weight|gewicht|peso|poids)).*\b(?:in|en|em|ve?|we?)\s+(?:lbs?|kgf?|kilo\w*|pounds?|libras?|livres?|gram\w*|pond\w*)\b",
     re.I,

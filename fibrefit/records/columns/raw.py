@@ -13,7 +13,7 @@ from fibrefit.records.grammar.numbers import Numbers
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Annotation:
     """Something a file says beside its numbers.
 
     Parameters
@@ -99,7 +99,7 @@ class Raw:
         Sentences.
     aside : dict of int to str
         Columns that hold no numbers, by their number, and what they hold.
-    told : sequence of Told
+    annotations : sequence of Annotation
         All that is said beside the numbers and is no heading: to be accounted for once it is known which columns are
         read.
     """
@@ -112,7 +112,7 @@ class Raw:
     layout: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     aside: dict[int, str] = field(default_factory=dict)
-    told: Sequence[Told] = ()
+    annotations: Sequence[Annotation] = ()
 
 
 def binary_column(

@@ -189,9 +189,9 @@ def guessed_roles(
         candidates = [i for i, p in measured.items() if p == best and p > 0]
         if len(candidates) == 1:
             candidates += _below_the_same(candidates[0], headings, KIND_OF_ROLE[role], used)
-        told = is_no_reading(headings[candidates[0]].name) if candidates and role != "drive" else ""
-        if len(candidates) == 1 and told:
-            unread[role] = _no_reading(role, headings[candidates[0]], told, where)
+        kind = is_no_reading(headings[candidates[0]].name) if candidates and role != "drive" else ""
+        if len(candidates) == 1 and kind:
+            unread[role] = _no_reading(role, headings[candidates[0]], kind, where)
         elif len(candidates) == 1:
             found[role] = candidates[0]
         elif commands and not candidates and role != "drive":
@@ -311,9 +311,9 @@ def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
     return DataError(where, got, "one", f'Name it: {role} = "{first}" under [channels].')
 
 
-def _no_reading(role: str, heading: Heading, told: str, where: str) -> DataError:
+def _no_reading(role: str, heading: Heading, kind: str, where: str) -> DataError:
     do = f'If it is what was measured, name it: {role} = "{heading.header}" under [channels].'
-    got = f"{told} by its name, and no other column is the {role.replace('_', ' ')}"
+    got = f"{kind} by its name, and no other column is the {role.replace('_', ' ')}"
     return DataError(f'{where}, column "{heading.header}"', got, f"a measured {role.replace('_', ' ')}", do)
 
 

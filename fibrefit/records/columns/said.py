@@ -5,20 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from fibrefit.records.columns.raw import RawColumn, Told
+from fibrefit.records.columns.raw import Annotation, RawColumn
 from fibrefit.records.grammar.dialect import WHITESPACE
 from fibrefit.records.grammar.header import Header
 from fibrefit.records.grammar.rows import Rows
 from fibrefit.records.grammar.tokens import kind_of_cell
 
 
-def told_beside(
+def annotations_beside(
     around: Sequence[tuple[int, str]],
     header: Header,
     rows: Rows,
     columns: Sequence[RawColumn],
     aside: Mapping[int, str],
-) -> list[Told]:
+) -> list[Annotation]:
     """All that a text says beside its numbers and is no heading.
 
     Parameters
@@ -38,11 +38,11 @@ def told_beside(
     placed = [(f"line {number}", line) for number, line in around if number != header.line]
     found = [*_lines(around, header, rows.first), *listed_channels(placed, columns)]
     found += _in_columns(lines, rows, columns)
-    titles = [Told(f"column {place}", header.names[place - 1]) for place in aside if header.names[place - 1]]
+    titles = [Annotation(f"column {place}", header.names[place - 1]) for place in aside if header.names[place - 1]]
     return [*found, *titles, *_remarks(rows, header, aside)]
 
 
-def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence[RawColumn]) -> list[Told]:
+def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence[RawColumn]) -> list[Annotation]:
     """Cells of lines that have as many of them as the table: each is said of its column, with the label before all."""
     found, named = [], {name for c in columns for name in (c.name, c.header) if name}
     for number, line in around if rows.dialect.delimiter != WHITESPACE else ():
@@ -56,20 +56,20 @@ def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence
         labelled = re.search(r"[^\W\d_]", cells[0]) and cells[0] not in cells[1:] and any(cells[1:])
         label = cells[0] if labelled else ""
         mine = [(c, cells[c.number - 1]) for c in columns if c.number > bool(label)]
-        found += [Told(f"line {number}", f"{label}: {cell}".strip(": "), c.header) for c, cell in mine if cell]
+        found += [Annotation(f"line {number}", f"{label}: {cell}".strip(": "), c.header) for c, cell in mine if cell]
     return found
 
 
-def _lines(around: Sequence[tuple[int, str]], header: Header, first: int) -> list[Told]:
+def _lines(around: Sequence[tuple[int, str]], header: Header, first: int) -> list[Annotation]:
     """Lines around a table that are no headings of it, each once."""
     taken = (header.line, header.unit_line)
     lines = {line.strip(): number for number, line in around[::-1] if line.strip() and number not in taken}
     top = header.line or first
     said = sorted(lines.items(), key=lambda one: one[1])
-    return [Told(f"line {number}", line, row=top < number < first) for line, number in said]
+    return [Annotation(f"line {number}", line, row=top < number < first) for line, number in said]
 
 
-def _remarks(rows: Rows, header: Header, aside: Mapping[int, str]) -> list[Told]:
+def _remarks(rows: Rows, header: Header, aside: Mapping[int, str]) -> list[Annotation]:
     """Words in columns that hold no numbers, each once, with its line."""
     found = []
     for place in aside:
@@ -78,11 +78,13 @@ def _remarks(rows: Rows, header: Header, aside: Mapping[int, str]) -> list[Told]
             if cell.strip():
                 first.setdefault(cell.strip(), int(number))
         title = header.names[place - 1]
-        found += [Told(f"line {number}", f"{title} = {cell}" if title else cell) for cell, number in first.items()]
+        found += [
+            Annotation(f"line {number}", f"{title} = {cell}" if title else cell) for cell, number in first.items()
+        ]
     return found
 
 
-def listed_channels(around: Sequence[tuple[str, str]], columns: Sequence[RawColumn]) -> list[Told]:
+def listed_channels(around: Sequence[tuple[str, str]], columns: Sequence[RawColumn]) -> list[Annotation]:
     """What a table of the channels says of each: ``Ch;Name;Unit;Factor`` above ``1;force;N;2.0``.
 
     Parameters
@@ -92,7 +94,7 @@ def listed_channels(around: Sequence[tuple[str, str]], columns: Sequence[RawColu
     columns : sequence of RawColumn
         Those of numbers.
     """
-    found: list[Told] = []
+    found: list[Annotation] = []
     labels: list[str] = []
     for place, line in around:
         cells = [cell.strip().strip('"') for cell in re.split(r"[;,\t|]", line)]
@@ -103,5 +105,5 @@ def listed_channels(around: Sequence[tuple[str, str]], columns: Sequence[RawColu
             labels = cells
         elif own is not None and len(labels) == len(cells):
             said = zip(labels, cells, strict=True)
-            found += [Told(place, f"{label} = {cell}", own.header) for label, cell in said if label and cell]
+            found += [Annotation(place, f"{label} = {cell}", own.header) for label, cell in said if label and cell]
     return found

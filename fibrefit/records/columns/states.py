@@ -54,7 +54,7 @@ def without_bad(
     bad : sequence of (str, (n_rows,) bool array)
         Name of each column of words, and the rows it calls bad.
     notes : list of str
-        Where it is told.
+        Where it is stated.
     """
     found = list(columns)
     for name, rows in bad:

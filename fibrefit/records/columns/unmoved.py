@@ -14,7 +14,7 @@ from fibrefit.core import units as registry
 from fibrefit.records.columns.lexicon import BESIDE, CHANGES, OF_TIMES, TECHNICAL, lexicon
 from fibrefit.records.grammar.claims import WORDED, Amount, Claim, claims_of
 from fibrefit.records.grammar.words import kinds_named, tokens
-from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_STEP, MOST_NAME_WORDS, SHORTEST_NAME, TOLD_ALIKE
+from fibrefit.records.thresholds import LEAST_SERIAL, LONGEST_STEP, MOST_NAME_WORDS, SHORTEST_NAME, STATED_ALIKE
 
 #: Words of measuring: of what is read, if not of something that is named beside them.
 _MEASURED = lexicon(
@@ -56,8 +56,8 @@ def opens_section(line: str, names: frozenset[str]) -> bool | None:
 
 def may_bear(word: str, names: frozenset[str]) -> bool:
     """Whether a word is of the numbers, or tells a change of anything."""
-    told = tells_change(word) or is_measured(word) or TECHNICAL.fullmatch(word) or word in WORDED
-    return bool(told) or is_quantity(word, names) or (len(word) >= SHORTEST_NAME and registry.kind_of(word) == "force")
+    bears = tells_change(word) or is_measured(word) or TECHNICAL.fullmatch(word) or word in WORDED
+    return bool(bears) or is_quantity(word, names) or (len(word) >= SHORTEST_NAME and registry.kind_of(word) == "force")
 
 
 def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool:
@@ -73,23 +73,23 @@ def moves_nothing(claim: Claim, words: list[str], names: frozenset[str]) -> bool
     return any(len(word) >= SHORTEST_NAME for word in words) and all(_is_of_itself(amount) for amount in claim.amounts)
 
 
-def is_told_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
+def is_stated_twice(claims: Sequence[Claim], *, bare: bool) -> bool:
     """Whether one unit, or none, has two amounts, of which one may be what the other is taken for."""
-    told: dict[str, list[float]] = {}
+    amounts: dict[str, list[float]] = {}
     unit = ""
     for amount in (a for claim in claims for a in claim.amounts if a.unit or bare):
         unit = "" if amount.counted and not amount.unit else amount.unit or unit  # "2.0 mV/V (file made with 1.0)"
         si = registry.si_unit(unit) if unit else None
         worth = registry.to_si(unit, si) if si else 1.0
-        told.setdefault(si or unit, []).append(abs(amount.value) * worth)
-    return any(max(values) > TOLD_ALIKE * min(values) for values in told.values())
+        amounts.setdefault(si or unit, []).append(abs(amount.value) * worth)
+    return any(max(values) > STATED_ALIKE * min(values) for values in amounts.values())
 
 
-def is_told_alike(claims: Sequence[Claim]) -> bool:
-    """Whether all amounts are of one unit and hardly differ: one thing that is told and was measured."""
+def is_stated_alike(claims: Sequence[Claim]) -> bool:
+    """Whether all amounts are of one unit and hardly differ: one thing that is stated and was measured."""
     amounts = [amount for claim in claims for amount in claim.amounts]
     one = len(amounts) > 1 and len({amount.unit for amount in amounts}) == 1 and amounts[0].unit
-    return bool(one) and not is_told_twice(claims, bare=False)
+    return bool(one) and not is_stated_twice(claims, bare=False)
 
 
 def is_long(amount: Amount) -> bool:

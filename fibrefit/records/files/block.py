@@ -30,7 +30,7 @@ _SEPARATORS = {name: sign for sign, name in NAMES.items()}
 
 @dataclass(frozen=True, slots=True)
 class Cells(Sequence[str]):
-    """Texts of a column, or lines, cut out of the file when they are asked for.
+    """Texts of a column, or lines, cut out of the file when they are needed.
 
     Parameters
     ----------

@@ -41,9 +41,9 @@ def with_remarks(facts: Facts, remarks: Sequence[tuple[int, str]], dialect: Dial
         What the user gives, in Hz.
     """
     for number, line in remarks:
-        told = [*find_facts([line], dialect.mark).rates, *frequencies_in(line, dialect.mark)]
+        rates = [*find_facts([line], dialect.mark).rates, *frequencies_in(line, dialect.mark)]
         known = rate or facts.rate
-        if told and known and all(abs(one / known - 1.0) > SAME_RATE for one in told):
+        if rates and known and all(abs(one / known - 1.0) > SAME_RATE for one in rates):
             facts = replace(facts, changes=f'"{line.strip()[:60]}" in line {number}')
     return facts
 
@@ -96,7 +96,7 @@ def refuse_figures(cells: Sequence[str], unit: str | None, mark: str, place: str
         do, why = "Export plain numbers, negative ones with a minus before them.", ""
         if kind_of_cell(odd[0], "." if mark == "," else ",") == "number":
             if len(odd) < len(filled):
-                return  # both marks in one column: told with the lines, further on
+                return  # both marks in one column: reported with the lines, further on
             do, why = "Export all columns with one decimal mark.", " under the decimal mark of the other columns"
         raise DataError(place, f'"{odd[0][:30]}" is no number{why}', f"numbers in {unit}", do)
 
@@ -124,7 +124,7 @@ def refuse_signs_apart(words: Sequence[tuple[str, Sequence[str]]], columns: Sequ
                 raise DataError(place, got, "numbers with their signs", "Put the sign before each number.")
 
 
-def told_bad(cells: Sequence[str], mark: str) -> np.ndarray:
+def stated_bad(cells: Sequence[str], mark: str) -> np.ndarray:
     """Rows that a column of words calls bad, invalid or out of range, where it calls most others something else.
 
     Parameters

@@ -9,8 +9,8 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Told
-from fibrefit.records.grammar.worth import worth_told
+from fibrefit.records.columns.raw import Annotation
+from fibrefit.records.grammar.worth import stated_worth
 
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
@@ -33,14 +33,14 @@ class Hdf5:
     allowed : Allowance
     reads : bool
         Whether numbers are read; otherwise they are only counted.
-    told : list of Told
+    annotations : list of Annotation
         Filled with what attributes say, as the groups are read.
     """
 
     file: Any
     allowed: Allowance
     reads: bool = True
-    told: list[Told] = field(default_factory=list)
+    annotations: list[Annotation] = field(default_factory=list)
 
     def group(self, group: Any) -> dict[str, Any]:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
@@ -59,13 +59,13 @@ class Hdf5:
             if not hasattr(item, "items"):
                 self._tell(item.attrs, item.name.strip("/").replace("/", "."))
             if isinstance(tree[name], np.ndarray):
-                told = {key: value for key, value in item.attrs.items() if key not in _PACKED}
-                tree.setdefault(WORTH, {})[name] = worth_told(told, tree[name])
+                own = {key: value for key, value in item.attrs.items() if key not in _PACKED}
+                tree.setdefault(WORTH, {})[name] = stated_worth(own, tree[name])
             for key, value in _said(item).items() if not hasattr(item, "items") else ():
                 if isinstance(value, str) and key.casefold().replace("_", "") in UNITS:
                     continue
                 while key in tree and not np.array_equal(tree[key], value):
-                    key += " "  # the same of another array, and not the same number: told beside the first
+                    key += " "  # the same of another array, and not the same number: kept beside the first
                 tree[key] = value
         if units_of and not any(key.casefold().replace("_", "") in UNITS for key in tree):
             tree["units"] = units_of
@@ -83,7 +83,7 @@ class Hdf5:
             ):
                 text = " ".join(f"{within} {key} = {_text(array.ravel()[0])}".split())
                 place = f'attribute "{key}" of "{of}"' if of else f'attribute "{key}"'
-                self.told.append(Told(place, text, of))
+                self.annotations.append(Annotation(place, text, of))
 
     def _own(self, group: Any, name: str) -> Any:
         """What stands in the file itself: of another one, which may change or be anybody's, no digest is kept."""
@@ -130,11 +130,11 @@ class Hdf5:
 
 def _unpacked(array: np.ndarray, said: Any) -> np.ndarray:
     """Numbers that were packed by the conventions of netCDF: a factor, an offset, and a number for nothing."""
-    told = {key: float(np.ravel(said[key])[0]) for key in _PACKED if key in said and np.size(said[key]) == 1}
-    if not told:
+    packing = {key: float(np.ravel(said[key])[0]) for key in _PACKED if key in said and np.size(said[key]) == 1}
+    if not packing:
         return array
-    missing = array == told["_FillValue"] if "_FillValue" in told else np.zeros(array.shape, dtype=bool)
-    return np.where(missing, np.nan, array * told.get("scale_factor", 1.0) + told.get("add_offset", 0.0))
+    missing = array == packing["_FillValue"] if "_FillValue" in packing else np.zeros(array.shape, dtype=bool)
+    return np.where(missing, np.nan, array * packing.get("scale_factor", 1.0) + packing.get("add_offset", 0.0))
 
 
 def _said(item: Any) -> dict[str, Any]:

@@ -97,7 +97,7 @@ def _object(line: str, where: str) -> Any:
 
 
 def _flat(item: Any) -> dict[str, Any]:
-    """Values of an object by their names, those of objects inside it too; what several are called is told apart."""
+    """Values of an object by their names, those of objects inside it too; what several are called is made distinct."""
     found: dict[str, Any] = {}
     inside = (
         {key: _flat(value) for key, value in item.items() if isinstance(value, dict)} if isinstance(item, dict) else {}
@@ -251,7 +251,7 @@ def without_arrows(lines: list[str]) -> list[str]:
     return [_ARROW.sub(rf"\1{sign}\2", line) for line in lines]
 
 
-def separator_told(lines: Sequence[str], delimiter: str | None) -> tuple[list[str], str | None]:
+def stated_separator(lines: Sequence[str], delimiter: str | None) -> tuple[list[str], str | None]:
     """Lines without the one that tells spreadsheets the separator, and that separator."""
     found = list(lines)
     for i in range(min(3, len(found))):
@@ -280,16 +280,16 @@ def step_beside(lines: list[str]) -> tuple[list[str], list[str]]:
         return lines, []
     if len(rows[2]) >= len(rows[0]) or any(kind_of_cell(cell, ".") != "number" for cell in rows[1][-2:]):
         return lines, []
-    told = [f"{name} = {cell}" for name, cell in zip(rows[0][-2:], rows[1][-2:], strict=True)]
+    beside = [f"{name} = {cell}" for name, cell in zip(rows[0][-2:], rows[1][-2:], strict=True)]
     behind = "," * (len(lines[2]) - len(lines[2].rstrip(",")))
-    return [",".join(rows[0][:-2]), ",".join(rows[1][:-2]), *(line.removesuffix(behind) for line in lines[2:])], told
+    return [",".join(rows[0][:-2]), ",".join(rows[1][:-2]), *(line.removesuffix(behind) for line in lines[2:])], beside
 
 
 def header_beside(lines: list[str]) -> tuple[list[str], list[str]]:
     """Lines without the header that older scopes write to the left of the first rows, and what that header says."""
     rows = [line.split(",") for line in lines[:LAYOUT_LINES]]
-    told = [",".join(cells[:BESIDE]) for cells in rows]
-    number = next((i for i, text in enumerate(told) if not text.strip(" ,")), 0)
+    beside = [",".join(cells[:BESIDE]) for cells in rows]
+    number = next((i for i, text in enumerate(beside) if not text.strip(" ,")), 0)
     measured = all(
         cells[BESIDE + 1 :] and all(kind_of_cell(cell.strip(), ".") == "number" for cell in cells[BESIDE:][:2])
         for cells in rows
@@ -297,4 +297,4 @@ def header_beside(lines: list[str]) -> tuple[list[str], list[str]]:
     if not (number and measured and all(kind_of_cell(cells[0], ".") == "text" for cells in rows[:number])):
         return lines, []
     empty = "," * BESIDE
-    return [*(empty + ",".join(cells[BESIDE:]) for cells in rows[:number]), *lines[number:]], told[:number]
+    return [*(empty + ",".join(cells[BESIDE:]) for cells in rows[:number]), *lines[number:]], beside[:number]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, Told
+from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import known_unit
@@ -96,7 +96,7 @@ def read_lvm(text: Text, where: str) -> Raw:
             "segments": len(segments),
         },
         notes=[*text.notes, *_notes(segments)],
-        told=_told(text.lines, int(lines[0])),
+        annotations=_annotations(text.lines, int(lines[0])),
     )
 
 
@@ -108,10 +108,10 @@ _TAGS = re.compile(
 )
 
 
-def _told(lines: Sequence[str], first: int) -> list[Told]:
+def _annotations(lines: Sequence[str], first: int) -> list[Annotation]:
     """Lines above the numbers with tags that are not the format's own: remarks, descriptions, special blocks."""
     above = enumerate(lines[: first - 1], 1)
-    return [Told(f"line {i}", line) for i, line in above if line.strip() and not _TAGS.match(line.strip())]
+    return [Annotation(f"line {i}", line) for i, line in above if line.strip() and not _TAGS.match(line.strip())]
 
 
 def _notes(segments: Sequence[_Segment]) -> list[str]:

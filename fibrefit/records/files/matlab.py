@@ -14,14 +14,14 @@ import numpy as np
 from fibrefit.core import units
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
+from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.files.extras import damage_as_error
 from fibrefit.records.files.hdf5 import STATED, UNITS, WORTH, Hdf5
 from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import score, tokens
-from fibrefit.records.grammar.worth import contradicted, worth_told
+from fibrefit.records.grammar.worth import contradicted, stated_worth
 
 _FORMATS = ("MATLAB", "HDF5")
 
@@ -72,7 +72,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         If the file is damaged, declares or unpacks to more than a record can be, or holds no two vectors of one length.
     """
     with damage_as_error(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
-        tree, told = _load(path, Allowance(where, DataError))
+        tree, annotations = _load(path, Allowance(where, DataError))
     found = list(_columns(tree, ""))
     sizes = [column.numbers.values.size for column in found]
     long = [size for size in sizes if size >= 3]
@@ -93,7 +93,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         np.arange(1, size + 1),
         layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size},
         notes=notes,
-        told=told,
+        annotations=annotations,
     )
 
 
@@ -111,7 +111,7 @@ def _refuse_other_rates(columns: Sequence[RawColumn], others: Sequence[RawColumn
         raise DataError(where, got, "one length", f"{do}then left out.")
 
 
-def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Told]]:
+def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation]]:
     with path.open("rb") as file:
         head = file.read(1024)
     if b"\x89HDF\r\n\x1a\n" in head:
@@ -121,7 +121,7 @@ def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Told]]:
             # All of it is counted before any of it is read: many arrays can be too much where each of them is not.
             Hdf5(file, replace(allowed), reads=False).group(file)
             reader = Hdf5(file, allowed)
-            return reader.group(file), reader.told
+            return reader.group(file), reader.annotations
     import scipy.io  # a quarter of a second: only for version 5
 
     major, _ = scipy.io.matlab.matfile_version(path)
@@ -132,10 +132,10 @@ def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Told]]:
             allowed.take(8 * math.prod(shape))
     loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
     tree = {name: _of_scipy(value) for name, value in loaded.items() if not name.startswith("__")}
-    return tree, list(_told(tree))
+    return tree, list(_annotations(tree))
 
 
-def _told(tree: Mapping[str, Any], prefix: str = "") -> Iterator[Told]:
+def _annotations(tree: Mapping[str, Any], prefix: str = "") -> Iterator[Annotation]:
     """Texts and single numbers among variables and fields; of those beside one vector alone, they are said of it."""
     vectors = [
         key for key, value in tree.items() if isinstance(value, np.ndarray) and value.ndim == 1 and value.size > 1
@@ -143,12 +143,12 @@ def _told(tree: Mapping[str, Any], prefix: str = "") -> Iterator[Told]:
     of = f"{prefix}{vectors[0]}" if len(vectors) == 1 and prefix else ""
     for key, value in tree.items():
         if isinstance(value, dict):
-            yield from _told(value, f"{prefix}{key}.")
+            yield from _annotations(value, f"{prefix}{key}.")
         elif isinstance(value, str) or (
             isinstance(value, np.ndarray) and value.size == 1 and value.dtype.kind in "iuf"
         ):
             text = value if isinstance(value, str) else f"{np.ravel(value)[0]:.12g}"
-            yield Told(f'"{prefix}{key}"', " ".join(f"{prefix}{key} = {text}".split()), of)
+            yield Annotation(f'"{prefix}{key}"', " ".join(f"{prefix}{key} = {text}".split()), of)
 
 
 def _of_scipy(value: Any) -> Any:
@@ -182,10 +182,10 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[RawColumn]:
             unit = given if isinstance(given, str) and not _is_other(key, given) else _unit_of(given, key)
             beside = next((said for name in UNITS if isinstance(said := tree.get(f"{key}_{name}"), str)), None)
             unit = (unit or beside) and _SINCE.sub("", unit or beside or "")
-            worth = tree.get(WORTH, {}).get(key, "") or worth_told(
+            worth = tree.get(WORTH, {}).get(key, "") or stated_worth(
                 _beside(tree, "" if _is_bare(header) else key), value
             )
-            column = _column(_told_name(by_key, prefix, header), unit, value)
+            column = _column(_name_of(by_key, prefix, header), unit, value)
             twice = contradicted([unit, _named(header)[1], *tree.get(STATED, {}).get(key, ())])
             yield replace(column, worth=worth, contradicted=twice)
         elif isinstance(value, np.ndarray) and value.ndim == 2:
@@ -208,7 +208,7 @@ def _beside(tree: Mapping[str, Any], name: str) -> dict[str, Any]:
     return {key: value for key, value in single.items() if not name or tokens(key)[:1] == tokens(name)[:1] != []}
 
 
-def _told_name(by_key: Mapping[str, Any], prefix: str, header: str) -> str:
+def _name_of(by_key: Mapping[str, Any], prefix: str, header: str) -> str:
     """Name of a vector: that of its structure where the vector is only called `data` or `values`."""
     if _is_bare(header):
         name = next(
@@ -263,7 +263,7 @@ def _facts(tree: Mapping[str, Any]) -> Facts:
 
 
 def _scalars(tree: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
-    """Single numbers with their names and the units that are told of them, beside them or in the name."""
+    """Single numbers with their names and the units that are stated of them, beside them or in the name."""
     given = next((value for key, value in tree.items() if key.casefold() in UNITS), None)
     for key, value in tree.items():
         if isinstance(value, dict):

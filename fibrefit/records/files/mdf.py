@@ -15,7 +15,7 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
+from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.columns.roles import Heading
 from fibrefit.records.files.extras import damage_of, require
 from fibrefit.records.grammar.facts import Facts
@@ -45,7 +45,7 @@ def read_mdf(path: Path, where: str) -> Raw:
     """
     asammdf = require("asammdf", "mdf", where, "an MDF file")
     with _silent_clean_up():
-        groups, damage, told = _groups(asammdf, path, Allowance(where, DataError))
+        groups, damage, annotations = _groups(asammdf, path, Allowance(where, DataError))
     if damage:
         raise DataError(where, f"the MDF file is damaged ({damage})", "a complete file", "Export it again.")
     groups = [columns for columns in groups if len(columns) > 1]
@@ -61,7 +61,7 @@ def read_mdf(path: Path, where: str) -> Raw:
     size = chosen[0].numbers.values.size
     notes = [f"Channels of other groups are left out: {', '.join(aside[:6])}."] if aside else []
     layout = {"format": "MDF", "rows": size}
-    return Raw(chosen, Facts(), np.arange(1, size + 1), layout=layout, notes=notes, told=told)
+    return Raw(chosen, Facts(), np.arange(1, size + 1), layout=layout, notes=notes, annotations=annotations)
 
 
 @contextlib.contextmanager
@@ -76,25 +76,25 @@ def _silent_clean_up() -> Iterator[None]:
         sys.unraisablehook = before
 
 
-def _groups(asammdf: ModuleType, path: Path, allowed: Allowance) -> tuple[list[list[RawColumn]], str, list[Told]]:
+def _groups(asammdf: ModuleType, path: Path, allowed: Allowance) -> tuple[list[list[RawColumn]], str, list[Annotation]]:
     """Channels by group, or what the library says about a damaged file; and the remarks of file and channels."""
     try:
         with asammdf.MDF(path) as file:
             allowed.take(sum(8 * group.channel_group.cycles_nr * len(group.channels) for group in file.groups))
-            return [_group(file, index) for index in range(len(file.groups))], "", _told(file)
+            return [_group(file, index) for index in range(len(file.groups))], "", _annotations(file)
     except DataError:
         raise
     except Exception as error:  # the library raises whatever a damaged file provokes
         return [], damage_of(error), []
 
 
-def _told(file: Any) -> list[Told]:
+def _annotations(file: Any) -> list[Annotation]:
     """Remarks of the file and of its channels, without the marks of XML."""
     channels = [channel for group in file.groups for channel in group.channels]
     said = [("", file.header), *((channel.name, channel) for channel in channels)]
     said = [(of, str(getattr(one, "comment", "") or "")) for of, one in said]
     plain = [(of, " ".join(re.sub(r"<[^>]*>", " ", text).split())) for of, text in said]
-    return [Told(f"the remark{of and f' of {of}'}", text, of) for of, text in plain if text]
+    return [Annotation(f"the remark{of and f' of {of}'}", text, of) for of, text in plain if text]
 
 
 def _group(file: Any, index: int) -> list[RawColumn]:

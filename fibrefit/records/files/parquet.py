@@ -10,12 +10,12 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
+from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers
-from fibrefit.records.grammar.worth import contradicted, worth_told
+from fibrefit.records.grammar.worth import contradicted, stated_worth
 
 _UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 
@@ -54,15 +54,18 @@ def read_parquet(data: bytes, where: str) -> Raw:
     aside = {i + 1: f'"{field.name}" holds {field.type}' for i, (field, _) in enumerate(named) if columns[i] is None}
     notes = [f"Columns left out: {', '.join(aside.values())}."] if aside else []
     layout = {"format": "Parquet", "rows": table.num_rows}
-    told = _told(table.schema)
-    return Raw(kept, facts, np.arange(1, table.num_rows + 1), layout=layout, notes=notes, aside=aside, told=told)
+    annotations = _annotations(table.schema)
+    numbers = np.arange(1, table.num_rows + 1)
+    return Raw(kept, facts, numbers, layout=layout, notes=notes, aside=aside, annotations=annotations)
 
 
-def _told(schema: Any) -> list[Told]:
+def _annotations(schema: Any) -> list[Annotation]:
     """What the metadata of the file and of its fields say, but for what programs keep there for themselves."""
     said = [("", schema.metadata or {}), *((field.name, field.metadata or {}) for field in schema)]
     return [
-        Told(f'metadata "{_text(key)}"{of and f" of {of}"}', " ".join(f"{_text(key)} = {_text(value)}".split()), of)
+        Annotation(
+            f'metadata "{_text(key)}"{of and f" of {of}"}', " ".join(f"{_text(key)} = {_text(value)}".split()), of
+        )
         for of, metadata in said
         for key, value in metadata.items()
         if not _text(key).startswith(("ARROW", "pandas", "PARQUET"))
@@ -85,8 +88,8 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     metadata = {
         key.decode(errors="replace"): value.decode(errors="replace") for key, value in (field.metadata or {}).items()
     }
-    told = [*(metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit]
-    unit = told[0]
+    stated = [*(metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit]
+    unit = stated[0]
     array = np.asarray(values.to_numpy())
     if array.dtype.kind == "M":
         seconds = (array - array[0]) / np.timedelta64(1, "ns") * 1e-9 if array.size else array.astype(float)
@@ -101,7 +104,7 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     if array.dtype.kind not in "iuf":
         return None
     column = binary_column(field.name, name, unit, array)
-    return replace(column, number=number, worth=worth_told(metadata, array), contradicted=contradicted(told))
+    return replace(column, number=number, worth=stated_worth(metadata, array), contradicted=contradicted(stated))
 
 
 def _facts(metadata: dict[bytes, bytes]) -> Facts:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.records.columns.raw import Raw, RawColumn, Told, binary_column
+from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import split_heading
@@ -45,8 +45,10 @@ def read_tdms(path: Path, where: str) -> Raw:
         channels = [channel for group in file.groups() for channel in group.channels()]
         Allowance(where, DataError).take(sum(8 * len(channel) for channel in channels))
         columns = [_column(channel) for channel in channels]
-        told = [one for said, of in _properties(file, channels) for one in _told(said, of)]
-    return replace(channels_to_raw([column for column in columns if column is not None], "TDMS", where), told=told)
+        annotations = [one for said, of in _properties(file, channels) for one in _annotations(said, of)]
+    return replace(
+        channels_to_raw([column for column in columns if column is not None], "TDMS", where), annotations=annotations
+    )
 
 
 def _properties(file: Any, channels: Sequence[Any]) -> Iterator[tuple[Mapping[str, Any], str]]:
@@ -56,11 +58,11 @@ def _properties(file: Any, channels: Sequence[Any]) -> Iterator[tuple[Mapping[st
     yield from ((channel.properties, channel.name) for channel in channels)
 
 
-def _told(said: Mapping[str, Any], of: str) -> Iterator[Told]:
+def _annotations(said: Mapping[str, Any], of: str) -> Iterator[Annotation]:
     """Properties in words; scales of the driver are applied by the library as the numbers are read."""
     for key, value in said.items():
         if not key.startswith(("NI_Scal", "wf_", "NI_Number_Of_Scales")) and isinstance(value, str | int | float):
-            yield Told(f'property "{key}"{of and f" of {of}"}', " ".join(f"{key} = {value}".split()), of)
+            yield Annotation(f'property "{key}"{of and f" of {of}"}', " ".join(f"{key} = {value}".split()), of)
 
 
 def _column(channel: Any) -> RawColumn | None:

@@ -13,15 +13,15 @@ import numpy as np
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
-from fibrefit.records.columns.raw import Raw, RawColumn, Told
-from fibrefit.records.columns.said import listed_channels, told_beside
+from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
+from fibrefit.records.columns.said import annotations_beside, listed_channels
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
 from fibrefit.records.files.doubts import (
     refuse_common_factor,
     refuse_figures,
     refuse_signs_apart,
-    told_bad,
+    stated_bad,
     with_remarks,
 )
 from fibrefit.records.files.keyed import (
@@ -29,7 +29,7 @@ from fibrefit.records.files.keyed import (
     has_time,
     header_beside,
     requoted,
-    separator_told,
+    stated_separator,
     step_beside,
     with_dates,
     with_thousandths,
@@ -47,7 +47,7 @@ from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import is_remark
-from fibrefit.records.grammar.worth import contradicted, unit_told
+from fibrefit.records.grammar.worth import contradicted, stated_unit
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import FEWEST_ROWS
 
@@ -76,10 +76,10 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     DataError
         If the layout is not understood, or can be read in two ways.
     """
-    lines, delimiter = separator_told(text.lines, options.delimiter)
-    lines, told = header_beside(requoted(without_arrows(lines)))
+    lines, delimiter = stated_separator(text.lines, options.delimiter)
+    lines, beside_rows = header_beside(requoted(without_arrows(lines)))
     lines, stated = step_beside(lines)
-    told = told or stated
+    beside_rows = beside_rows or stated
     voted = vote(lines, delimiter=delimiter, mark=options.decimal)
     if voted is None:
         raise no_table(lines, where)
@@ -87,7 +87,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     rows = find_rows(lines, dialect, kinds, where, ended=text.ended)
     above = _unbroken(lines[: rows.first - 1])
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
-    beside = [*statements(_lines_of(options.header), dialect.delimiter), *told]
+    beside = [*statements(_lines_of(options.header), dialect.delimiter), *beside_rows]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside]), where)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
@@ -106,17 +106,17 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
         aside=aside,
-        told=[
-            *told_beside([*around, *skipped, *_words_inside(rows, lines)], header, rows, columns, aside),
+        annotations=[
+            *annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, rows, columns, aside),
             *_elsewhere(text, beside, columns),
         ],
     )
 
 
-def _elsewhere(text: Text, header: Sequence[str], columns: Sequence[RawColumn]) -> list[Told]:
+def _elsewhere(text: Text, header: Sequence[str], columns: Sequence[RawColumn]) -> list[Annotation]:
     """What is said outside the lines of the table: in a header of its own, on other sheets."""
     said = [*(("its header", line) for line in header), *text.beside]
-    return [*(Told(place, words) for place, words in said), *listed_channels(said, columns)]
+    return [*(Annotation(place, words) for place, words in said), *listed_channels(said, columns)]
 
 
 def _words_inside(rows: Rows, lines: Sequence[str]) -> list[tuple[int, str]]:
@@ -266,7 +266,7 @@ def _columns(
     for i, cells in enumerate(with_dates(with_thousandths(rows.cells, kinds, header), kinds)):
         title = header.names[i]
         name, unit = split_heading(title)
-        told = contradicted([unit, header.units[i], *bracketed_units(title)])
+        twice = contradicted([unit, header.units[i], *bracketed_units(title)])
         unit = unit or header.units[i]
         shown = title or f"column {i + 1}"
         kind = kinds[i] if kinds[i] != "empty" and any(cells) else _kind_of_sparse(cells, rows.dialect.mark)
@@ -278,14 +278,14 @@ def _columns(
             if rows.cut and i == last and cut_short(numbers):
                 end = np.arange(len(cells)) == len(cells) - 1
                 numbers = masked_with(numbers, end, "cut short")
-            own = RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1, contradicted=told)
+            own = RawColumn(title, name, unit, numbers, resolution=numbers.resolution, number=i + 1, contradicted=twice)
             columns.append(own)
         elif title or kind != "empty":
             if kind == "text":
                 refuse_figures(cells, unit, rows.dialect.mark, place)
                 words.append((place, cells))
-                bad.append((name, told_bad(cells, rows.dialect.mark)))
-                beside = unit_told(cells, rows.numbers, place)
+                bad.append((name, stated_bad(cells, rows.dialect.mark)))
+                beside = stated_unit(cells, rows.numbers, place)
                 if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
                     columns[-1] = replace(columns[-1], unit=beside)
             what = {"empty": "is empty", "clock": "holds dates only", "text": "holds text"}[kind]

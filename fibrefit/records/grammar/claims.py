@@ -1,7 +1,7 @@
 """What the lines beside a table say of its numbers: claims, each with the words it is about and its own numbers.
 
 A line is taken apart so that nothing in it is lost: every number stands in one claim, and every word either in the
-claim it leads to or in one without a number. What a claim bears on is told by its words, and by the unit of its number.
+claim it leads to or in one without a number. Its words, and the unit of its number, say what it bears on.
 """
 
 from __future__ import annotations

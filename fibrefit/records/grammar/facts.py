@@ -234,9 +234,9 @@ def _thinned(lines: list[str], facts: Facts, mark: str) -> str:
             beside = turn[0] if turn else " and ".join(dict.fromkeys(others))
             return f'"{" ".join(line.split())[:60]}", of which "{beside}" leaves open which rate the rows have'
     for line in (line for line in lines if line not in stated and len(line) <= LONGEST_HEADING):
-        told = frequencies_in(line, mark) if len(facts.rates) == 1 else []
+        frequencies = frequencies_in(line, mark) if len(facts.rates) == 1 else []
         of_rows = _OF_ROWS.search(line) or _IN_SAMPLES.search(line)
-        if told and of_rows and all(abs(rate / facts.rates[0] - 1.0) > SAME_RATE for rate in told):
+        if frequencies and of_rows and all(abs(rate / facts.rates[0] - 1.0) > SAME_RATE for rate in frequencies):
             return f'"{facts.quoted}" and "{" ".join(line.split())[:60]}", which may be the rate of the rows'
     for match in (match for line in lines for match in _THINNED.finditer(line)):
         numbers = [n for n in _numbers(match.group(1), mark, in_groups=False) if n > 1.0 and n == int(n)]
@@ -274,8 +274,8 @@ def _said(line: str, mark: str, axis: str) -> Iterator[_Said]:
         yield from _meant(numbers, unit or (axis if is_step else ""), quoted, is_step)
     first = _FIRST_OF_ALL.match(line)
     for match in (*_IN_SAMPLES.finditer(line), *([first] if first else ())):
-        told = any(a.start() <= match.start() < a.end() for a, _ in matches)
-        if not told and not _AT_MOST.search(line[: match.start()]):
+        matched = any(a.start() <= match.start() < a.end() for a, _ in matches)
+        if not matched and not _AT_MOST.search(line[: match.start()]):
             yield from _meant(_numbers(match[1], mark, in_groups=True), f"{match[2]}Hz", match[0].strip(), False)
     for match in _PER_SAMPLE.finditer(line):
         if units.kind_of(match.group(2)) == "time":

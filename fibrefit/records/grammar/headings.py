@@ -30,7 +30,7 @@ _FACTOR = re.compile(
 )
 
 #: The same in words and as a ratio, a number below a quantity, and a sign that was turned.
-_TOLD = re.compile(
+_IN_WORDS = re.compile(
     r"\(?(?:factor|faktor|scaled?|skalierung|gain|multiplier|verst[a\u00e4]rkung)\s*(?:by\s*)?[=:]?\s*\d+(?:[.,]\d+)?\)?"
     r"|(?<![\d:.,])\(?(?:1\s*:\s*[1-9]\d{0,4}|[1-9]\d{0,4}\s*:\s*1)\)?(?![\d:.,])"
     r"|\(?\b(?:inverted|negated|reversed|inverse|inv\.|neg\.|invertiert|negiert|umgekehrt)\)?(?!\w)",
@@ -75,7 +75,7 @@ def split_heading(text: str) -> tuple[str, str | None]:
     if units.expression(alone) is not None:
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
         return text, alone if of_time else None
-    factor = _BEFORE.match(text) or _FACTOR.search(text) or _TOLD.search(text) or _below(text)
+    factor = _BEFORE.match(text) or _FACTOR.search(text) or _IN_WORDS.search(text) or _below(text)
     if factor is not None and (factor.start() > 0 or factor.re is _BEFORE):
         name, unit = split_heading(f"{text[: factor.start()]} {text[factor.end() :]}")
         # Whether it was applied or is still to be is not for us to say: the unit is one that nobody knows.

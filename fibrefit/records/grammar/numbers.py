@@ -165,7 +165,7 @@ def _reason(text: str, mark: str) -> str:
     kind = kind_of_cell(text, mark)
     other = "," if mark == "." else "."
     if kind == "thousands" and re.fullmatch(r"[+-]?\d{1,3}[.,]\d{3}", text):
-        return "other decimal mark"  # perhaps thousands: told apart by the rest of the column
+        return "other decimal mark"  # perhaps thousands: the rest of the column decides
     return "other decimal mark" if kind == "text" and NUMBER[other].fullmatch(text) else kind
 
 

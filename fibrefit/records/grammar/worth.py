@@ -60,7 +60,7 @@ MERE_FACTOR = frozenset(
 """Words of which the name of a column of factors, of all columns beside it, may consist."""
 
 
-def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
+def stated_worth(said: Mapping[str, Any], values: np.ndarray) -> str:
     """What attributes say of the numbers beside them that changes these; empty where nothing does.
 
     Parameters
@@ -76,7 +76,7 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
         Such as ``gain = 0.001``.
     """
     whole = values.dtype.kind in "iub"
-    told = []
+    stated = []
     for key, value in said.items():
         number = _number(value)
         idle = 1.0 if _FACTORS.search(key) or (whole and _STEPS.search(key)) else 0.0 if _SHIFTS.search(key) else None
@@ -86,14 +86,14 @@ def worth_told(said: Mapping[str, Any], values: np.ndarray) -> str:
         if idle is None and whole and PLACES.search(key):
             idle = 0.0
         if number is None and _PER.search(key) and np.size(value) > 1 and np.asarray(value).dtype.kind in "iuf":
-            told.append(f"{key} = {np.asarray(value).ravel()[:4].tolist()}")
+            stated.append(f"{key} = {np.asarray(value).ravel()[:4].tolist()}")
         if number is None and idle == 1.0 and isinstance(value, str | bytes) and TO_DO.search(text := _text(value)):
-            told.append(f'{key} = "{text[:40]}"')
+            stated.append(f'{key} = "{text[:40]}"')
         if number is not None and ((number < 0 and _SIDES.search(key)) or (number > 0 and _TURNED.search(key))):
-            told.append(f"{key} = {number:g}")
+            stated.append(f"{key} = {number:g}")
         if number is not None and idle is not None and number != idle:
-            told.append(f"{key} = {number:g}")
-    return ", ".join(told[:3])
+            stated.append(f"{key} = {number:g}")
+    return ", ".join(stated[:3])
 
 
 def are_whole(values: np.ndarray) -> bool:
@@ -102,13 +102,13 @@ def are_whole(values: np.ndarray) -> bool:
     return present.size > 0 and bool((present == np.round(present)).all()) and bool(np.ptp(present) > 1)
 
 
-def contradicted(told: Iterable[str | None]) -> str:
+def contradicted(stated_units: Iterable[str | None]) -> str:
     """What a file states twice and differently of the unit of one column; empty where it does not.
 
     Parameters
     ----------
-    told : iterable of str or None
-        Units as written, from all places that tell one.
+    stated_units : iterable of str or None
+        Units as written, from all places that state one.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def contradicted(told: Iterable[str | None]) -> str:
         Such as ``the unit is "N" in one place and "kN" in another``.
     """
     sizes: dict[tuple[str, float], str] = {}
-    for unit in told:
+    for unit in stated_units:
         size = _size(unit) if unit else None
         if unit and size is not None:
             sizes.setdefault(size, unit)
@@ -133,7 +133,7 @@ def _size(unit: str) -> tuple[str, float] | None:
     return None if kind is None or si is None else (kind, float(f"{units.to_si(unit, si):.9g}"))
 
 
-def unit_told(cells: Sequence[str], lines: Iterable[int], where: str) -> str | None:
+def stated_unit(cells: Sequence[str], lines: Iterable[int], where: str) -> str | None:
     """Unit that a column of text states of the numbers to its left, row by row; None where it states none.
 
     Parameters

@@ -1,6 +1,6 @@
-"""What a page is made of: a result as it was read, and the blocks in which it is told, one below the other.
+"""What a page is made of: a result as it was read, and the blocks in which it is shown, one below the other.
 
-A file for each kind of result says in which blocks it is told; the template knows how a block of each kind looks.
+A file for each kind of result says in which blocks it is shown; the template knows how a block of each kind looks.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class Pictures(Block):
 
 @dataclass(frozen=True)
 class Hidden(Block):
-    """What opens when it is asked for: text as it stands, below tables."""
+    """What opens on request: text as it stands, below tables."""
 
     kind: ClassVar[str] = "hidden"
     text: str = ""
@@ -198,7 +198,7 @@ class Items(Block):
 
 @dataclass(frozen=True)
 class PageContent:
-    """A result as it is told.
+    """A result as it is shown.
 
     Parameters
     ----------

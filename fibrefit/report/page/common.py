@@ -93,7 +93,7 @@ def page_content(
     result: Result, blocks: Sequence[Block | None], verdict: str,
     opening: str = "", facts: Sequence[tuple[str, str]] = (), status: str = "",
 ) -> PageContent:  # fmt: skip
-    """A result as it is told: its own blocks, its pictures, and what opens when it is asked for; none is empty.
+    """A result as it is shown: its own blocks, its pictures, and what opens on request; none is empty.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def page_content(
 
 
 def in_full(summary: Part) -> list[Block]:
-    """The terminal report, all checks, and where the result comes from: what opens when it is asked for."""
+    """The terminal report, all checks, and where the result comes from: what opens on request."""
     blocks: list[Block] = []
     if checks := getattr(summary, "checks", ()):
         blocks.append(Hidden("All checks", tables=(checks_table(checks),)))

@@ -53,15 +53,15 @@ def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:
     expected = 1.0 if summary.expected_gap is None else summary.expected_gap
     before = summary.before.gap if summary.before and summary.added else None
     label = f"gap before{ARROW}after" if before else "gap"
-    told = [(f"{label}: residual RMS over noise, {expected:.2f} expected", changed(_total(before), summary.gap.total))]
-    told += [
+    facts = [(f"{label}: residual RMS over noise, {expected:.2f} expected", changed(_total(before), summary.gap.total))]
+    facts += [
         (f"gap of the {name}", changed(before.ratio_of(name) if before else None, one.ratio))
         for name, one in summary.gap.channels.items()
         if one.ratio is not None
     ]
     if summary.rounds:
-        told.append(("rounds of the search", str(len(summary.rounds))))
-    return told
+        facts.append(("rounds of the search", str(len(summary.rounds))))
+    return facts
 
 
 def _total(gap: Gap | None) -> float | None:
@@ -71,7 +71,7 @@ def _total(gap: Gap | None) -> float | None:
 def _alike(summary: DiscoverySummary) -> Block | None:
     said = [f"These records do not tell {' from '.join(names)}." for names in summary.cannot_tell_apart]
     said += [one.says for one in summary.separated_by]
-    return Words("What cannot be told apart", said, listed=True) if said else None
+    return Words("What cannot be distinguished", said, listed=True) if said else None
 
 
 def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
@@ -97,7 +97,7 @@ def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
 
 
 def _candidates(heading: str, ranking: Sequence[Candidate], added: str | None = None) -> TableBlock:
-    told = listed(ranking, MOST_CANDIDATES, added or "")
+    ranked = listed(ranking, MOST_CANDIDATES, added or "")
     rows = [
         (
             one.effect,
@@ -107,10 +107,10 @@ def _candidates(heading: str, ranking: Sequence[Candidate], added: str | None = 
                 _value(name, one) for name in one.parameters if name.rpartition(".")[0] in one.effect.split(" + ")
             ),
         )
-        for one in told.shown
+        for one in ranked.shown
     ]
-    others = others_listed(told)
-    note = f"{EVIDENCE}{f' {others[:1].upper()}{others[1:]}.' if told.others else ''}"
+    others = others_listed(ranked)
+    note = f"{EVIDENCE}{f' {others[:1].upper()}{others[1:]}.' if ranked.others else ''}"
     return TableBlock(heading, ("effect", "gap after", "evidence", "its values"), rows, frozenset({1, 2}), note)
 
 

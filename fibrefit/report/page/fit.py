@@ -41,11 +41,11 @@ def facts(summary: FitSummary) -> list[tuple[str, str]]:
     """Key numbers."""
     total = summary.gap.total
     expected = 1.0 if summary.expected_gap is None else summary.expected_gap
-    told = [] if total is None else [(f"gap: residual RMS over noise, {expected:.2f} expected", f"{total:.2f}")]
-    told.append(("gap by channel", gap_line(summary.gap)))
+    facts = [] if total is None else [(f"gap: residual RMS over noise, {expected:.2f} expected", f"{total:.2f}")]
+    facts.append(("gap by channel", gap_line(summary.gap)))
     if summary.starts is not None:
-        told.append(("starts that agree", f"{summary.starts.agreeing} of {summary.starts.tried}"))
-    return told
+        facts.append(("starts that agree", f"{summary.starts.agreeing} of {summary.starts.tried}"))
+    return facts
 
 
 def view_of_fit(result: Result) -> Records | None:

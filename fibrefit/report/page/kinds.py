@@ -1,4 +1,4 @@
-"""How each kind of result is told: one file a kind, and one line here."""
+"""How each kind of result is shown: one file a kind, and one line here."""
 
 from __future__ import annotations
 
@@ -26,5 +26,5 @@ KINDS: dict[type[Part], Callable[[Result], PageContent]] = {
 
 
 def page_of(result: Result) -> PageContent:
-    """A result as it is told; by its pictures and the report of the terminal where its kind has no page of its own."""
+    """A result as it is shown; by its pictures and the report of the terminal where its kind has no page of its own."""
     return KINDS.get(type(result.summary), plain_page)(result)

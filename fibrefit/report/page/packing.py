@@ -36,7 +36,7 @@ def packed(series: Mapping[str, tuple[np.ndarray, float]]) -> dict[str, Any]:
         ``length``; ``series``: for each its ``name``, ``step``, ``order`` of differences, ``planes`` of bytes, lowest
         first, and ``missing`` stretches as (first, number); ``deflated``: the planes of all, in base64.
     """
-    told, planes, length = [], [], 0
+    packed_series, planes, length = [], [], 0
     for name, (values, step) in series.items():
         length = len(values)
         whole, missing, step = _whole(np.asarray(values, dtype=float), step)
@@ -48,9 +48,9 @@ def packed(series: Mapping[str, tuple[np.ndarray, float]]) -> dict[str, Any]:
         unsigned = np.where(signed < 0, -2 * signed - 1, 2 * signed).astype("<u8")
         number = max(1, (int(unsigned.max(initial=0)).bit_length() + 7) // 8)
         planes += [((unsigned >> (8 * i)) & 0xFF).astype(np.uint8).tobytes() for i in range(number)]
-        told.append({"name": name, "step": step, "order": order, "planes": number, "missing": missing})
+        packed_series.append({"name": name, "step": step, "order": order, "planes": number, "missing": missing})
     deflated = base64.b64encode(zlib.compress(b"".join(planes), 9)).decode()
-    return {"length": length, "series": told, "deflated": deflated}
+    return {"length": length, "series": packed_series, "deflated": deflated}
 
 
 def _whole(values: np.ndarray, step: float) -> tuple[np.ndarray, list[tuple[int, int]], float]:

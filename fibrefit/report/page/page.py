@@ -44,10 +44,10 @@ def page(results: Sequence[Result], title: str) -> str:
     Returns
     -------
     str
-        A whole document; names of files and studies are escaped, and its browser is told to fetch nothing.
+        A whole document; names of files and studies are escaped, and its browser is instructed to fetch nothing.
     """
-    told = [page_of(result) for result in results]
-    script = _script(needed=any(_is_alive(one) for one in told))
+    pages = [page_of(result) for result in results]
+    script = _script(needed=any(_is_alive(one) for one in pages))
     return (
         _environment()
         .get_template(TEMPLATE)
@@ -56,8 +56,8 @@ def page(results: Sequence[Result], title: str) -> str:
             version=versions()["fibrefit"],
             made=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
             results=[
-                {"number": number, "result": result, "told": one, "summary": _as_json(result.summary)}
-                for number, (result, one) in enumerate(zip(results, told, strict=True), 1)
+                {"number": number, "result": result, "page": one, "summary": _as_json(result.summary)}
+                for number, (result, one) in enumerate(zip(results, pages, strict=True), 1)
             ],
             side_by_side=_side_by_side(results),
             style=Markup("\n".join(_read(name) for name in STYLES)),
@@ -67,8 +67,8 @@ def page(results: Sequence[Result], title: str) -> str:
     )
 
 
-def _is_alive(told: PageContent) -> bool:
-    return any(block.kind in ("records", "items") for block in told.blocks)
+def _is_alive(page: PageContent) -> bool:
+    return any(block.kind in ("records", "items") for block in page.blocks)
 
 
 @lru_cache(maxsize=1)

@@ -34,10 +34,10 @@ def _facts(summary: PosteriorSummary) -> list[tuple[str, str]]:
     every = [*summary.parameters.values(), *(one for own in summary.records.values() for one in own.values())]
     hats = [one.r_hat for one in every if one.r_hat is not None]
     sizes = [min(one.ess_bulk, one.ess_tail) for one in every if one.ess_bulk and one.ess_tail]
-    told = [("largest R-hat, 1 where chains agree", f"{max(hats):.4f}")] if hats else []
-    told += [("smallest effective sample size", f"{min(sizes):.0f}")] if sizes else []
+    facts = [("largest R-hat, 1 where chains agree", f"{max(hats):.4f}")] if hats else []
+    facts += [("smallest effective sample size", f"{min(sizes):.0f}")] if sizes else []
     covered = ", ".join(f"{100 * share:.1f} % of {channel}" for channel, share in summary.covered.items())
-    return [*told, ("samples inside the 90 % band", covered)] if covered else told
+    return [*facts, ("samples inside the 90 % band", covered)] if covered else facts
 
 
 def _parameters(summary: PosteriorSummary) -> TableBlock:

@@ -91,19 +91,19 @@ def records_block(sight: Sight) -> Records | None:
     scales = {channel: _scale(observed[channel].values, observed[channel].unit) for channel in channels}
     counts = _counts(sight.groups)
     states = _states(sight.groups, counts)
-    told = []
+    shown = []
     for r, record in enumerate(records):
         span = slice(0, counts[r])
         noise = {c: _noise(sight.gaps.get(record), c, observed[c].values[r, span]) for c in channels}
         data.append(packed(_series(sight, scales, r, span, noise) | _of_states(sight.groups, states, r, span)))
-        told.append(_record(sight, record, r, span, {c: noise[c] / scales[c].worth for c in channels}))
+        shown.append(_record(sight, record, r, span, {c: noise[c] / scales[c].worth for c in channels}))
     view = {
         "channels": [{"name": c, "unit": scales[c].unit} for c in channels],
         "states": [{"name": name, "unit": scale.unit} for name, scale in states.items()],
         "phases": list(PHASES),
         "models": [{"key": m.key, "label": m.label, "role": m.role, "shown": m.shown} for m in sight.models],
         "band": sight.band,
-        "records": told,
+        "records": shown,
         "places": [_place(one) for one in sight.places if one.record in records and one.channel in channels],
     }
     return Records("The records", view, data)
@@ -161,8 +161,8 @@ def _states(groups: Groups, counts: Sequence[int]) -> dict[str, _Scale]:
     for name in STATES:
         if (one := motion.get(name.replace(" ", "_"))) is not None:
             # Beyond the end of a record stands what the model would have done after it.
-            told = [row[:count] for row, count in zip(one.values, counts, strict=True)]
-            found[name] = _scale(np.concatenate(told), one.unit)
+            rows = [row[:count] for row, count in zip(one.values, counts, strict=True)]
+            found[name] = _scale(np.concatenate(rows), one.unit)
     return found
 
 

@@ -87,14 +87,14 @@ def worded_separation(found: Separation) -> Separation:
     begin = f"To tell {first} from {second}, the best further record is one like {found.record} with {_changed(found)}"
     if found.cosine_before is not None and found.cosine_after is not None:
         before, after = found.cosine_before, found.cosine_after
-        told = f"the |cosine| of their sensitivities falls from {before:.3f} to {after:.3f}."
+        effect = f"the |cosine| of their sensitivities falls from {before:.3f} to {after:.3f}."
         little = after > LITTLE_HELP * before
     else:
         before, after = found.apart_before or 0.0, found.apart_after or 0.0
-        told = f"there they predict readings that differ by {after:.2g} times the noise (rms), {before:.2g} times in "
-        told += "the records at hand."
+        effect = f"there they predict readings that differ by {after:.2g} times the noise (rms), {before:.2g} times in "
+        effect += "the records at hand."
         little = after <= before / LITTLE_HELP
-    return found.model_copy(update={"says": f"{begin}: {told}{NO_HELP if little else ''}"})
+    return found.model_copy(update={"says": f"{begin}: {effect}{NO_HELP if little else ''}"})
 
 
 UNDONE = {

@@ -114,7 +114,7 @@ def weakness_sentence(weak: Weakness) -> str:
             f"of {first} can be traded for {weak.slope:.3g} of {last}."
         )
     if not first:
-        return f"{last} cannot be told from the values that each record has for itself."
+        return f"{last} cannot be distinguished from the values that each record has for itself."
     return f"Only a combination of {first} and {last} is determined: they move the readings in the same way."
 
 

@@ -59,8 +59,8 @@ REMARKS: dict[str, Callable[[Statement], str]] = {
 def likelihood_sentence(model: NoiseModel) -> str:
     """Which likelihood was taken, and why."""
     words = f"Likelihood: {_noise(model)}"
-    if model.asked != "auto":
-        return f"{words}, as {'in the parts at rest' if model.asked == 'rests' else 'requested'}.{_tails(model)}"
+    if model.requested != "auto":
+        return f"{words}, as {'in the parts at rest' if model.requested == 'rests' else 'requested'}.{_tails(model)}"
     best = model.scores[model.kind]
     others = [f"{name} is {best - score:.4g}" for name, score in model.scores.items() if name != model.kind]
     return (

@@ -1,4 +1,4 @@
-"""Every number that decides by which words a finding is told, with its meaning and where it comes from."""
+"""Every number that decides by which words a finding is reported, with its meaning and where it comes from."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LITTLE_HELP = 0.97
 CONFOUNDED = 0.9
 """Absolute cosine of two sensitivities above which a pair is listed: of either, less than half is its own."""
 SCATTERS_MORE = 2.0
-"""Robust standard deviation between items over their median standard error, from which it is told: the items
+"""Robust standard deviation between items over their median standard error, from which it is reported: the items
 differ by more than they are uncertain."""
 HEAVY_TAILS = 1.0
 """Excess kurtosis of the innovations above which a normal law is called into question: that of a thousand normal

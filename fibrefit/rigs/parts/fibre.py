@@ -22,7 +22,7 @@ LEAST_DAMPING = 0.05
 SLACK, LOADED, LIMP = 0, 1, 2
 """Modes of a fibre: without load; with load; stretched, and yet without load because it is let go too fast.
 
-The last is told from the first only where a law asks for it.
+The last is distinguished from the first only where a law asks for it.
 """
 
 

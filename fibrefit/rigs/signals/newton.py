@@ -24,7 +24,7 @@ TURNS = 0.02
 MOST_STRETCHES = 4000
 """Stretches of a long record that are enough, spread over all of it."""
 SINGULAR = 1e-10
-"""Eigenvalue over the largest below which sizes are not told apart."""
+"""Eigenvalue over the largest below which sizes are not distinguished."""
 
 
 class Pull(NamedTuple):
@@ -106,8 +106,8 @@ def _stretches(signals: np.ndarray, times: np.ndarray, seen: np.ndarray, number:
     halves = [rows[:, start:] for start in (0, number // 2)]  # those of the second lie across the ends of the first's
     whole = [half[:, : half.shape[1] // number * number].reshape(len(rows), -1, number) for half in halves]
     parts = np.concatenate(whole, axis=1).swapaxes(0, 1)
-    told = np.flatnonzero((parts[:, 3].mean(axis=1) >= MOSTLY_SLIDES) & (parts[:, 4].min(axis=1) > 0.0))
-    return parts[told[:: len(told) // MOST_STRETCHES + 1], :3]
+    sliding = np.flatnonzero((parts[:, 3].mean(axis=1) >= MOSTLY_SLIDES) & (parts[:, 4].min(axis=1) > 0.0))
+    return parts[sliding[:: len(sliding) // MOST_STRETCHES + 1], :3]
 
 
 def _fitted(parts: np.ndarray, step: float, pull: Pull) -> Sizes | None:

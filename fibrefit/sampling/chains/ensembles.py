@@ -69,8 +69,6 @@ class ChainHistory:
         After the warm-up.
     seconds : float
         Of this run; one that was resumed does not know the earlier ones'.
-    resumed_at : int
-        Step from which a checkpoint was taken up; 0 for a fresh run.
     """
 
     points: np.ndarray
@@ -80,7 +78,6 @@ class ChainHistory:
     mixing: Mixing
     converged: bool
     seconds: float
-    resumed_at: int = 0
 
     @property
     def kept(self) -> np.ndarray:
@@ -150,7 +147,6 @@ def run_ensembles(
     ensembles = [_begin(target, approximation, settings, i) for i in range(settings.ensembles)]
     if checkpoint_file is not None and checkpoint_file.exists():
         _take_up(ensembles, checkpoint.load(checkpoint_file, [e.chain for e in ensembles]))
-    resumed_at = len(ensembles[0].points)
     keeper = _Keeper(checkpoint_file, settings.checkpoint_seconds)
     with ThreadPoolExecutor(settings.threads) as pool:
         try:
@@ -165,7 +161,7 @@ def run_ensembles(
     warm_up = int(WARM_UP * points.shape[1])
     acceptance = _acceptance(points[:, warm_up:])
     seconds = time.perf_counter() - began
-    return ChainHistory(points, log_density, warm_up, acceptance, *found, seconds, resumed_at)
+    return ChainHistory(points, log_density, warm_up, acceptance, *found, seconds)
 
 
 def next_look(steps: int) -> int:

@@ -1,4 +1,4 @@
-"""Laws of speed a series is asked about: for each parameter of a rig a power, a power added, and a free curve."""
+"""Laws of speed a series is tested for: for each parameter of a rig a power, a power added, and a free curve."""
 
 from __future__ import annotations
 

@@ -36,12 +36,12 @@ class LeftOut:
     ----------
     gaps : (n_record,)
         Normalised residual RMS of each record.
-    foresight : (n_record,)
-        Logarithm of the predictive density of each record, up to what all models share.
+    elpd : (n_record,)
+        Log predictive density of each record given the others (leave-one-out), up to what all models share.
     """
 
     gaps: np.ndarray
-    foresight: np.ndarray
+    elpd: np.ndarray
 
     @property
     def gap(self) -> float:

@@ -66,13 +66,13 @@ class TriedLaw(NamedTuple):
     found : LaplaceFit
     log : float
         Logarithm of the Bayes factor over constant parameters.
-    promised : bool
-        Whether that is what slopes predict: it was not followed to where it is best.
+    linearised : bool
+        Whether that is what linearisation predicts: it was not fitted.
     """
 
     found: LaplaceFit
     log: float
-    promised: bool
+    linearised: bool
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     seed : int
         Of the scatter of starts.
     tell : callable
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     """
     laws = laws_on(task.problem.model.rig)
     before = identify(task, FIRST_STARTS, seed, How(whiten=False, rivals=False), progress=tell)

@@ -78,7 +78,7 @@ class Verdict:
         About the model with constant parameters; about the law where that is preferred.
     populations : mapping of parameter to Population
     alike : tuple of str
-        Forms of the law that are not told from the one that was taken.
+        Forms of the law that are not distinguished from the one that was taken.
     """
 
     answer: Answer
@@ -112,7 +112,7 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
         With constant parameters, of two records or more.
     seed : int
     tell : callable
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
     """
     found = three_models(task, seed, tell)
     search, what = found.search, "predicting each record from the others"
@@ -151,7 +151,7 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
 def _answer(found: ThreeModels, predicted: Mapping[Answer, LeftOut]) -> Answer:
     """A law has to be more probable, and to predict records it has not seen better, than constant parameters."""
     gain, own = found.law.log - found.constant.log, found.own.log - found.constant.log
-    gained = predicted["speed_law"].foresight.sum() - predicted["constant"].foresight.sum()
+    gained = predicted["speed_law"].elpd.sum() - predicted["constant"].elpd.sum()
     lawful = gain > PREFERRED and gained > 0.0
     if own > max(gain if lawful else 0.0, 0.0) + PREFERRED:
         return "per_record"

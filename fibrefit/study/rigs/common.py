@@ -103,7 +103,7 @@ class RecordTable(Shown, StudyTable):
 
     @model_validator(mode="before")
     @classmethod
-    def _told_apart(cls, data: Any) -> Any:
+    def _separated(cls, data: Any) -> Any:
         """``lift = "5 +/- 0.1 mm"`` is a lift and its uncertainty."""
         written = data if isinstance(data, dict) else {}
         parts = {name: found for name in cls.conditions() if (found := uncertain(written.get(name)))}
@@ -124,8 +124,8 @@ class RecordTable(Shown, StudyTable):
             try:
                 error = quantity_in(said, known[name].si, known[name].example)
             except PydanticCustomError as caught:
-                told = caught.context or {}
-                raise refusal(f"uncertainty of {name}: {told['got']}", told["expected"], told["do"]) from None
+                context = caught.context or {}
+                raise refusal(f"uncertainty of {name}: {context['got']}", context["expected"], context["do"]) from None
             if error < 0.0:
                 raise refusal(f"{shown(said)} as the uncertainty of {name}", "a positive one", "")
         return self

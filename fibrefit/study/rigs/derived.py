@@ -17,7 +17,7 @@ from fibrefit.study.table import StudyTable
 
 
 class RigDeclaration(Protocol):
-    """What is asked of a rig."""
+    """What is required of a rig."""
 
     @property
     def kind(self) -> str:

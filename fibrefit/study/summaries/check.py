@@ -6,7 +6,7 @@ Its sentence, `says`, is made by `fibrefit.report.sentences` where a result is w
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, Field, PlainSerializer
@@ -42,6 +42,11 @@ class Check(Part):
     )
     # What a sentence needs besides the numbers, such as the channel that is worst: not in the file.
     facts: SkipJsonSchema[Mapping[str, Any]] = Field(default_factory=dict, exclude=True, repr=False)
+
+    @classmethod
+    def none_of(cls, found: Sized, **fields: Any) -> Check:
+        """Passed where nothing was `found`; the statistic is how many were. The other fields as they are given."""
+        return cls(passed=not found, statistic=float(len(found)), threshold=0.0, **fields)
 
 
 SIZE = "residual_size"

@@ -42,8 +42,8 @@ class FurtherRecord(Part):
     minutes: float = Field(description="What it costs.")
     errors: dict[str, float] = Field(description="Factor on the standard error of each parameter.")
     limits: dict[str, float] = Field(description="Factor on the detection limit of each effect that shows at all.")
-    told_apart: Known = Field(
-        default=None, description="Probability that the rivals are told apart with it; null without rivals."
+    probability_distinguished: Known = Field(
+        default=None, description="Probability that the rivals are distinguished with it; null without rivals."
     )
     nats: Known = Field(default=None, description="Expected logarithm of the likelihood ratio of the rivals with it.")
     says: str
@@ -59,7 +59,7 @@ class PlanSummary(Part):
     records: tuple[str, ...] = Field(description="Those at hand.")
     purpose: Literal["errors", "rivals", "power"] = Field(description="What the records are ranked by.")
     rivals: tuple[str, str] | None = None
-    told_apart_now: Known = Field(default=None, description="The probability with the records at hand.")
+    probability_distinguished_now: Known = Field(default=None, description="The probability with the records at hand.")
     further: tuple[FurtherRecord, ...]
     remarks: tuple[str, ...] = ()
     provenance: Provenance | None = None

@@ -40,7 +40,7 @@ class Candidate(Part):
 
 
 class ListedCandidates(NamedTuple):
-    """Candidates of a round that are told one by one.
+    """Candidates of a round that are listed one by one.
 
     Parameters
     ----------
@@ -63,13 +63,13 @@ def listed(ranking: Sequence[Candidate], most: int, added: str = "") -> ListedCa
     ranking : sequence of Candidate
         The most probable first.
     most : int
-        Of them that are told.
+        Of them that are listed.
     added : str
         Which was added, as a person may choose one that gains nothing.
     """
     gaining = sum(one.evidence >= LEAST_LISTED for one in ranking)
-    told = [one for one in ranking if one.evidence >= LEAST_LISTED or one.effect == added] or list(ranking)
-    return ListedCandidates(tuple(told[:most]), len(ranking) - len(told[:most]), gaining > most or not gaining)
+    shown = [one for one in ranking if one.evidence >= LEAST_LISTED or one.effect == added] or list(ranking)
+    return ListedCandidates(tuple(shown[:most]), len(ranking) - len(shown[:most]), gaining > most or not gaining)
 
 
 class Round(Part):
@@ -218,7 +218,7 @@ class DiscoverySummary(FitResultSummary):
     verdict: Verdict
     reason: str = Field(default="", description="Why the verdict is what it is, in words.")
     added: tuple[str, ...] = ()
-    told: tuple[str, ...] = Field(
+    statements: tuple[str, ...] = Field(
         default=(), description="What the study says and what the records say, and what happened in single records."
     )
     rounds: tuple[Round, ...] = ()

@@ -25,9 +25,9 @@ class RivalSummary(Part):
     log_bayes_factor: float = Field(description="Natural logarithm of the Bayes factor over constant parameters.")
     gap: float = Field(description="Normalised residual RMS.")
     gap_left_out: float = Field(description="The same of records that are predicted from the others.")
-    foresight: float = Field(
-        description="Logarithm of the predictive density of each record given the others, summed, over that of "
-        "constant parameters."
+    elpd: float = Field(
+        description="Expected log predictive density of leave-one-record-out cross-validation: that of each record "
+        "given the others, summed, over that of constant parameters."
     )
     laws: tuple[str, ...] = Field(default=(), description="Effects that make parameters depend on speed.")
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
@@ -40,7 +40,7 @@ class LawSummary(Part):
     parameter: str
     form: str
     log_bayes_factor: float
-    promised: bool = Field(
+    linearised: bool = Field(
         default=False, description="Whether that is what linearisation predicts: the law was not fitted."
     )
     parameters: dict[str, ParameterSummary] = Field(default_factory=dict)
@@ -92,7 +92,7 @@ class SeriesSummary(Part):
     sentence: str
     models: dict[Answer, RivalSummary]
     laws: tuple[LawSummary, ...] = Field(description="Every law tried by itself, the most probable first.")
-    not_told_apart: tuple[str, ...] = Field(default=(), description="Laws as probable as the one that was taken.")
+    indistinguishable: tuple[str, ...] = Field(default=(), description="Laws as probable as the one that was taken.")
     curves: tuple[SpeedCurveSummary, ...] = ()
     population: dict[str, PopulationSummary] = Field(default_factory=dict)
     records: dict[str, SeriesRecord]

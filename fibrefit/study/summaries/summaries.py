@@ -80,9 +80,9 @@ class Gap(BaseModel):
         return dict(self.__pydantic_extra__)
 
     def ratio_of(self, channel: str) -> float | None:
-        """The gap of a channel over its noise; None for one that is not judged by its noise, or not told here."""
-        told = self.__pydantic_extra__.get(channel)
-        return None if told is None else told.ratio
+        """The gap of a channel over its noise; None for one that is not judged by its noise, or not stated here."""
+        found = self.__pydantic_extra__.get(channel)
+        return None if found is None else found.ratio
 
 
 class RecordSummary(Part):
@@ -263,7 +263,7 @@ class ComparedModel(Part):
     result: str
     study: str
     effects: tuple[str, ...]
-    foresight: Measure = Field(description="Difference of elpd_loo.")
+    elpd: Measure = Field(description="Difference of elpd_loo.")
     log_evidence: Measure | None = Field(
         default=None, description="Difference of the log marginal likelihoods: log Bayes factor."
     )
@@ -314,7 +314,7 @@ class PosteriorSummary(Part):
     log_evidence: Measure | None = Field(
         default=None, description="Logarithm of the marginal likelihood; null where a prior is not proper."
     )
-    foresight: CrossValidationSummary | None = None
+    cross_validation: CrossValidationSummary | None = None
     compared: tuple[ComparedModel, ...] = ()
     second_opinion: CrossCheckSummary | None = None
     fit_status: Status | None = Field(default=None, description="Of the fit the walkers were initialised around.")

@@ -258,7 +258,7 @@ def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> Known | 
 
 
 def _keep(place: Path, outcome: Outcome) -> None:
-    """Write what is kept of an item; that it is done is told by the last file."""
+    """Write what is kept of an item; that it is done is shown by the last file."""
     place.mkdir(parents=True, exist_ok=True)
     write_whole(place / NAME, outcome.summary)
     write_whole(place / ITEM, outcome.item)

@@ -38,12 +38,10 @@ def batch_checks(items: Mapping[str, BatchItem]) -> tuple[Check, ...]:
 
 
 def _check(name: str, quantity: str, wrong: list[str], total: int, what: str) -> Check:
-    return Check(
+    return Check.none_of(
+        wrong,
         name=name,
-        passed=not wrong,
         says=items_in_words(wrong, total, what),
-        statistic=float(len(wrong)),
-        threshold=0.0,
         identifier=quantity.replace(" ", "_"),
         quantity=quantity,
     )

@@ -113,7 +113,7 @@ MOST_READ = 8
 
 def _stamps(study: Study) -> tuple[tuple[int, int], ...]:
     """Size and time of the files that state a study."""
-    return tuple((told.st_size, told.st_mtime_ns) for told in (file.stat() for file in study.stated_in()))
+    return tuple((stat.st_size, stat.st_mtime_ns) for stat in (file.stat() for file in study.stated_in()))
 
 
 FEW = 4

@@ -32,7 +32,7 @@ def shard_of(said: str) -> tuple[int, int]:
 
 
 def part_of(whole: Path, jobs: Sequence[Piece], shard: tuple[int, int] | None) -> tuple[Path, list[Piece]]:
-    """Folder and jobs of a part; the whole where none is asked for.
+    """Folder and jobs of a part; the whole where none is requested.
 
     Raises
     ------

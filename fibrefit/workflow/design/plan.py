@@ -105,7 +105,7 @@ class RecordPlan(FoundResult):
             records=records,
             purpose=self.purpose,
             rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
-            told_apart_now=probability_distinguished(self.now) if self.rivals else None,
+            probability_distinguished_now=probability_distinguished(self.now) if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
             remarks=REMARKS,
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
@@ -121,7 +121,7 @@ class RecordPlan(FoundResult):
             minutes=minutes,
             errors=worth.errors,
             limits=worth.limits,
-            told_apart=worth.told_apart if rivals else None,
+            probability_distinguished=worth.distinguished if rivals else None,
             nats=worth.nats if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
         )
@@ -285,7 +285,7 @@ def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) 
     said = []
     if rivals:
         said.append(
-            f"it tells {rivals[0]} from {rivals[1]} with a probability of {100.0 * worth.told_apart:.0f} % "
+            f"it tells {rivals[0]} from {rivals[1]} with a probability of {100.0 * worth.distinguished:.0f} % "
             f"(expected log likelihood ratio {worth.nats:.3g})"
         )
     if worth.errors:

@@ -107,7 +107,7 @@ def _matching(pattern: str, offered: Mapping[str, type[Effect]], option: str) ->
 
 
 def _tried(name: str, study: Study, present: Iterable[str], option: str) -> type[Effect]:
-    """An effect by the name it was asked for, if it can be added to the model."""
+    """An effect by the name that was requested, if it can be added to the model."""
     effect = _found(name, study, option)
     where = f'{option} "{name}"'
     if effect.name in present:

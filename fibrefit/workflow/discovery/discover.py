@@ -37,7 +37,7 @@ Choose = Callable[[Sequence[Candidate]], str | None]
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """What a search was asked to do, and a program must know to do it again.
+    """What a search was requested to do, and a program must know to do it again.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def discover_study(
         Time in s after which there is an answer: the best so far, and what was not tried.
     least : float
         Smallest strength of interest, the rms of what an effect explains over that of the noise: what is there but
-        smaller is told, not added. It takes no part in the test of whether an effect is there.
+        smaller is reported, not added. It takes no part in the test of whether an effect is there.
     choose : callable, optional
         Given the candidates of a round, best first, names the effect to add, or None to add no more.
     folder : pathlib.Path, optional

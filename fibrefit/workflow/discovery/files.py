@@ -44,7 +44,7 @@ def discovery_summary(
         verdict=finding.verdict,
         reason=reason(finding.reason) or " ".join(map(fit_sentence, finding.broken)),
         added=tuple(effect.name for effect in finding.added),
-        told=statements_of(finding),
+        statements=statements_of(finding),
         rounds=tuple(worded_round(step.summary, step.statements) for step in finding.steps),
         cannot_tell_apart=finding.cannot_tell_apart,
         separated_by=tuple(map(worded_separation, finding.separated_by)),

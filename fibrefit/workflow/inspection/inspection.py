@@ -170,7 +170,7 @@ def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence
     -------
     Inspection
         With ``report()``, ``tables``, ``refusals``, ``to_dataframe()``, ``plot()`` and ``save(folder)``. A file that is
-        not understood is no exception here: it is told with the reason.
+        not understood is no exception here: it is reported with the reason.
 
     Raises
     ------

@@ -269,7 +269,7 @@ class AnyResult(Shown, ABC):
         -----
         ``arviz_stats.loo(tree)`` and ``arviz_stats.compare({"a": tree, "b": other})`` take it as it is, as does
         ``arviz_plots``; ArviZ before 1.0 takes ``arviz.from_datatree(tree)``. What is left out in turn is a block of
-        samples; its log likelihood is told beyond ``usual``, that of noise which scatters as neighbouring readings do,
+        samples; its log likelihood is given beyond ``usual``, that of noise which scatters as neighbouring readings do,
         as their density in SI units is larger than ArviZ can weigh models by.
 
         Examples

@@ -275,6 +275,6 @@ def read_batch(path: str | Path) -> pd.DataFrame:
 
 
 def _figures(folder: Path) -> dict[str, Path]:
-    """Pictures by name; of each the format that comes first among those that can be asked for."""
+    """Pictures by name; of each the format that comes first among those that can be requested."""
     found = [path for kind in reversed(FORMATS) for path in (folder / "figures").glob(f"*.{kind}")]
     return dict(sorted({path.stem: path for path in found}.items()))

@@ -66,7 +66,7 @@ def predict_study(
     study : Study, str or pathlib.Path
         Rig, conditions and records; its own model and parameters do not count.
     progress : callable, optional
-        Told what is being done and the share that is finished.
+        Called with what is being done and the share that is finished.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from fibrefit.sampling.thresholds import PRIOR_MATTERS
 from fibrefit.store.hdf5 import Variable
 
 MOST_STEPS = 400
-"""Steps of which the traces are kept, evenly over the run: more than can be told apart in a figure."""
+"""Steps of which the traces are kept, evenly over the run: more than can be distinguished in a figure."""
 
 
 def drawn_groups(posterior: Posterior) -> dict[str, dict[str, Variable]]:
@@ -27,13 +27,13 @@ def _traces(posterior: Posterior) -> dict[str, Variable]:
     points = course.points[:, steps]
     values = target.values(points.reshape(-1, target.size)).reshape(points.shape)
     low, middle, high = np.moveaxis(np.quantile(values, [SPREAD[0], 0.5, SPREAD[1]], axis=2), -1, 1)
-    dims, told = ("value", "chain", "step"), "of the walkers of an ensemble, in SI units of the value."
+    dims, of_what = ("value", "chain", "step"), "of the walkers of an ensemble, in SI units of the value."
     return {
         "value": Variable(np.array(target.names, dtype=object), ("value",)),
         "step": Variable(steps + 1, ("step",), doc="From 1, warm-up included."),
-        "low": Variable(low, dims, doc=f"Quantile {SPREAD[0]:g} {told}"),
-        "median": Variable(middle, dims, doc=f"Median {told}"),
-        "high": Variable(high, dims, doc=f"Quantile {SPREAD[1]:g} {told}"),
+        "low": Variable(low, dims, doc=f"Quantile {SPREAD[0]:g} {of_what}"),
+        "median": Variable(middle, dims, doc=f"Median {of_what}"),
+        "high": Variable(high, dims, doc=f"Quantile {SPREAD[1]:g} {of_what}"),
     }
 
 

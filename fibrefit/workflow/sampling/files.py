@@ -58,7 +58,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         modes=tuple(_mode(posterior, mode) for mode in posterior.modes),
         covered={channel: band.covered for channel, band in found.bands.items()},
         log_evidence=None if evidence is None else Measure(value=evidence.log_value, error=evidence.error),
-        foresight=_cross_validation(found.cross_validation),
+        cross_validation=_cross_validation(found.cross_validation),
         compared=found.compared,
         second_opinion=None if found.cross_check is None else _cross_check(posterior, found.cross_check),
         fit_status=found.start.status,
@@ -136,8 +136,8 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
     groups = posterior_groups(found.posterior, found.bands, found.posterior.settings.seed)
     ahead = found.cross_validation
     groups["log_likelihood"] = _log_likelihood(found.posterior)
-    groups["foresight"] = {
-        "expected_log_density": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
+    groups["cross_validation"] = {
+        "elpd": Variable(ahead.blocks, ("block",), doc="Of each block of time, when it was left out."),
         "pareto_k": Variable(ahead.pareto_k, ("block",), doc="Reliability; good below 0.7."),
     }
     return groups | drawn_groups(found.posterior)

@@ -1,4 +1,4 @@
-"""A posterior with what was asked of it: what its summary, its files and its reader take from."""
+"""A posterior with what was requested of it: what its summary, its files and its reader take from."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fibrefit.workflow.sampling.start import SamplingStart
 
 @dataclass(frozen=True)
 class SamplingOptions:
-    """What a run was asked for beside the settings of the sampler.
+    """What was requested of a run beside the settings of the sampler.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class SamplingOptions:
 
 @dataclass(frozen=True, repr=False)
 class Findings:
-    """The posterior of a study, and all that was asked of it.
+    """The posterior of a study, and all that was requested of it.
 
     Parameters
     ----------

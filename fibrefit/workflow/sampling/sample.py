@@ -18,7 +18,7 @@ from fibrefit.problem.task import Task
 from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, coordinates_asked, sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, number_of_coordinates, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study, as_study
@@ -181,7 +181,7 @@ class Sampled(Findings, Predicts):
         return prior_figures(self.summary(), self.groups(), names)
 
 
-def settings_of(asked: Mapping[str, Any]) -> Settings:
+def settings_of(requested: Mapping[str, Any]) -> Settings:
     """Settings of the sampler by name.
 
     Raises
@@ -190,10 +190,10 @@ def settings_of(asked: Mapping[str, Any]) -> Settings:
         If one is not known, or cannot work.
     """
     known = [field.name for field in fields(Settings)]
-    for name in asked:
+    for name in requested:
         if name not in known:
             raise UsageError(f'setting "{name}"', "not known", f"one of {', '.join(known)}", did_you_mean(name, known))
-    return Settings(**asked)
+    return Settings(**requested)
 
 
 @one_blas_thread
@@ -256,9 +256,9 @@ def sample(
     ['log_likelihood', 'posterior']
     """
     options = SamplingOptions(noise, heavy or student_t, nuts, tuple(map(str, compare)))
-    asked = settings_of({"seed": seed, **settings})
+    requested = settings_of({"seed": seed, **settings})
     return sample_study(
-        as_study(study), start=start, settings=asked, options=options, folder=checkpoint, progress=progress
+        as_study(study), start=start, settings=requested, options=options, folder=checkpoint, progress=progress
     )
 
 
@@ -283,7 +283,7 @@ def sample_study(
         require_nuts()
     on_progress("reading records", None)
     task = task_of(study, start.records if start is not None else read_records(study))
-    settings.walkers_for(coordinates_asked(task, options.heavy))  # refused before the fit, not after it
+    settings.walkers_for(number_of_coordinates(task, options.heavy))  # refused before the fit, not after it
     rivals = tuple(rival_of(Path(rival), study) for rival in options.compare)
     stated = _stated(study, task)
     kept = None if folder is None else Path(folder)

@@ -66,7 +66,7 @@ def stated_conditions(units: Mapping[str, str], records: Sequence[RecordTable]) 
 
 
 def since_the_first(taken: Sequence[datetime | None]) -> np.ndarray:
-    """Days from the first of some tests to each, ``(n_record,)``; NaN where it is not told.
+    """Days from the first of some tests to each, ``(n_record,)``; NaN where it is not stated.
 
     Times with and without an offset from UTC, which only different studies mix, do not compare: those with one count.
     """

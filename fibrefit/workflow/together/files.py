@@ -24,7 +24,7 @@ from fibrefit.workflow.together.words import BASE
 
 def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
     """The three models."""
-    base = float(found.left_out["constant"].foresight.sum())
+    base = float(found.left_out["constant"].elpd.sum())
     shared: dict[s.Answer, LaplaceFit] = {"constant": found.models.constant, "speed_law": found.models.law}
     summaries = {}
     for name, log in found.logs.items():
@@ -33,7 +33,7 @@ def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
             log_bayes_factor=log,
             gap=found.gaps[name],
             gap_left_out=found.left_out[name].gap,
-            foresight=float(found.left_out[name].foresight.sum()) - base,
+            elpd=float(found.left_out[name].elpd.sum()) - base,
             laws=() if model is None else model.names,
             parameters={} if model is None else parameters_of(model),
         )
@@ -63,14 +63,14 @@ def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
     summaries = []
     for tried in found.models.tried:
         law = BY_EFFECT[tried.found.effects[-1].name]
-        values = {} if tried.promised else parameters_of(tried.found)
+        values = {} if tried.linearised else parameters_of(tried.found)
         summaries.append(
             s.LawSummary(
                 effect=law.effect.name,
                 parameter=law.parameter,
                 form=law.form,
                 log_bayes_factor=tried.log,
-                promised=tried.promised,
+                linearised=tried.linearised,
                 parameters={name: one for name, one in values.items() if name.startswith(f"{law.effect.name}.")},
             )
         )
@@ -121,7 +121,7 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
 def series_checks(found: Verdict) -> tuple[Check, ...]:
     """Whether the answer can be trusted."""
     gap = found.gaps[found.answer]
-    gained = float(found.left_out["speed_law"].foresight.sum() - found.left_out["constant"].foresight.sum())
+    gained = float(found.left_out["speed_law"].elpd.sum() - found.left_out["constant"].elpd.sum())
     agree = (gained > 0.0) == (found.logs["speed_law"] > 0.0) or abs(found.logs["speed_law"]) < DECIDED
     ends = _at_ends(found)
     return (
@@ -196,7 +196,7 @@ def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, V
     left = {
         f"{key}_{what}": Variable(getattr(one, what), ("record",), "-", "Of each record, predicted from the others.")
         for key, one in found.left_out.items()
-        for what in ("gaps", "foresight")
+        for what in ("gaps", "elpd")
     }
     curves = {
         f"curve_{one.law.parameter}": {

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class SeriesResult(FoundResult):
-    """A series that was asked whether one set of parameters serves all speeds.
+    """A series, tested for whether one set of parameters serves all speeds.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class SeriesResult(FoundResult):
 
     @cached_property
     def _with_speeds(self) -> tuple[Quantity, ...]:
-        """Conditions, and the speed at which each parameter was told."""
+        """Conditions, and the speed at which each parameter was determined."""
         speeds = (replace(speed_condition(rows), name=speed_name(name)) for name, rows in self.verdict.speeds.items())
         return (*self.conditions, *speeds)
 
@@ -119,7 +119,7 @@ class SeriesResult(FoundResult):
             sentence=self.sentence,
             models=files.rival_summaries(found),
             laws=files.law_summaries(found),
-            not_told_apart=found.alike if found.answer == "speed_law" else (),
+            indistinguishable=found.alike if found.answer == "speed_law" else (),
             curves=tuple(map(files.speed_curve_summary, found.curves)),
             population={name: population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()},
             records=files.record_summaries(found, self.names, self._with_speeds),
@@ -150,7 +150,7 @@ class SeriesResult(FoundResult):
         -------
         pandas.DataFrame
             ``name``, ``record``, ``value``, ``std_error``, ``low``, ``high``, ``unit``, then every condition and the
-            speed at which each parameter was told, SI units.
+            speed at which each parameter was determined, SI units.
         """
         from fibrefit.tables.kinds import values_frame
 

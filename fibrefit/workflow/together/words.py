@@ -27,7 +27,7 @@ def _lawful(found: Verdict, number: int) -> str:
     forms = " and ".join(_form(found, one) for one in found.curves)
     gap = f"gap {found.gaps['speed_law']:.2f}, and {found.left_out['speed_law'].gap:.2f} where each is left out in turn"
     rest = _rest(found)
-    alike = f" As good, and not told apart: {_names(found.alike)}." if found.alike else ""
+    alike = f" As good, and not distinguished: {_names(found.alike)}." if found.alike else ""
     return (
         f"One set of parameters does not serve all speeds: {said}; with {forms} one model serves all {number} records "
         f"({gap}; constant parameters: {found.gaps['constant']:.2f} and {found.left_out['constant'].gap:.2f}){rest}. "

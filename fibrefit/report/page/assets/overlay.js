@@ -2,7 +2,7 @@
 "use strict";
 
 const { element: make, axes: { across, upwards } } = fibrefit;
-const MOST = 8;  // records that can be told apart
+const MOST = 8;  // records that can be distinguished
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#b8860b"];
 
 function window_of(view, kind) {
@@ -43,11 +43,11 @@ fibrefit.overlay = (records) => {
 
   async function draw() {
     if (!chosen) return;
-    const told = view.records.map((one, i) => ({ i, name: one.name, at: one.moments.find((moment) => moment.kind === chosen)?.at }))
+    const moments = view.records.map((one, i) => ({ i, name: one.name, at: one.moments.find((moment) => moment.kind === chosen)?.at }))
       .filter((one) => one.at !== undefined).slice(0, MOST);
     const unit = view.channels.find((one) => one.name === channel.value).unit;
-    const tables = await Promise.all(told.map(async (one) => cut(await records.samples(one.i), channel.value, model.key, one.at, half)));
-    const series = told.flatMap((one, i) => {
+    const tables = await Promise.all(moments.map(async (one) => cut(await records.samples(one.i), channel.value, model.key, one.at, half)));
+    const series = moments.flatMap((one, i) => {
       const colour = COLOURS[i];
       return [
         { label: one.name, stroke: colour, width: 0, paths: () => null, points: { show: true, size: 4, fill: colour, stroke: colour } },
@@ -61,7 +61,7 @@ fibrefit.overlay = (records) => {
       axes: [across(`time after ${chosen} / ms`), upwards(`${channel.value} / ${unit}`)],
       series: [{}, ...series],
     }, uPlot.join(tables), place);
-    legend.replaceChildren(...told.map((one, i) => {
+    legend.replaceChildren(...moments.map((one, i) => {
       const mark = make("i");
       mark.style.background = COLOURS[i];
       return make("span", {}, mark, one.name);

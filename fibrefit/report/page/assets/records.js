@@ -254,20 +254,20 @@ class Records {
   fromAddress() {
     const [id, query] = decodeURIComponent(location.hash.slice(1)).split("?");
     if (id !== this.box.id || !query) return false;
-    const told = new URLSearchParams(query), record = Number(told.get("record") ?? 1) - 1;
+    const given = new URLSearchParams(query), record = Number(given.get("record") ?? 1) - 1;
     if (this.view.records[record]) this.at.record = record;
-    const ends = (told.get("t") ?? "").split("~").map(Number);
+    const ends = (given.get("t") ?? "").split("~").map(Number);
     const known = ends.length === 2 && ends.every(Number.isFinite) && ends[1] > ends[0];
     [this.at.from, this.at.to] = known ? ends : [null, null];
-    const shown = (told.get("show") ?? "").split(",").filter((key) => this.view.models.some((model) => model.key === key));
-    if (shown.length || told.get("show") === "") this.at.shown = new Set(shown);  // none is a view too
+    const shown = (given.get("show") ?? "").split(",").filter((key) => this.view.models.some((model) => model.key === key));
+    if (shown.length || given.get("show") === "") this.at.shown = new Set(shown);  // none is a view too
     return true;
   }
 
   get address() {
-    const told = [`record=${this.at.record + 1}`, `show=${[...this.at.shown].join(",")}`];
-    if (this.at.from !== null) told.push(`t=${this.at.from.toFixed(5)}~${this.at.to.toFixed(5)}`);
-    return `#${this.box.id}?${told.join("&")}`;
+    const parts = [`record=${this.at.record + 1}`, `show=${[...this.at.shown].join(",")}`];
+    if (this.at.from !== null) parts.push(`t=${this.at.from.toFixed(5)}~${this.at.to.toFixed(5)}`);
+    return `#${this.box.id}?${parts.join("&")}`;
   }
 
   toAddress() {

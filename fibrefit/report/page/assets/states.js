@@ -65,7 +65,7 @@ fibrefit.states = (records) => {
   }
 
   async function draw() {
-    const samples = await records.samples(), told = view.states.find((one) => one.name === state.value);
+    const samples = await records.samples(), shown = view.states.find((one) => one.name === state.value);
     const measured = samples[`measured ${channel.value}`], noise = records.record.noise[channel.value];
     states = samples[`state ${state.value}`];
     residuals = samples[`${model.value} ${channel.value}`].map((v, i) => (measured[i] - v) / noise);
@@ -74,7 +74,7 @@ fibrefit.states = (records) => {
     plot = new uPlot({
       width: records.width, height: 240, legend: { show: false }, padding: [8, 14, 0, 0], scales: { x: { time: false } },
       cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false } },
-      axes: [across(`${told.name} / ${told.unit}`), upwards("residual / noise")],
+      axes: [across(`${shown.name} / ${shown.unit}`), upwards("residual / noise")],
       series: [{}, { paths: () => null, points: { show: true, size: 2.5, width: 0, fill: css("--measured"), stroke: css("--measured") } },
         { stroke: colour, width: 2, spanGaps: true, points: { show: false } }],
       hooks: { setSelect: [(u) => { if (u.select.width > 3) brush([u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]); }] },

@@ -18,18 +18,18 @@ async function unpack(data) {
   const bytes = await inflated(data.deflated);
   const found = {};
   let at = 0;
-  for (const told of data.series) {
+  for (const packed of data.series) {
     const values = new Float64Array(data.length);
-    for (let plane = 0, weight = 1; plane < told.planes; plane++, weight *= 256) {
+    for (let plane = 0, weight = 1; plane < packed.planes; plane++, weight *= 256) {
       for (let i = 0; i < data.length; i++) values[i] += weight * bytes[at + i];
       at += data.length;
     }
     // Even numbers were positive, odd ones negative.
     for (let i = 0; i < data.length; i++) values[i] = values[i] % 2 ? -(values[i] + 1) / 2 : values[i] / 2;
-    summed(values, told.order);
-    for (let i = 0; i < data.length; i++) values[i] *= told.step;
-    for (const [first, number] of told.missing) values.fill(NaN, first, first + number);
-    found[told.name] = values;
+    summed(values, packed.order);
+    for (let i = 0; i < data.length; i++) values[i] *= packed.step;
+    for (const [first, number] of packed.missing) values.fill(NaN, first, first + number);
+    found[packed.name] = values;
   }
   return found;
 }
