@@ -57,6 +57,7 @@ class LaplaceInference:
         local: np.ndarray,
         sigma: np.ndarray | None = None,
         eta: np.ndarray | None = None,
+        contains: float = np.inf,
     ) -> LaplaceFit:
         """A hypothesis at its mode, from given values.
 
@@ -69,10 +70,12 @@ class LaplaceInference:
             Standard deviations between records to begin with.
         eta : (n_record, n_scattering), optional
             Deviations to begin with.
+        contains : float
+            Objective of a hypothesis that it contains, see `descent`.
         """
         unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
         start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
-        return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent()))
+        return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent(contains)))
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
@@ -101,7 +104,9 @@ class LaplaceInference:
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
         return LaplaceFit(
-            (*parent.effects, probe), supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **descent())
+            (*parent.effects, probe),
+            supermodel,
+            laplace_evidence(unknowns, start, gram, found.sigma, **descent(found.objective)),
         )
 
     def without_descent(

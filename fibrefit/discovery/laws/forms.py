@@ -63,6 +63,8 @@ class Form:
         Of each number of the shape, in units of the range.
     named : callable
         Heights and shape as the form's quantities, given the left end and length of the range.
+    periodic : bool
+        Whether the shape is a period.
     """
 
     name: str
@@ -73,6 +75,12 @@ class Form:
     columns: Callable[[np.ndarray, Shape], np.ndarray]
     grid: tuple[tuple[float, ...], ...]
     named: Callable[[np.ndarray, Shape, float, float], tuple[float, ...]]
+    periodic: bool = False
+
+    def resolved_grid(self, places: np.ndarray) -> tuple[tuple[float, ...], ...]:
+        """The grid without shapes that knots at `places` do not resolve: periods below two distances (Nyquist)."""
+        least = 2.0 * float(np.max(np.diff(places))) if self.periodic else 0.0
+        return tuple(tuple(step for step in steps if step >= least) for steps in self.grid)
 
 
 STEEP = 0.01
@@ -145,6 +153,7 @@ FORMS: tuple[Form, ...] = (
         lambda heights, shape, low, span: (
             float(np.hypot(*heights)), span * shape[0], float(np.arctan2(heights[1], heights[0]))
         ),
+        periodic=True,
     ),
     Form(
         "step", "steps at a place in", "a (1 + tanh((x - b) / w)) / 2",
@@ -203,13 +212,15 @@ def _fit(
         found = np.linalg.lstsq(columns, heights * weight, rcond=1e-10)[0]
         return float(np.sum((heights * weight - columns @ found) ** 2)), found
 
+    grid = form.resolved_grid(places)
+
     def inside(shape: np.ndarray) -> float:
-        bounds = [(min(steps), max(steps)) for steps in form.grid]
+        bounds = [(min(steps), max(steps)) for steps in grid]
         if any(not low <= value <= high for value, (low, high) in zip(shape, bounds, strict=True)):
             return np.inf
         return left(tuple(shape))[0]
 
-    shape = min(product(*form.grid), key=lambda one: left(one)[0])
+    shape = min(product(*grid), key=lambda one: left(one)[0])
     if shape:
         shape = tuple(minimize(inside, shape, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-6}).x)
     squares, found = left(shape)

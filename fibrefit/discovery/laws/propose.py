@@ -9,15 +9,17 @@ distinguished: it says as much in fewer numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import Reading, shape_of
-from fibrefit.discovery.engine.candidates import fit_all, transferred
+from fibrefit.discovery.engine.candidates import BLOWN, GENTLER, SMALL, fit_all, strengthened, transferred
 from fibrefit.discovery.engine.effort import FAR_BEHIND
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.refit import predictor_step
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.laws.forms import FORMS, forms_of
@@ -83,15 +85,34 @@ def _composed(readings: Sequence[Reading]) -> list[Composed]:
 
 
 def _fitted(search: Search, supermodel: Supermodel, parent: LaplaceFit, law: Composed) -> LaplaceFit:
-    """A parent with a law, from where the regression left it."""
-    local = transferred(supermodel, parent.supermodel, parent.local)
+    """A parent with a law, as far as it may be worth more than the parent, which it contains."""
+    effects, found = (*parent.effects, effect_of_law(law)), parent.evidence.mode
+    start = _start(search, supermodel, parent, law)
+    return search.inference.fitted(supermodel, effects, start, found.sigma, found.place.eta, found.objective)
+
+
+def _start(search: Search, supermodel: Supermodel, parent: LaplaceFit, law: Composed) -> np.ndarray:
+    """A law as the regression left it, base parameters moved so that least changes; weaker where motions would be lost.
+
+    What base parameters take up of a curve was eliminated there: with the law alone, bounces come at other times.
+    """
+    effect, names = effect_of_law(law), supermodel.names
+    before = transferred(supermodel, parent.supermodel, parent.local)
+    goal = before.copy()
     for name, value in start_of_law(law).items():
-        declared = supermodel.declared[name]
-        local[:, supermodel.names.index(name)] = np.clip(value, declared.lower, declared.upper)
-    found = parent.evidence.mode
-    return search.inference.fitted(
-        supermodel, (*parent.effects, effect_of_law(law)), local, found.sigma, found.place.eta
-    )
+        declared, column = supermodel.declared[name], names.index(name)
+        goal[:, column] = np.clip(value, declared.lower, declared.upper)
+        if name.rpartition(".")[2] not in effect.strength:
+            before[:, column] = goal[:, column]
+    held = search.context.subset(parent.effects)
+    whole = replace(held, shared=(*held.shared, *(f"{effect.name}.{strength}" for strength in effect.strength)))
+    most, counts = BLOWN * supermodel.costs(before, search.context.whole).sum(), search.context.whole
+    for _ in range(GENTLER):
+        start = predictor_step(supermodel, held, whole, before, goal, counts)
+        if supermodel.costs(start, counts).sum() <= most:
+            break
+        goal = strengthened(supermodel, goal, [effect], SMALL)
+    return start
 
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
