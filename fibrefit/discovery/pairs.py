@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, probe_all
-from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING, is_partner
+from fibrefit.discovery.engine.effort import PROMISING, is_partner
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import NAMED
@@ -103,10 +103,11 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
 
 
 def best_exchange(comparison: Comparison, found: LaplaceFit) -> Comparison | None:
-    """Two effects, the first exchanged for one that came near it when it was added; None where that is no better.
+    """Two effects, the first exchanged for one of the best when it was added; None where that is no better.
 
     What is added first has to account for both; once the second is there, another one may do its part better (the
-    exchange step of floating selection).
+    exchange step of floating selection), however far behind it was by itself: of a viscous friction and a damping that
+    depends on rate a quadratic drag accounted for more by 55 nats.
 
     Parameters
     ----------
@@ -119,19 +120,17 @@ def best_exchange(comparison: Comparison, found: LaplaceFit) -> Comparison | Non
     ------
     Pudil, Novovicova and Kittler, Pattern Recognition Letters 15 (1994).
     """
-    search, (first, second) = comparison.search, found.effects
-    gain = max((comparison.gain(one) for one in comparison.found if one.names == (first.name,)), default=np.inf)
-    near = [
-        one.effects[-1]
-        for one in comparison.found
-        if one.effects[-1] not in found.effects and comparison.gain(one) > max(NAMED, gain - FAR_BEHIND)
-    ]
-    if not near:
+    search, second = comparison.search, found.effects[-1]
+    rivals = [one for one in comparison.found if one.effects[-1] not in found.effects]
+    best = [one.effects[-1] for i, one in enumerate(rivals) if is_partner(i) and comparison.gain(one) > NAMED]
+    if not best:
         return None
     there = fitted_about(search, found)
     alone = search.inference.without(there, (second,))
-    allowed = set(search.extensions(alone))
-    others = search.tried(alone, [one for one in near if one in allowed], "trying others in place of the first").found
+    allowed, least = set(search.extensions(alone)), PROMISING * (there.log - alone.log)
+    others = search.tried(
+        alone, [one for one in best if one in allowed], "trying others in place of the first", least
+    ).found
     pairs = in_same_noise(search, comparison.parent, [*others, there])
     most = pairs.found[0]
     if set(most.names) == set(found.names) or most.log <= pairs.parent.log + NAMED:

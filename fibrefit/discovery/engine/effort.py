@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
 from fibrefit.problem.estimate.gauss_newton import Effort
 
 FIRST_FIT = 0.3
@@ -40,9 +41,10 @@ COMPARED = 3
 """Candidates that are compared anew, and from which the model without them is refitted, whatever they gained."""
 FAR_BEHIND = 30.0
 """Nats behind another one from which a candidate is given up: it is not compared again in better known noise, nor where
-readings are linearised about it, nor tried in the place of a first effect once a second one is there."""
+readings are linearised about it."""
 PARTNERS = 8
-"""Effects tried beside each of the best ones where none is found by itself."""
+"""Effects tried beside each of the best ones where none is found by itself, and in the place of a first effect once a
+second one is there."""
 STARTS_NEED = 2.0
 """Time that has to be left for a final fit from starts of its own, over what it is expected to take: one of drops with
 a fibre of mass took 1.8 times that."""
@@ -67,6 +69,15 @@ def first_fit_ends(used: float, given: float) -> bool:
 def slopes_tell(gap: float) -> bool:
     """Whether a model with such a gap is near enough to what is missing for its slopes to lead there."""
     return gap <= NEARLY
+
+
+def little_is_missing(gap: float, predicted_gain: float) -> bool:
+    """Whether slopes lead to what is missing: a model with that gap is near, or so they predict themselves.
+
+    Where noise is louder than at rest, as slow noise is, a gap of that size is all noise. Slopes predict too much
+    rather than too little: what they predict in nats, at the most of any effect, says that little is missing.
+    """
+    return slopes_tell(gap) or (gap <= TOO_FAR and predicted_gain <= BEYOND_DOUBT)
 
 
 def motion_lost(before: float, after: float) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
-from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising, slopes_tell
+from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, little_is_missing, promising
 from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
@@ -216,30 +216,34 @@ class Search:
         least : float
             Nats that slopes have to predict of an effect that is followed, where fewer would do otherwise.
         """
-        near = slopes_tell(self.gap(plain := self.plain(parent)))
-        follow = partial(self._from_slopes, parent) if near else partial(self._by_predicted_gain, parent, plain)
-        found = follow(effects, what, least)
+        slopes, plain = self.inference.slopes(parent), self.plain(parent)
+        predictions = self._predicted_gains(parent, slopes, effects, what)
+        most = max((prediction.gain for prediction in predictions.values()), default=-np.inf)
+        if little_is_missing(self.gap(plain), most):
+            found = self._from_slopes(parent, slopes, predictions, what, least)
+        else:
+            found = self._by_predicted_gain(parent, plain, predictions, what, least)
         reached = {one.effects[-1] for one in found}
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
 
     def _from_slopes(
-        self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float
+        self, parent: LaplaceFit, slopes: Seed, predictions: PredictedGains, what: str, least: float
     ) -> list[LaplaceFit]:
         """A parent with each effect whose slopes predict something, from where it is weak."""
-        views = [parent]
+        views = [(parent, predictions, slopes)]
+        seen = list(predictions)
         if parent.evidence.mode.sigma.any():
-            views.append(self.inference.pooled(parent))
-        slopes = [self.inference.slopes(view) for view in views]
-        predicted = [self._predicted_gains(view, seed, effects, what) for view, seed in zip(views, slopes, strict=True)]
-        if len(views) > 1:
+            pooled = self.inference.pooled(parent)
+            seed = self.inference.slopes(pooled)
             # There an effect is followed from its full strength alone, as it has to take the place of differences.
-            predicted[1] = {effect: one._replace(weak=one.values) for effect, one in predicted[1].items()}
-        seen = [effect for effect in effects if all(effect in predictions for predictions in predicted)]
+            there = self._predicted_gains(pooled, seed, seen, what)
+            views.append((pooled, {effect: one._replace(weak=one.values) for effect, one in there.items()}, seed))
+            seen = [effect for effect in seen if effect in there]
         starts = [
-            EffectStart(predictions[effect].gain + view.log - parent.log, effect, view, predictions[effect], seed)
-            for view, predictions, seed in zip(views, predicted, slopes, strict=True)
-            for effect in most_promising(predictions, seen, len(seen) if view is parent else INSTEAD)
+            EffectStart(predicted[effect].gain + view.log - parent.log, effect, view, predicted[effect], seed)
+            for view, predicted, seed in views
+            for effect in most_promising(predicted, seen, len(seen) if view is parent else INSTEAD)
         ]
         # What most is predicted of is followed first: where the time ends, it is the rest that was not looked at.
         near = [start for start in starts if is_worth_following(start.effect, start.predicted_gain, least)]
@@ -301,14 +305,13 @@ class Search:
         return {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
 
     def _by_predicted_gain(
-        self, parent: LaplaceFit, plain: Hypothesis, effects: Sequence[type[Effect]], what: str, least: float
+        self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str, least: float
     ) -> list[LaplaceFit]:
         """A parent with each effect, what slopes predict most of first; the rest only where that comes to nothing.
 
         Where much is missing slopes predict something of nearly every effect, too much of most; but what is missing is
         among those that they predict much of.
         """
-        predictions = self._predicted_gains(parent, self.inference.slopes(parent), effects, what)
         ranked, found, gain = sorted(predictions, key=lambda effect: -predictions[effect].gain), list[LaplaceFit](), 0.0
         far = [effect for effect in ranked if predictions[effect].gain < least and not effect.singular]
         left = self.in_turn([effect for effect in ranked if effect not in far])
