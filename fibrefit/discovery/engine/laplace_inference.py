@@ -147,7 +147,9 @@ class LaplaceInference:
         found = parent.evidence.mode
         start = found.place._replace(eta=np.zeros_like(found.place.eta))
         gram, sigma = self.secant(parent.supermodel), np.zeros_like(found.sigma)
-        return replace(parent, evidence=laplace(mode(found.unknowns, start, gram, sigma, **descent())))
+        evidence = laplace(mode(found.unknowns, start, gram, sigma, **descent()))
+        # Slopes there say that records do differ: what counts of the place is how probable it is if they do not.
+        return replace(parent, evidence=replace(evidence, log=evidence.log_if(sigma)))
 
     def extended(
         self,

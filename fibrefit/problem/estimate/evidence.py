@@ -84,6 +84,10 @@ class MarginalLikelihood:
         away = self.z - self.mean
         return np.einsum("g,gij->ij", self.weight, self.covariance) + np.einsum("g,gi,gj->ij", self.weight, away, away)
 
+    def log_if(self, sigma: np.ndarray) -> float:
+        """Logarithm of the marginal likelihood at one point of the grid, its probability beforehand included."""
+        return float(self.logs[np.all(self.grid == sigma, axis=1)][0])
+
     def agree(self, index: int) -> float:
         """Probability that the records agree in a parameter that may deviate."""
         return float(self.weight[self.grid[:, index] == 0.0].sum())
