@@ -84,15 +84,18 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
     reached = max([comparison.parent.log, *(one.log for one in beside)])
 
-    def partners(first: LaplaceFit, later: Sequence[LaplaceFit]) -> list[LaplaceFit]:
-        allowed = set(search.extensions(first)) & {one.effects[-1] for one in later}
-        ordered = [one.effects[-1] for one in later if one.effects[-1] in allowed]
+    def partners(first: LaplaceFit, tried: Sequence[LaplaceFit]) -> list[LaplaceFit]:
+        # What undoes a part of the first gains nothing by itself: all that costs one simulation more is asked again.
+        likely = {one.effects[-1] for one in best}
+        done = {one.effects[-1] for one in tried}
+        further = [each for each in search.extensions(first) if each in likely or search.is_quick(each)]
+        ordered = [each for each in further if each not in done]
         # A pair has to gain more than what was found one by one: slopes predict a fair share of that.
         return search.tried(first, ordered, "trying effects in pairs", PROMISING * (reached - first.log)).found
 
     for i, first in enumerate(best):
-        some, _ = in_time(partial(partners, first, best[i + 1 :]), list[LaplaceFit](), PAIRING * time_left())
-        found += some
+        some, _ = in_time(partial(partners, first, best[:i]), list[LaplaceFit](), PAIRING * time_left())
+        found += [one for one in some if comparison.parent.log < one.log]
     others = [one for one in found if one.names != instead.names]
     pairs = in_same_noise(search, comparison.parent, [*others, *beside])
     most = pairs.found[0] if pairs.found else None

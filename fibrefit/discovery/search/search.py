@@ -153,6 +153,11 @@ class Search:
         cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
         return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
 
+    @staticmethod
+    def is_quick(effect: type[Effect]) -> bool:
+        """Whether it slows down no others it is simulated with, as what is stiff or changes with time does."""
+        return not effect.stiff and not extends(effect)
+
     def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
 
@@ -166,10 +171,9 @@ class Search:
         others : sequence of Effect classes
             All that may be present beside it.
         """
-        # What changes with time would slow down all others.
-        kept = tuple(other for other in self.effects if not other.stiff and not extends(other))
+        kept = tuple(other for other in self.effects if self.is_quick(other))
         stiff = any(other.stiff for other in others)
-        quick = not (stiff or effect.stiff or extends(effect))
+        quick = not stiff and self.is_quick(effect)
         reused = others and quick and self.base.supermodel.sensitivities is None
         group = kept if reused else group_of(effect, self.effects, stiff)
         return self.supermodel_with((*others, *group))
