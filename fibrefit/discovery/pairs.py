@@ -13,11 +13,13 @@ from fibrefit.discovery.curves.free_form import Reading, probe_all
 from fibrefit.discovery.engine.effort import PROMISING, is_partner
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.supermodel import is_quick
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.inputs import fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS
 
 PROBING, PAIRING = 0.3, 0.6
@@ -80,27 +82,28 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     Comparison or None
         The pair first; None where there is none.
     """
-    search, found = comparison.search, list[LaplaceFit]()
+    search, found, number = comparison.search, list[LaplaceFit](), 0
     best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
-    reached = max([comparison.parent.log, *(one.log for one in beside)])
+    reached, likely = max([comparison.parent.log, *(one.log for one in beside)]), [one.effects[-1] for one in best]
 
-    def partners(first: LaplaceFit, tried: Sequence[LaplaceFit]) -> list[LaplaceFit]:
-        # What undoes a part of the first gains nothing by itself: all that costs one simulation more is asked again.
-        likely = {one.effects[-1] for one in best}
-        done = {one.effects[-1] for one in tried}
-        further = [each for each in search.extensions(first) if each in likely or search.is_quick(each)]
-        ordered = [each for each in further if each not in done]
+    def partners(first: LaplaceFit, done: Sequence[type[Effect]]) -> list[LaplaceFit]:
+        # What undoes a part of the first gains nothing by itself: all whose slopes are had for little are tried.
+        further = [each for each in search.extensions(first) if each in likely or is_quick(each)]
         # A pair has to gain more than what was found one by one: slopes predict a fair share of that.
-        return search.tried(first, ordered, "trying effects in pairs", PROMISING * (reached - first.log)).found
+        least = PROMISING * (reached - first.log)
+        return search.tried(
+            first, [each for each in further if each not in done], "trying effects in pairs", least
+        ).found
 
     for i, first in enumerate(best):
-        some, _ = in_time(partial(partners, first, best[:i]), list[LaplaceFit](), PAIRING * time_left())
-        found += [one for one in some if comparison.parent.log < one.log]
+        some, _ = in_time(partial(partners, first, likely[:i]), list[LaplaceFit](), PAIRING * time_left())
+        number += len(some)
+        found += [one for one in some if one.evidence.mode.steps]
     others = [one for one in found if one.names != instead.names]
     pairs = in_same_noise(search, comparison.parent, [*others, *beside])
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
-    if most is None or most.log - least <= NAMED + np.log(max(len(found), 1)):
+    if most is None or most.log - least <= NAMED + np.log(max(number, 1)):
         return None
     return pairs if pruned(pairs.search.inference, most) is most else None
 

@@ -65,6 +65,15 @@ def test_what_base_parameters_take_up_is_no_law() -> None:
     assert "linear" not in names
 
 
+def test_no_period_is_shorter_than_two_knots() -> None:
+    """Of such a one the knots see a slow wave or none (Nyquist): any amplitude would do."""
+    few = np.linspace(LOW, HIGH, 9)
+    heights = 0.5 * np.cos(np.pi * np.arange(9)) * np.linspace(0.2, 1.0, 9)
+    found = {one.form.name: one.values for one in forms_of(few, heights, np.full(9, NOISE), 1)}
+    assert found["sine"][1] >= 2.0 * (few[1] - few[0]) * (1.0 - 1e-9)
+    assert abs(found["sine"][0]) < 2.0
+
+
 def test_every_probe_has_a_place() -> None:
     assert set(PLACES) == {probe.name for probe in PROBES}
 

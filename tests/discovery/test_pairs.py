@@ -34,6 +34,10 @@ class Model:
     def names(self) -> tuple[str, ...]:
         return tuple(effect.name for effect in self.effects)
 
+    @property
+    def evidence(self) -> Any:
+        return SimpleNamespace(mode=SimpleNamespace(steps=3))
+
 
 floors: dict[Any, float] = {}
 """Nats that slopes had to predict beside an effect, when it was last tried."""
@@ -48,7 +52,10 @@ def round_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], as
         ends = [Model((*first.effects, e), together.get((first.effects[0], e), first.log - 4.0)) for e in effects]
         return Tried(cast("Any", ends), ())
 
-    search: Any = SimpleNamespace(tried=tried, extensions=lambda one: EFFECTS, inference=None)
+    def others(first: Model) -> list[Any]:
+        return [effect for effect in EFFECTS if effect not in first.effects]
+
+    search: Any = SimpleNamespace(tried=tried, extensions=others, inference=None)
     found = sorted((Model((effect,), gain) for effect, gain in gains.items()), key=lambda one: -one.log)
     return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
 
@@ -61,6 +68,7 @@ def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     monkeypatch.setattr(pairs, "in_same_noise", same)
+    monkeypatch.setattr(pairs, "is_quick", lambda effect: effect in EFFECTS[:9])
     monkeypatch.setattr(pairs, "fitted_about", lambda search, other: other)
     monkeypatch.setattr(pairs, "pruned", lambda inference, best: best)
 
@@ -74,13 +82,21 @@ def test_a_pair_of_effects_that_are_not_first_by_themselves_is_found() -> None:
     found = best_pair(comparison, comparison.found[0])
     assert found is not None
     assert found.found[0].names == (B.name, C.name)
-    # Each two of the best eight, once.
-    assert len(asked) == len(set(asked)) == 8 * 7 // 2
+    # Each two of the best eight, once, and each of them with a ninth that is quick to simulate.
+    assert len(asked) == len(set(asked)) == 8 * 7 // 2 + 8
+    assert {second for _, second in asked} == set(EFFECTS[1:9])
 
 
-@pytest.mark.parametrize(("more", "there"), [(NAMED, False), (NAMED + 3.0, False), (NAMED + 3.5, True)])
+def test_an_effect_that_gains_nothing_by_itself_is_found_beside_another() -> None:
+    comparison = round_of({effect: GAINS[effect] for effect in EFFECTS[:3]}, {(B, E): 310.0}, [])
+    found = best_pair(comparison, comparison.found[0])
+    assert found is not None
+    assert found.found[0].names == (B.name, E.name)
+
+
+@pytest.mark.parametrize(("more", "there"), [(NAMED, False), (NAMED + 3.5, False), (NAMED + 3.7, True)])
 def test_a_pair_has_to_gain_more_than_what_it_replaces_and_its_number_is_paid_for(more: float, there: bool) -> None:
-    # The logarithm of 28 pairs is 3.3.
+    # The logarithm of 36 pairs is 3.6.
     comparison = round_of(GAINS, {(B, C): 240.0 + more}, [])
     assert (best_pair(comparison, comparison.found[0]) is not None) is there
 
@@ -128,17 +144,18 @@ def test_the_first_effect_is_exchanged_for_one_that_does_its_part_better(monkeyp
     found = exchange(monkeypatch, {(E, C): 304.0}, asked)
     assert found is not None
     assert [one.names for one in found.found[:2]] == [(E.name, C.name), (A.name, E.name)]
-    # Those that came near it when it was added, and no others.
-    assert asked == [(E, B), (E, C)]
+    # The best eight beside the two, however far behind, if slopes predict a fair share of what both gain.
+    assert asked == [(E, effect) for effect in EFFECTS if effect not in (A, E)][:8]
+    assert floors[E] == 0.5 * (300.0 - 60.0)
 
 
 def test_an_exchange_that_is_no_better_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     assert exchange(monkeypatch, {(E, C): 299.0}, []) is None
 
 
-def test_what_was_first_by_far_is_not_exchanged(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_gained_nothing_is_not_tried_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
-    comparison = round_of({A: 240.0, B: 60.0, C: 50.0}, {(E, B): 900.0}, asked)
+    comparison = round_of({A: 240.0, B: NAMED, C: NAMED - 1.0}, {(E, B): 900.0}, asked)
     assert best_exchange(comparison, cast(Any, Model((A, E), 300.0))) is None
     assert asked == []
 

@@ -6,7 +6,7 @@ import pytest
 
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
-from fibrefit.discovery.search.starts import is_worth_following, may_do_better
+from fibrefit.discovery.search.starts import is_worth_following, little_is_missing, may_do_better
 from fibrefit.laws.catalogue import find_effect
 
 
@@ -18,6 +18,20 @@ def test_what_explains_beyond_doubt_leaves_out_what_is_predicted_to_gain_far_les
     predicted_gain: float, gain: float, expected: bool
 ) -> None:
     assert may_do_better(predicted_gain, gain) is expected
+
+
+@pytest.mark.parametrize(
+    ("gap", "predicted_gain", "expected"),
+    [
+        (1.05, 5000.0, True),
+        (1.15, BEYOND_DOUBT, True),
+        (1.15, BEYOND_DOUBT + 1.0, False),
+        (1.5, 0.0, False),
+    ],
+)
+def test_slopes_lead_to_what_is_missing_where_it_is_little(gap: float, predicted_gain: float, expected: bool) -> None:
+    """By its size, or, as where noise is louder than at rest, by what slopes predict at the most."""
+    assert little_is_missing(gap, predicted_gain) is expected
 
 
 def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> None:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
 from fibrefit.problem.estimate.gauss_newton import Effort
 
 FIRST_FIT = 0.3
@@ -69,15 +68,6 @@ def first_fit_ends(used: float, given: float) -> bool:
 def slopes_tell(gap: float) -> bool:
     """Whether a model with such a gap is near enough to what is missing for its slopes to lead there."""
     return gap <= NEARLY
-
-
-def little_is_missing(gap: float, predicted_gain: float) -> bool:
-    """Whether slopes lead to what is missing: a model with that gap is near, or so they predict themselves.
-
-    Where noise is louder than at rest, as slow noise is, a gap of that size is all noise. Slopes predict too much
-    rather than too little: what they predict in nats, at the most of any effect, says that little is missing.
-    """
-    return slopes_tell(gap) or (gap <= TOO_FAR and predicted_gain <= BEYOND_DOUBT)
 
 
 def motion_lost(before: float, after: float) -> bool:

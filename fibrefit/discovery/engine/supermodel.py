@@ -243,6 +243,11 @@ def residual_rows(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray)
     ]
 
 
+def is_quick(effect: type[Effect]) -> bool:
+    """Whether it slows down no others it is simulated with, as what is stiff or changes with time does."""
+    return not effect.stiff and not extends(effect)
+
+
 def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[type[Effect], ...]:
     """Those of `effects` tried together with one of them: its kind, as a model with all effects takes long to run.
 

@@ -13,24 +13,25 @@ import numpy as np
 
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
-from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, little_is_missing, promising
+from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
 from fibrefit.discovery.engine.journal import Journal, digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
-from fibrefit.discovery.engine.supermodel import Supermodel, group_of, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.search.starts import (
     EffectStart,
     has_valleys,
     is_worth_following,
+    little_is_missing,
     may_do_better,
     most_promising,
     starting_values,
 )
-from fibrefit.laws.law import Effect, extends
+from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
 FOLLOWED = 8
@@ -153,11 +154,6 @@ class Search:
         cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
         return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
 
-    @staticmethod
-    def is_quick(effect: type[Effect]) -> bool:
-        """Whether it slows down no others it is simulated with, as what is stiff or changes with time does."""
-        return not effect.stiff and not extends(effect)
-
     def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
 
@@ -171,10 +167,8 @@ class Search:
         others : sequence of Effect classes
             All that may be present beside it.
         """
-        kept = tuple(other for other in self.effects if self.is_quick(other))
-        stiff = any(other.stiff for other in others)
-        quick = not stiff and self.is_quick(effect)
-        reused = others and quick and self.base.supermodel.sensitivities is None
+        kept, stiff = tuple(filter(is_quick, self.effects)), any(other.stiff for other in others)
+        reused = others and is_quick(effect) and not stiff and self.base.supermodel.sensitivities is None
         group = kept if reused else group_of(effect, self.effects, stiff)
         return self.supermodel_with((*others, *group))
 

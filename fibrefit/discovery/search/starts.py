@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from fibrefit.discovery.engine.effort import PROMISING
+from fibrefit.discovery.engine.effort import PROMISING, TOO_FAR, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
@@ -21,6 +21,15 @@ class EffectStart(NamedTuple):
     view: LaplaceFit
     prediction: PredictedGain
     slopes: Seed
+
+
+def little_is_missing(gap: float, predicted_gain: float) -> bool:
+    """Whether slopes lead to what is missing: a model with that gap is near, or so they predict themselves.
+
+    Where noise is louder than at rest, as slow noise is, a gap of that size is all noise. Slopes predict too much
+    rather than too little: what they predict in nats, at the most of any effect, says that little is missing.
+    """
+    return slopes_tell(gap) or (gap <= TOO_FAR and predicted_gain <= BEYOND_DOUBT)
 
 
 def is_worth_following(effect: type[Effect], predicted_gain: float, least: float) -> bool:
