@@ -134,11 +134,13 @@ def reported(
 
 
 def _fits_alone(alike: Reported, own: Reported) -> bool:
-    """Whether values of each record leave no more than noise by its size, and values that all share do.
+    """Whether values of each record leave noise by its size or by its structure where values that all share do not.
 
-    A spectrum that is not quite right is no reason to take records for alike that are not.
+    A spectrum that is not quite right is no reason to take records for alike that are not, nor is noise that is a
+    little louder than at rest, as slow noise is. What a model lacks shows in both, whichever values it has.
     """
-    return own.sound.gap.passed and not alike.sound.gap.passed
+    noise_by = (lambda sound: sound.gap.passed, lambda sound: all(check.passed for check in sound.structure))
+    return any(passed(own.sound) and not passed(alike.sound) for passed in noise_by)
 
 
 def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:

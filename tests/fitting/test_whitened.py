@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -106,6 +108,27 @@ def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
         "Ordinary least squares (OLS), no GLS step: residuals are not noise"
     )
     assert found.between == {}
+
+
+@pytest.mark.parametrize(
+    ("own", "alike", "stands"),
+    [
+        ("size structure", "", True),
+        ("structure", "", True),  # noise a little louder than at rest
+        ("size", "", True),  # a spectrum that is not quite right
+        ("", "", False),  # a model that lacks something, whichever values it has
+        ("structure", "structure", False),
+        ("size", "size", False),
+    ],
+)
+def test_values_of_each_record_stand_where_they_leave_noise_and_shared_ones_do_not(
+    own: str, alike: str, stands: bool
+) -> None:
+    def left(passed: str) -> Any:
+        size, structure = (SimpleNamespace(passed=what in passed) for what in ("size", "structure"))
+        return SimpleNamespace(sound=SimpleNamespace(gap=size, structure=(SimpleNamespace(passed=True), structure)))
+
+    assert last_step._fits_alone(left(alike), left(own)) is stands
 
 
 def test_a_robust_fit_stays_plain_and_one_that_a_bound_stops_is_told(tmp_path: Path) -> None:
