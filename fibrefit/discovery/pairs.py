@@ -13,7 +13,6 @@ from fibrefit.discovery.curves.free_form import Reading, probe_all
 from fibrefit.discovery.engine.effort import PROMISING, is_partner
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.supermodel import is_quick
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.inputs import fitted_about
@@ -87,8 +86,8 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     reached, likely = max([comparison.parent.log, *(one.log for one in beside)]), [one.effects[-1] for one in best]
 
     def partners(first: LaplaceFit, done: Sequence[type[Effect]]) -> list[LaplaceFit]:
-        # What undoes a part of the first gains nothing by itself: all whose slopes are had for little are tried.
-        further = [each for each in search.extensions(first) if each in likely or is_quick(each)]
+        # What undoes a part of the first gains nothing by itself: all whose slopes cost little are tried.
+        further = [each for each in search.extensions(first) if each in likely or search.shares_a_program(each)]
         # A pair has to gain more than what was found one by one: slopes predict a fair share of that.
         least = PROMISING * (reached - first.log)
         return search.tried(

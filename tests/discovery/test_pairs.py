@@ -55,7 +55,9 @@ def round_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], as
     def others(first: Model) -> list[Any]:
         return [effect for effect in EFFECTS if effect not in first.effects]
 
-    search: Any = SimpleNamespace(tried=tried, extensions=others, inference=None)
+    search: Any = SimpleNamespace(
+        tried=tried, extensions=others, shares_a_program=EFFECTS[:9].__contains__, inference=None
+    )
     found = sorted((Model((effect,), gain) for effect, gain in gains.items()), key=lambda one: -one.log)
     return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
 
@@ -68,7 +70,6 @@ def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     monkeypatch.setattr(pairs, "in_same_noise", same)
-    monkeypatch.setattr(pairs, "is_quick", lambda effect: effect in EFFECTS[:9])
     monkeypatch.setattr(pairs, "fitted_about", lambda search, other: other)
     monkeypatch.setattr(pairs, "pruned", lambda inference, best: best)
 

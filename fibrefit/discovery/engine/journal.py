@@ -18,6 +18,9 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.laws.law import Effect
+
 ALLOWED = ("fibrefit.discovery.engine.", "fibrefit.problem.estimate.")
 """Where the classes of results come from. A file that names anything else is not one of ours."""
 
@@ -35,6 +38,15 @@ def digest(*parts: Any) -> str:
             found.update(repr(part).encode())
         found.update(b"\0")
     return found.hexdigest()
+
+
+def name_of(thing: Any) -> str | None:
+    """Name under which a model or an effect is found again."""
+    if isinstance(thing, Supermodel):
+        return "supermodel:" + ",".join(effect.name for effect in thing.effects)
+    if isinstance(thing, type) and issubclass(thing, Effect):
+        return f"effect:{thing.name}"
+    return None
 
 
 @dataclass(frozen=True)

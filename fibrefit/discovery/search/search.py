@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
 from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
-from fibrefit.discovery.engine.journal import Journal, digest
+from fibrefit.discovery.engine.journal import Journal, digest, name_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit
@@ -97,7 +97,7 @@ class Search:
     @cached_property
     def journal(self) -> Journal:
         """Results of jobs, kept for a search that is cut short; models and effects are kept by their names."""
-        return Journal(self.folder, _name, self._named)
+        return Journal(self.folder, name_of, self._named)
 
     def _named(self, name: str) -> Any:
         by_name = {effect.name: effect for effect in (*self.task.problem.model.effects, *self.effects)}
@@ -154,6 +154,10 @@ class Search:
         cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
         return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
 
+    def shares_a_program(self, effect: type[Effect]) -> bool:
+        """Whether one program holds it beside any other effects; with noisy inputs each round has its own."""
+        return is_quick(effect) and self.base.supermodel.sensitivities is None
+
     def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
 
@@ -168,7 +172,7 @@ class Search:
             All that may be present beside it.
         """
         kept, stiff = tuple(filter(is_quick, self.effects)), any(other.stiff for other in others)
-        reused = others and is_quick(effect) and not stiff and self.base.supermodel.sensitivities is None
+        reused = others and not stiff and self.shares_a_program(effect)
         group = kept if reused else group_of(effect, self.effects, stiff)
         return self.supermodel_with((*others, *group))
 
@@ -389,12 +393,3 @@ class Search:
     def task_with(self, fitted: LaplaceFit) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
         return own_task(self.task, self.plain(fitted))
-
-
-def _name(thing: Any) -> str | None:
-    """Name under which a model or an effect is found again."""
-    if isinstance(thing, Supermodel):
-        return "supermodel:" + ",".join(effect.name for effect in thing.effects)
-    if isinstance(thing, type) and issubclass(thing, Effect):
-        return f"effect:{thing.name}"
-    return None
