@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 from fibrefit.core.time_limit import in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.free_form import Reading, ports_beyond
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING, alarms_of, curves_beyond
+from fibrefit.discovery.pairs import PAIRING, PROBING, alarms_of, curves_beyond
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
@@ -87,7 +87,8 @@ def in_place_of_named(search: Search, best: LaplaceFit, before: Identification) 
     """A law of the place of one of the effects that were named which does better; None where there is no such.
 
     An effect whose law is near that of a cause which no catalogue holds leaves next to nothing, and no test objects: it
-    has its name only if no law composed without it accounts for the records better.
+    has its name only if no law composed without it accounts for the records better. What such a law does beyond the
+    effect, a free curve of the same place does on top of it: where none is worth its price there, no law is looked for.
 
     Parameters
     ----------
@@ -98,10 +99,15 @@ def in_place_of_named(search: Search, best: LaplaceFit, before: Identification) 
         Of the model the search began with.
     """
     needed = {name for effect in best.effects for name in effect.needs}
-    for effect in best.effects:
-        if effect.name not in needed:
+    places = {effect: str(port_of(effect)) for effect in best.effects if effect.name not in needed}
+    if not places:
+        return None
+    draw = partial(ports_beyond, search, best, before, set(places.values()))
+    further, _ = in_time(draw, set[str](), PROBING * time_left())
+    for effect, port in places.items():
+        if port in further:
             rest = tuple(other for other in best.effects if other is not effect)
-            job = partial(_law_in_place, search, best, rest, before, str(port_of(effect)))
+            job = partial(_law_in_place, search, best, rest, before, port)
             found, _ = in_time(job, None, PAIRING * time_left())
             if found is not None:
                 return found

@@ -15,11 +15,12 @@ from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferre
 from fibrefit.discovery.engine.effort import may_be_worth
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
-from fibrefit.discovery.engine.secant import Seed
+from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import ACTS
+from fibrefit.discovery.engine.thresholds import ACTS, NAMED
 from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
 from fibrefit.laws.ports import PORTS, port_of
@@ -52,6 +53,8 @@ class Reading:
     gain: float
 
 
+AT_ONCE = 2
+"""Curves that are followed before it is tested whether the next ones may still do better than the best of them."""
 WALKS = (0.03, 0.3)
 """Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
 
@@ -80,23 +83,52 @@ def probe_all(
     ports : collection of str, optional
         Those whose curves are drawn; all unless said.
     """
-    least = worth if least is None else least
+    drawn = _drawn(search, parent, found, worth if least is None else least, ports)
+    # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
+    price = float(np.log(max(len(drawn.probes), 1) * len(WALKS)))
+    worthy = [end for end in drawn.ends if end.fitted.log - parent.log - price > worth]
+    held = _held(worthy, worth + price, partial(_gain_about_itself, search, parent, drawn.probes))
+    return [_read(search, end, parent.log + price, drawn.ranges) for end in held]
+
+
+def ports_beyond(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> set[str]:
+    """Those of some ports at which a free curve makes the records more probable by what gives an effect its name.
+
+    What a law in the place of an effect does beyond it, a curve of the same port does on top of it. The number of
+    curves is not paid for, and readings stay linearised where they are: this asks whether to look, and names nothing.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+    found : Identification
+        Of the model before the search.
+    ports : collection of str
+    """
+    ends = _drawn(search, parent, found, NAMED, ports).ends
+    return {str(port_of(end.probe)) for end in ends if end.fitted.log - parent.log > NAMED}
+
+
+class _Drawn(NamedTuple):
+    """Probes that suit a rig and a motion, the ends of those that were followed, the best first, and ranges."""
+
+    probes: Sequence[type[Curve]]
+    ends: Sequence[_End]
+    ranges: dict[str, tuple[float, float]]
+
+
+def _drawn(search: Search, parent: LaplaceFit, found: Identification, least: float, ports: Collection[str]) -> _Drawn:
+    """Free curves on top of a hypothesis, those whose slopes predict at least so many nats."""
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
     if not probes:
-        return []
+        return _Drawn((), (), ranges)
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
-    start = _prepared(supermodel, parent, probes, ranges)
-    slopes = search.inference.slopes(parent)
-    jobs = [partial(_fit, search, parent, probe, (supermodel, start, slopes), least) for probe in probes]
-    ends = fit_all(jobs, lambda done: search.tell("probing for what has no name", done / len(jobs)))
-    # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
-    price = float(np.log(len(probes) * len(WALKS)))
-    found_all = sorted((end for end in ends if end is not None), key=lambda end: -end.fitted.log)
-    worthy = [end for end in found_all if end.fitted.log - parent.log - price > worth]
-    held = _held(worthy, worth + price, partial(_gain_about_itself, search, parent, probes))
-    return [_read(search, end, parent.log + price, ranges) for end in held]
+    begun = supermodel, _prepared(supermodel, parent, probes, ranges), search.inference.slopes(parent)
+    predicted = fit_all([partial(_predicted, search, parent, probe, begun) for probe in probes], lambda done: None)
+    promising = [one for one in predicted if one is not None and may_be_worth(one.gain, least)]
+    return _Drawn(probes, sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log), ranges)
 
 
 def _held(ends: Sequence[_End], worth: float, gain: Callable[[_End], float | None]) -> Sequence[_End]:
@@ -180,10 +212,21 @@ def _turns(heights: np.ndarray) -> int:
     return turns
 
 
-def _fit(
-    search: Search, parent: LaplaceFit, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed], worth: float
-) -> _End | None:
-    """A probe at its best roughness; None where its slopes predict less than it is worth.
+class _Predicted(NamedTuple):
+    """What slopes predict of a probe at its best roughness, in nats, and what it begins with."""
+
+    gain: float
+    probe: type[Curve]
+    curve: Heights
+    supermodel: Supermodel
+    start: np.ndarray
+    gram: SecantGram
+
+
+def _predicted(
+    search: Search, parent: LaplaceFit, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed]
+) -> _Predicted:
+    """A probe at its best roughness.
 
     A curve of no height is its parent: of the slopes, only those along the heights are simulated.
     """
@@ -192,9 +235,24 @@ def _fit(
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
     logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
     best = int(np.nanargmax(np.where(np.isfinite(logs), logs, -np.inf)))
-    if not may_be_worth(logs[best] - parent.log, worth):
-        return None
-    return _End(probe, inference.with_curve(parent, supermodel, start, probe, curves[best], gram), curves[best])
+    return _Predicted(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
+
+
+def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[_Predicted]) -> list[_End]:
+    """Where probes lead, those that slopes predict most of first; none that are predicted far less than one gains."""
+    found, left = list[_End](), sorted(predicted, key=lambda one: -one.gain)
+    while left:
+        now, left = left[:AT_ONCE], left[AT_ONCE:]
+        jobs = [
+            partial(search.inference.with_curve, parent, one.supermodel, one.start, one.probe, one.curve, one.gram)
+            for one in now
+        ]
+        ends = fit_all(jobs, lambda done: None)
+        found += [_End(one.probe, end, one.curve) for one, end in zip(now, ends, strict=True) if end is not None]
+        search.tell("probing for what has no name", 1.0 - len(left) / len(predicted))
+        gain = max((end.fitted.log - parent.log for end in found), default=0.0)
+        left = [one for one in left if may_do_better(one.gain, gain)]
+    return found
 
 
 def _prepared(

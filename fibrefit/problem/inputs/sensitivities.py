@@ -67,7 +67,8 @@ def _in_precision_of_each(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Product of rows, which differ by many orders of magnitude, and a matrix in a precision that is that of each."""
     size = np.max(np.abs(rows), axis=1, keepdims=True, initial=0.0)
     size = np.where(size > 0.0, size, 1.0)
-    return ((rows / size).astype(others.dtype) @ others).astype(float) * size
+    # The matrix is the larger one by far: as the first factor BLAS reads it a fifth faster.
+    return (others.T @ (rows / size).astype(others.dtype).T).T.astype(float) * size
 
 
 class InputSensitivities(NamedTuple):
