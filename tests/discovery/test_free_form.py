@@ -16,7 +16,17 @@ import pytest
 from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.curves import drawn
-from fibrefit.discovery.curves.free_form import WALKS, Reading, _held, _prepared, _range, in_motion, probe_all
+from fibrefit.discovery.curves.free_form import (
+    WALKS,
+    Reading,
+    _followed,
+    _held,
+    _Predicted,
+    _prepared,
+    _range,
+    in_motion,
+    probe_all,
+)
 from fibrefit.discovery.curves.probes import (
     PROBES,
     Curve,
@@ -212,17 +222,32 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     parent = cast(Any, SimpleNamespace(effects=(), supermodel=supermodel, local=local, log=0.0))
     began: list[float] = []
 
-    def fitted(
-        search: Any, parent: Any, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Any], worth: float
-    ) -> None:
+    def predicted(search: Any, parent: Any, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Any]) -> None:
         began.append(float(begun[0].costs(begun[1], whole).sum()))
 
-    monkeypatch.setattr(free_form, "_fit", fitted)
+    monkeypatch.setattr(free_form, "_predicted", predicted)
     monkeypatch.setattr(free_form, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
     inference = SimpleNamespace(slopes=lambda parent: None)
     search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None, inference=inference))
     assert probe_all(search, parent, cast(Any, SimpleNamespace(problem=task.problem)), NAMED) == []
     assert began == [pytest.approx(cost, rel=1e-4)]
+
+
+def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:
+    """The most promising two first; of the others only what may do better than these."""
+    gains = {"a": 900.0, "b": 800.0, "c": 700.0, "d": 120.0}
+    followed: list[str] = []
+
+    def with_curve(parent: Any, supermodel: Any, start: Any, probe: str, *rest: Any) -> Any:
+        followed.append(probe)
+        return SimpleNamespace(log=gains[probe])
+
+    inference = SimpleNamespace(with_curve=with_curve)
+    search = cast(Any, SimpleNamespace(inference=inference, tell=lambda what, share: None))
+    predicted = [_Predicted(gain, cast(Any, name), *cast(Any, [None] * 4)) for name, gain in gains.items()]
+    ends = _followed(search, cast(Any, SimpleNamespace(log=0.0)), predicted[::-1])
+    assert sorted(followed) == ["a", "b", "c"]
+    assert sorted(end.fitted.log for end in ends) == [700.0, 800.0, 900.0]
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,7 @@ class Bench:
         self.elsewhere = 0.0
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "curves_beyond", self.curves)
+        monkeypatch.setattr(module, "ports_beyond", lambda search, best, before, ports: set(ports))
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
@@ -173,3 +174,11 @@ def test_a_law_in_place_of_a_name_leaves_noise_and_more_than_what_is_left_beside
     assert in_place(monkeypatch, WORTH - 20.0, **{LAW.name: 7.0}) is None
     assert in_place(monkeypatch, WORTH - 20.0, **{TOE.name: 15.0}) is None
     assert in_place(monkeypatch, 0.0, ()) is None
+
+
+def test_a_name_that_no_curve_of_its_port_adds_to_is_held_against_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch)
+    monkeypatch.setattr(module, "ports_beyond", lambda search, best, before, ports: {"guide"})
+    best = cast(Any, Model((TOE,), WORTH - 20.0))
+    assert module.in_place_of_named(cast(Any, Removing), best, BEFORE) is None
+    assert bench.ports == []
