@@ -36,7 +36,7 @@ from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown
-from fibrefit.discovery.unnamed import Unnamed, in_place_of_named, unnamed
+from fibrefit.discovery.unnamed import Unnamed, nameless, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -153,16 +153,21 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     )
     if limits.choose is None and (law := unnamed(*found, single, before)) is not None:
         return _ended_by(law, at), False
-    if _doubtful(at, found):
-        at, found = _together(at, found, single, before, limits)
+    missing = True
+    if found.chosen is None and limits.choose is None:
+        missing, curves = incomplete(found.comparison, before)
+        at = replace(at, curves=curves)
+        # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
+        if not found.comparison.untried and (law := nameless(at.search, at.best, before, missing)) is not None:
+            return _ended_by(law, at), False
+    if missing and _doubtful(at, found):
+        at, found = _together(at, found, single, limits)
     if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
         better, _ = in_time(partial(best_exchange, single, found.chosen), None)
         again = found if better is None else _believed(better, limits)
         found = found if again.chosen is None else again
     if found.chosen is not None:
         return _grown(at, found, single, before, limits), True
-    if limits.choose is None and (law := in_place_of_named(at.search, at.best, before)) is not None:
-        return _ended_by(law, at), False
     return at, False
 
 
@@ -228,20 +233,13 @@ def _where_it_is(at: Selection, found: _Believed) -> tuple[Selection, _Believed]
     return replace(at, search=anew[0], best=anew[1]), there
 
 
-def _together(
-    at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits
-) -> tuple[Selection, _Believed]:
+def _together(at: Selection, found: _Believed, single: Comparison, limits: Limits) -> tuple[Selection, _Believed]:
     """Two effects at once, where something is missing that none accounts for by itself."""
-    comparison, curves = found.comparison, None
-    if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or comparison.untried:
+    if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or found.comparison.untried:
         return at, found
-    if found.chosen is None:
-        missing, curves = incomplete(comparison, before)
-        if not missing:
-            return replace(at, curves=curves), found
     pairs, _ = in_time(partial(best_pair, single, found.chosen or at.best), None)
     together = found if pairs is None else _believed(pairs, limits)
-    return replace(at, curves=curves, paired=True), found if together.chosen is None else together
+    return replace(at, paired=True), found if together.chosen is None else together
 
 
 def _doubtful(at: Selection, found: _Believed) -> bool:

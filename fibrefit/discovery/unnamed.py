@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 from fibrefit.core.time_limit import in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading, ports_beyond
+from fibrefit.discovery.curves.free_form import Reading, ports_beyond, predicted_gain
+from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
@@ -62,7 +63,7 @@ def unnamed(
     ----------
     comparison : Comparison
     chosen : LaplaceFit or None
-        What is to be added. Where nothing is, pairs come first: a search that ends without them proposes a law anyway.
+        What is to be added; where nothing is, see `nameless`.
     seen : Confirmation or None
         Of it.
     first : Comparison
@@ -72,13 +73,34 @@ def unnamed(
     """
     if chosen is None:
         return None
-    if (left := _left(comparison, chosen, seen)) > 0.0:
+    if (left := _left(comparison, chosen, seen)) > 0.0 or _curve_predicts_more(comparison, chosen, seen, before):
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
     else:
         return None
+    found, _ = in_time(job, None, PAIRING * time_left())
+    return found
+
+
+def nameless(search: Search, best: LaplaceFit, before: Identification, missing: bool) -> Unnamed | None:
+    """A law where no further effect gains enough: in the place of one that was named, or beside all; None for none.
+
+    Parameters
+    ----------
+    search : Search
+    best : LaplaceFit
+        With all effects that were found.
+    before : Identification
+        Of the model the search began with.
+    missing : bool
+        Whether something is missing in it: where nothing is, a law may still do better than a name.
+    """
+    found = in_place_of_named(search, best, before)
+    if found is not None or not missing:
+        return found
+    job = partial(_law_about, search, best, None, before, tuple(PORTS), _most(alarms_of(search, best)))
     found, _ = in_time(job, None, PAIRING * time_left())
     return found
 
@@ -127,6 +149,21 @@ def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None)
     return _most(alarms_of(comparison.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
 
 
+def _curve_predicts_more(
+    comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None, before: Identification
+) -> bool:
+    """Whether slopes predict more of a free curve than the effect gains, where little is missing.
+
+    No effect of the catalogue is what is missing then: of some that a friction over the position looks like, one
+    gained 30 nats where a curve gains 300. From afar slopes predict too much of everything.
+    """
+    search, parent = comparison.search, comparison.parent
+    if not slopes_tell(search.gap(search.plain(parent))):
+        return False
+    gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
+    return predicted_gain(search, parent, before) > gain + NAMED + PRICE_OF_LOOKS
+
+
 def _most(alarms: Collection[Alarm]) -> float:
     """The most nats of tests that object; 0 where none does."""
     return max((alarm.nats for alarm in alarms), default=0.0)
@@ -148,15 +185,20 @@ def _law_instead(
 
 
 def _law_about(
-    search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
+    search: Search,
+    parent: LaplaceFit,
+    chosen: LaplaceFit | None,
+    before: Identification,
+    ports: Collection[str],
+    left: float,
 ) -> Unnamed | None:
-    """A law that gains what the effect does and what is left beside it, and leaves nothing itself."""
+    """A law that gains what an effect does, if any, and what is left beside it, and leaves nothing itself."""
     curves = curves_beyond(search, parent, before, ports)
     found = proposed(search, parent, curves) if curves else None
     if found is None:
         return None
     law, proposal = found
-    there = in_same_noise(search, parent, [law, chosen])
+    there = in_same_noise(search, parent, [law] if chosen is None else [law, chosen])
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
     if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):

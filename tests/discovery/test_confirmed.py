@@ -172,6 +172,7 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 
     monkeypatch.setattr(forward_selection, "incomplete", incomplete)
     monkeypatch.setattr(forward_selection, "unnamed", lambda ranked, *of: tested.append(ranked.parent))
+    monkeypatch.setattr(forward_selection, "nameless", lambda *of: None)
     ranked = first_round()
     after, grown = _further(Selection(ranked.search, ranked.parent), SimpleNamespace(), Limits())  # type: ignore[arg-type]
     assert not grown

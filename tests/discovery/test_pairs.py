@@ -198,6 +198,7 @@ def after_a_look(
     paired: bool = False,
     exchanged: Comparison | None = None,
     law: Any = None,
+    instead: Any = None,
 ) -> tuple[tuple[str, ...], bool]:
     """Effects after a round in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
@@ -207,7 +208,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, []))
     monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
-    monkeypatch.setattr(forward_selection, "in_place_of_named", lambda *of: None)
+    monkeypatch.setattr(forward_selection, "nameless", lambda *of: instead)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda inference, best: best)
@@ -221,6 +222,14 @@ def test_a_law_of_no_name_ends_the_search_without_effects(monkeypatch: pytest.Mo
     first = round_of(GAINS, {(B, C): 290.0}, [])
     law = SimpleNamespace(search=first.search, parent=first.parent, curves=["curve"], law=("model", "told"))
     assert after_a_look(monkeypatch, first, first.found[0], True, gain=8.0, law=law) == ((), False)
+
+
+def test_a_law_is_tried_before_pairs_where_no_effect_gains_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+    first = round_of(GAINS, {(B, C): 290.0}, asked)
+    law = SimpleNamespace(search=first.search, parent=first.parent, curves=["curve"], law=("model", "told"))
+    assert after_a_look(monkeypatch, first, first.found[0], True, instead=law) == ((), False)
+    assert asked == []
 
 
 @pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])

@@ -17,6 +17,7 @@ from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.unnamed import unnamed
 from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.ports import PORTS
 from tests.discovery.test_pairs import Model
 
 TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN = (
@@ -47,8 +48,10 @@ class Bench:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
         self.left, self.ports, self.searches = left, list[Any](), list[Any]()
         self.elsewhere = 0.0
+        self.gap, self.predicted = 1.0, 0.0
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "curves_beyond", self.curves)
+        monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
         monkeypatch.setattr(module, "ports_beyond", lambda search, best, before, ports: set(ports))
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
@@ -72,7 +75,8 @@ class Bench:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
-        comparison = Comparison(cast(Any, None), cast(Any, parent), ())
+        search = cast(Any, SimpleNamespace(plain=lambda one: one, gap=lambda one: self.gap))
+        comparison = Comparison(search, cast(Any, parent), ())
         base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
         return unnamed(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
 
@@ -94,10 +98,47 @@ def test_a_law_has_to_gain_what_the_effect_does_and_what_is_left_beside_it(
         assert (found.law[0].names, found.law[1], found.curves) == ((LAW.name,), "told", ["a curve"])
 
 
-def test_where_no_effect_gains_enough_pairs_come_first(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("predicted", "gap", "fitted"),
+    [
+        (17.0 + NAMED + PRICE_OF_LOOKS + 0.1, 1.0, True),
+        (17.0 + NAMED + PRICE_OF_LOOKS, 1.0, False),
+        (500.0, 1.5, False),
+    ],
+)
+def test_an_effect_that_gains_less_than_slopes_predict_of_a_curve_is_held_against_a_law(
+    monkeypatch: pytest.MonkeyPatch, predicted: float, gap: float, fitted: bool
+) -> None:
+    bench = Bench(monkeypatch)
+    bench.gap, bench.predicted = gap, predicted
+    assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
+    assert len(bench.ports) == fitted
+
+
+def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, base=30.0)
     assert bench.asked(BASE, None) is None
     assert bench.ports == []
+
+
+@pytest.mark.parametrize(
+    ("missing", "left", "there"), [(True, 60.0, True), (True, WORTH, False), (True, 0.0, True), (False, 0.0, False)]
+)
+def test_a_law_beside_what_was_found_accounts_for_all_that_tests_see_left(
+    monkeypatch: pytest.MonkeyPatch, missing: bool, left: float, there: bool
+) -> None:
+    bench = Bench(monkeypatch, base=left)
+    found = module.nameless(cast(Any, Removing), cast(Any, BASE), BEFORE, missing)
+    assert (found is not None) is there
+    assert bench.ports == ([set(PORTS)] if missing else [])
+
+
+def test_a_law_in_the_place_of_a_name_comes_before_one_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch)
+    found = module.nameless(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, True)
+    assert found is not None
+    assert bench.ports == [{"fibre"}]
+    assert found.parent.names == ()
 
 
 def test_what_is_left_is_asked_where_readings_are_linearised_about_the_effect(monkeypatch: pytest.MonkeyPatch) -> None:

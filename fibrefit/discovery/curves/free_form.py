@@ -83,12 +83,11 @@ def probe_all(
     ports : collection of str, optional
         Those whose curves are drawn; all unless said.
     """
-    drawn = _drawn(search, parent, found, worth if least is None else least, ports)
-    # Which of the curves it is was not known beforehand: their number is paid for, as that of their roughnesses is.
-    price = float(np.log(max(len(drawn.probes), 1) * len(WALKS)))
-    worthy = [end for end in drawn.ends if end.fitted.log - parent.log - price > worth]
-    held = _held(worthy, worth + price, partial(_gain_about_itself, search, parent, drawn.probes))
-    return [_read(search, end, parent.log + price, drawn.ranges) for end in held]
+    looks = _looks(search, parent, found, ports)
+    ends = _drawn(search, parent, looks, worth if least is None else least)
+    worthy = [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
+    held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
+    return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
 
 
 def ports_beyond(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> set[str]:
@@ -105,30 +104,54 @@ def ports_beyond(search: Search, parent: LaplaceFit, found: Identification, port
         Of the model before the search.
     ports : collection of str
     """
-    ends = _drawn(search, parent, found, NAMED, ports).ends
+    ends = _drawn(search, parent, _looks(search, parent, found, ports), NAMED)
     return {str(port_of(end.probe)) for end in ends if end.fitted.log - parent.log > NAMED}
 
 
-class _Drawn(NamedTuple):
-    """Probes that suit a rig and a motion, the ends of those that were followed, the best first, and ranges."""
+def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:
+    """What slopes predict of the best free curve on top of a model, in nats, the number of curves paid for.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+    found : Identification
+        Of the model before the search.
+    """
+    looks = _looks(search, parent, found, tuple(PORTS))
+    return max((one.gain for one in looks.predicted), default=-np.inf) - looks.price
+
+
+class _Looks(NamedTuple):
+    """Probes that suit a rig and a motion, what slopes predict of each, and the ranges of their variables."""
 
     probes: Sequence[type[Curve]]
-    ends: Sequence[_End]
+    predicted: Sequence[_Predicted]
     ranges: dict[str, tuple[float, float]]
 
+    @property
+    def price(self) -> float:
+        """Nats: which curve it is was not known beforehand, and neither was its roughness."""
+        return float(np.log(max(len(self.probes), 1) * len(WALKS)))
 
-def _drawn(search: Search, parent: LaplaceFit, found: Identification, least: float, ports: Collection[str]) -> _Drawn:
-    """Free curves on top of a hypothesis, those whose slopes predict at least so many nats."""
+
+def _looks(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> _Looks:
+    """What slopes of a hypothesis predict of free curves on top of it."""
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
     if not probes:
-        return _Drawn((), (), ranges)
+        return _Looks((), (), ranges)
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
     begun = supermodel, _prepared(supermodel, parent, probes, ranges), search.inference.slopes(parent)
     predicted = fit_all([partial(_predicted, search, parent, probe, begun) for probe in probes], lambda done: None)
-    promising = [one for one in predicted if one is not None and may_be_worth(one.gain, least)]
-    return _Drawn(probes, sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log), ranges)
+    return _Looks(probes, [one for one in predicted if one is not None], ranges)
+
+
+def _drawn(search: Search, parent: LaplaceFit, looks: _Looks, least: float) -> list[_End]:
+    """Free curves on top of a hypothesis, those whose slopes predict at least so many nats; the best first."""
+    promising = [one for one in looks.predicted if may_be_worth(one.gain, least)]
+    return sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log)
 
 
 def _held(ends: Sequence[_End], worth: float, gain: Callable[[_End], float | None]) -> Sequence[_End]:
