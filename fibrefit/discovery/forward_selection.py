@@ -158,7 +158,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         missing, curves = incomplete(found.comparison, before)
         at = replace(at, curves=curves)
         # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
-        if not found.comparison.untried and (law := nameless(at.search, at.best, before, missing)) is not None:
+        if curves and (law := nameless(at.search, at.best, before, curves)) is not None:
             return _ended_by(law, at), False
     if missing and _doubtful(at, found):
         at, found = _together(at, found, single, limits)

@@ -57,13 +57,13 @@ def curves_beyond(
 
 
 def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
-    """Whether something is missing though no effect gains enough, and the free curves where they were evaluated."""
-    if alarms_of(comparison.search, comparison.parent):
-        return True, None
-    # Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
-    job = partial(curves_beyond, comparison.search, comparison.parent, before)
-    curves, _ = in_time(job, None, PROBING * time_left())
-    return bool(curves), curves
+    """Whether something is missing though no effect gains enough, and the free curves, None where no time was left.
+
+    Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
+    """
+    search, parent = comparison.search, comparison.parent
+    curves, _ = in_time(partial(curves_beyond, search, parent, before), None, PROBING * time_left())
+    return bool(curves or alarms_of(search, parent)), curves
 
 
 def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:

@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 from fibrefit.core.time_limit import in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading, ports_beyond, predicted_gain
+from fibrefit.discovery.curves.free_form import Reading, predicted_gain
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING, PROBING, alarms_of, curves_beyond
+from fibrefit.discovery.pairs import PAIRING, alarms_of, curves_beyond
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
@@ -27,6 +27,8 @@ from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS, port_of, said_by
 
+COMPARING = 0.5
+"""Share of the time left in which a law and what it takes the place of are compared in better known noise."""
 PLACES = ("guide", "fibre")
 """Ports whose laws change one quantity each; those of sensors change readings of several channels."""
 
@@ -84,33 +86,12 @@ def unnamed(
     return found
 
 
-def nameless(search: Search, best: LaplaceFit, before: Identification, missing: bool) -> Unnamed | None:
+def nameless(search: Search, best: LaplaceFit, before: Identification, curves: Sequence[Reading]) -> Unnamed | None:
     """A law where no further effect gains enough: in the place of one that was named, or beside all; None for none.
 
-    Parameters
-    ----------
-    search : Search
-    best : LaplaceFit
-        With all effects that were found.
-    before : Identification
-        Of the model the search began with.
-    missing : bool
-        Whether something is missing in it: where nothing is, a law may still do better than a name.
-    """
-    found = in_place_of_named(search, best, before)
-    if found is not None or not missing:
-        return found
-    job = partial(_law_about, search, best, None, before, tuple(PORTS), _most(alarms_of(search, best)))
-    found, _ = in_time(job, None, PAIRING * time_left())
-    return found
-
-
-def in_place_of_named(search: Search, best: LaplaceFit, before: Identification) -> Unnamed | None:
-    """A law of the place of one of the effects that were named which does better; None where there is no such.
-
-    An effect whose law is near that of a cause which no catalogue holds leaves next to nothing, and no test objects: it
-    has its name only if no law composed without it accounts for the records better. What such a law does beyond the
-    effect, a free curve of the same place does on top of it: where none is worth its price there, no law is looked for.
+    An effect whose law is near that of a cause which no catalogue holds leaves next to nothing, and often no test
+    objects: it has its name only if no law composed without it accounts for the records better. What such a law does
+    beyond the effect, a free curve of the same port does on top of it.
 
     Parameters
     ----------
@@ -119,29 +100,28 @@ def in_place_of_named(search: Search, best: LaplaceFit, before: Identification) 
         With all effects that were found.
     before : Identification
         Of the model the search began with.
+    curves : sequence of Reading
+        Free curves that explain more than it does, the best first.
     """
     needed = {name for effect in best.effects for name in effect.needs}
-    places = {effect: str(port_of(effect)) for effect in best.effects if effect.name not in needed}
-    if not places:
-        return None
-    draw = partial(ports_beyond, search, best, before, set(places.values()))
-    further, _ = in_time(draw, set[str](), PROBING * time_left())
-    for effect, port in places.items():
-        if port in further:
+    further, left = {str(port_of(curve.probe)) for curve in curves}, _most(alarms_of(search, best))
+    for effect in best.effects:
+        port = str(port_of(effect))
+        if port in further and effect.name not in needed:
             rest = tuple(other for other in best.effects if other is not effect)
-            job = partial(_law_in_place, search, best, rest, before, port)
+            job = partial(_law_in_place, search, best, rest, before, port, left)
             found, _ = in_time(job, None, PAIRING * time_left())
             if found is not None:
                 return found
-    return None
+    found, _ = in_time(partial(_law_of, search, best, None, curves, left), None, PAIRING * time_left())
+    return found
 
 
 def _law_in_place(
-    search: Search, best: LaplaceFit, rest: tuple[type[Effect], ...], before: Identification, port: str
+    search: Search, best: LaplaceFit, rest: tuple[type[Effect], ...], before: Identification, port: str, left: float
 ) -> Unnamed | None:
     """A law of a port beside the rest of what was named, better than all of it and what is left beside that."""
-    parent = search.inference.without(best, rest)
-    return _law_about(search, parent, best, before, {port}, _most(alarms_of(search, best)))
+    return _law_about(search, search.inference.without(best, rest), best, before, {port}, left)
 
 
 def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None) -> float:
@@ -185,20 +165,24 @@ def _law_instead(
 
 
 def _law_about(
-    search: Search,
-    parent: LaplaceFit,
-    chosen: LaplaceFit | None,
-    before: Identification,
-    ports: Collection[str],
-    left: float,
+    search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
-    """A law that gains what an effect does, if any, and what is left beside it, and leaves nothing itself."""
-    curves = curves_beyond(search, parent, before, ports)
+    """A law that gains what an effect does and what is left beside it, and leaves nothing itself."""
+    return _law_of(search, parent, chosen, curves_beyond(search, parent, before, ports), left)
+
+
+def _law_of(
+    search: Search, parent: LaplaceFit, chosen: LaplaceFit | None, curves: Sequence[Reading], left: float
+) -> Unnamed | None:
+    """The same of curves that were drawn; where no effect is `chosen`, beside the parent."""
     found = proposed(search, parent, curves) if curves else None
     if found is None:
         return None
     law, proposal = found
-    there = in_same_noise(search, parent, [law] if chosen is None else [law, chosen])
+    others = () if chosen is None else (chosen,)
+    here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
+    # What the time does not suffice to compare in better known noise is compared in the noise at hand.
+    there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, COMPARING * time_left())
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
     if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):

@@ -21,6 +21,7 @@ TRUE: dict[str, tuple[float, ...]] = {
     "power": (2.0, 2.6),
     "saturating": (3.0, 0.01),
     "exponential": (2.0, 0.02),
+    "peak": (2.0, 0.02),
     "bump": (1.5, 0.06, 0.006),
     "sine": (1.0, 0.017, 0.8),
     "step": (1.2, 0.065),

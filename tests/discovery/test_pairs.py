@@ -175,18 +175,10 @@ def test_two_that_were_found_one_after_the_other_are_seen_with_the_first_exchang
 def test_alarms_and_curves_say_that_something_is_missing(
     monkeypatch: pytest.MonkeyPatch, alarm: bool, curve: bool
 ) -> None:
-    drawn: list[Any] = []
     monkeypatch.setattr(pairs, "alarms_of", lambda search, best: [object()] * alarm)
-
-    def curves_beyond(*of: Any) -> list[str]:
-        drawn.append(of)
-        return ["curve"] * curve
-
-    monkeypatch.setattr(pairs, "curves_beyond", curves_beyond)
+    monkeypatch.setattr(pairs, "curves_beyond", lambda *of: ["curve"] * curve)
     missing, curves = incomplete(round_of(GAINS, {}, []), SimpleNamespace())  # type: ignore[arg-type]
-    assert missing is (alarm or curve)
-    # Where tests say so, no curve is drawn for it; else they are handed on.
-    assert (curves, len(drawn)) == ((None, 0) if alarm else (["curve"] * curve, 1))
+    assert (missing, curves) == (alarm or curve, ["curve"] * curve)
 
 
 def after_a_look(
@@ -206,7 +198,7 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
-    monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, []))
+    monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, ["curve"]))
     monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
     monkeypatch.setattr(forward_selection, "nameless", lambda *of: instead)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))

@@ -11,13 +11,14 @@ import pytest
 
 from fibrefit.discovery import unnamed as module
 from fibrefit.discovery.comparison import Comparison
+from fibrefit.discovery.curves.probes import PROBES
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.unnamed import unnamed
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.laws.ports import PORTS
+from fibrefit.laws.ports import port_of
 from tests.discovery.test_pairs import Model
 
 TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN = (
@@ -52,7 +53,6 @@ class Bench:
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "curves_beyond", self.curves)
         monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
-        monkeypatch.setattr(module, "ports_beyond", lambda search, best, before, ports: set(ports))
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
@@ -121,21 +121,25 @@ def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkey
     assert bench.ports == []
 
 
-@pytest.mark.parametrize(
-    ("missing", "left", "there"), [(True, 60.0, True), (True, WORTH, False), (True, 0.0, True), (False, 0.0, False)]
-)
+def drawn(port: str) -> Any:
+    """A free curve of a port."""
+    return SimpleNamespace(probe=next(probe for probe in PROBES if port_of(probe) == port))
+
+
+@pytest.mark.parametrize(("left", "there"), [(60.0, True), (WORTH, False), (0.0, True)])
 def test_a_law_beside_what_was_found_accounts_for_all_that_tests_see_left(
-    monkeypatch: pytest.MonkeyPatch, missing: bool, left: float, there: bool
+    monkeypatch: pytest.MonkeyPatch, left: float, there: bool
 ) -> None:
     bench = Bench(monkeypatch, base=left)
-    found = module.nameless(cast(Any, Removing), cast(Any, BASE), BEFORE, missing)
+    found = module.nameless(cast(Any, Removing), cast(Any, BASE), BEFORE, [drawn("guide")])
     assert (found is not None) is there
-    assert bench.ports == ([set(PORTS)] if missing else [])
+    # Its curves are those at hand.
+    assert bench.ports == []
 
 
 def test_a_law_in_the_place_of_a_name_comes_before_one_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch)
-    found = module.nameless(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, True)
+    found = module.nameless(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, [drawn("fibre")])
     assert found is not None
     assert bench.ports == [{"fibre"}]
     assert found.parent.names == ()
@@ -195,8 +199,9 @@ class Removing:
 
 
 def in_place(monkeypatch: pytest.MonkeyPatch, gain: float, effects: Any = (TOE,), **left: float) -> Any:
-    Bench(monkeypatch, **left)
-    return module.in_place_of_named(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE)
+    bench = Bench(monkeypatch, **left)
+    found = module.nameless(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE, [drawn("fibre")])
+    return found if bench.ports else None
 
 
 @pytest.mark.parametrize(("less", "there"), [(PRICE_OF_LOOKS + NAMED + 0.1, True), (PRICE_OF_LOOKS + NAMED, False)])
@@ -219,7 +224,5 @@ def test_a_law_in_place_of_a_name_leaves_noise_and_more_than_what_is_left_beside
 
 def test_a_name_that_no_curve_of_its_port_adds_to_is_held_against_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch)
-    monkeypatch.setattr(module, "ports_beyond", lambda search, best, before, ports: {"guide"})
-    best = cast(Any, Model((TOE,), WORTH - 20.0))
-    assert module.in_place_of_named(cast(Any, Removing), best, BEFORE) is None
+    module.nameless(cast(Any, Removing), cast(Any, Model((TOE,), WORTH - 20.0)), BEFORE, [drawn("guide")])
     assert bench.ports == []

@@ -17,7 +17,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import ACTS, NAMED
+from fibrefit.discovery.engine.thresholds import ACTS
 from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
@@ -88,24 +88,6 @@ def probe_all(
     worthy = [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
     held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
     return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
-
-
-def ports_beyond(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> set[str]:
-    """Those of some ports at which a free curve makes the records more probable by what gives an effect its name.
-
-    What a law in the place of an effect does beyond it, a curve of the same port does on top of it. The number of
-    curves is not paid for, and readings stay linearised where they are: this asks whether to look, and names nothing.
-
-    Parameters
-    ----------
-    search : Search
-    parent : LaplaceFit
-    found : Identification
-        Of the model before the search.
-    ports : collection of str
-    """
-    ends = _drawn(search, parent, _looks(search, parent, found, ports), NAMED)
-    return {str(port_of(end.probe)) for end in ends if end.fitted.log - parent.log > NAMED}
 
 
 def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:

@@ -6,7 +6,8 @@ eliminated; the shape is looked for on a grid and then to the bottom.
 Source
 ------
 Variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973). Schwarz, Ann. Stat. 6 (1978), on the price of
-parameters.
+parameters. The peak is that of a relaxation's loss over the rate (Debye, Polar Molecules (1929), ch. V) and of an eddy
+current brake over the speed (Smythe, Trans. AIEE 61 (1942)).
 """
 
 from __future__ import annotations
@@ -134,6 +135,13 @@ FORMS: tuple[Form, ...] = (
         "self.amplitude * jnp.exp(-(x - LOW) / self.scale)",
         (_AMPLITUDE, Term("scale", "over which it falls to 1/e", "length", "s")),
         lambda u, shape: _one(np.exp(-u / shape[0])), (_LENGTHS,),
+        lambda heights, shape, low, span: (heights[0], span * shape[0]),
+    ),
+    Form(
+        "peak", "rises to a peak and falls beyond it with", "2 a ((x - x0) / s) / (1 + ((x - x0) / s)^2)",
+        "2.0 * self.amplitude * ((x - LOW) / self.scale) / (1.0 + ((x - LOW) / self.scale) ** 2)",
+        (_AMPLITUDE, Term("scale", "where the peak lies", "length", "s")),
+        lambda u, shape: _one(2.0 * (u / shape[0]) / (1.0 + (u / shape[0]) ** 2)), (_LENGTHS,),
         lambda heights, shape, low, span: (heights[0], span * shape[0]),
     ),
     Form(

@@ -73,9 +73,10 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
         key=lambda pair: -pair[0].log,
     )
-    # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers.
-    least = max(readings[0].gain - APART, NAMED)
-    if not ranked or ranked[0][0].log - parent.log - PRICE_OF_LOOKS <= least:
+    # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers. The forms
+    # that were looked at are paid for where something is said to be there, not once more against the curve.
+    gain = ranked[0][0].log - parent.log if ranked else -np.inf
+    if gain <= max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED):
         return None
     return ranked[0][0], _summary(search, parent, ranked, readings)
 
