@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import beyond_limits, in_time, time_left
+from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, compared_about, comparison_of
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
@@ -151,8 +151,13 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     at, found = _where_it_is(
         replace(at, search=comparison.search, best=comparison.parent, comparison=found.comparison), found
     )
-    if limits.choose is None and (law := unnamed(*found, single, before)) is not None:
-        return _ended_by(law, at), False
+    if limits.choose is None:
+        try:
+            law = unnamed(*found, single, before)
+        except OutOfTimeError:
+            return replace(at, cut_short=True), False
+        if law is not None:
+            return _ended_by(law, at), False
     missing = True
     if found.chosen is None and limits.choose is None:
         missing, curves = incomplete(found.comparison, before)

@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from fibrefit.core.time_limit import in_time, time_left
+from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain
 from fibrefit.discovery.engine.effort import slopes_tell
@@ -72,17 +72,27 @@ def unnamed(
         The first round, at effects one by one.
     before : Identification
         Of the model the search began with.
+
+    Raises
+    ------
+    OutOfTimeError
+        If slopes predict far more of a curve than the effect gains, and the time did not suffice to see whether it is so.
     """
     if chosen is None:
         return None
-    if (left := _left(comparison, chosen, seen)) > 0.0 or _curve_predicts_more(comparison, chosen, seen, before):
+    doubted = False
+    if (left := _left(comparison, chosen, seen)) > 0.0 or (
+        doubted := _curve_predicts_more(comparison, chosen, seen, before)
+    ):
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
     else:
         return None
-    found, _ = in_time(job, None, PAIRING * time_left())
+    found, came = in_time(job, None, PAIRING * time_left())
+    if doubted and not came:
+        raise OutOfTimeError
     return found
 
 

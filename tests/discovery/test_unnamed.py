@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import pytest
 
+from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import unnamed as module
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.curves.probes import PROBES
@@ -113,6 +114,25 @@ def test_an_effect_that_gains_less_than_slopes_predict_of_a_curve_is_held_agains
     bench.gap, bench.predicted = gap, predicted
     assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
     assert len(bench.ports) == fitted
+
+
+@pytest.mark.parametrize(("predicted", "left"), [(500.0, 0.0), (0.0, 60.0)])
+def test_an_effect_is_not_added_where_the_time_ends_before_a_curve_that_promises_more_was_drawn(
+    monkeypatch: pytest.MonkeyPatch, predicted: float, left: float
+) -> None:
+    bench = Bench(monkeypatch, **{TOE.name: left})
+    bench.predicted = predicted
+
+    def late(*of: Any) -> None:
+        raise OutOfTimeError
+
+    monkeypatch.setattr(module, "curves_beyond", late)
+    if left:
+        # A test objects to it by itself: with it the model is not complete, and so it is said.
+        assert bench.asked(BASE, Model((TOE,), 17.0)) is None
+    else:
+        with pytest.raises(OutOfTimeError):
+            bench.asked(BASE, Model((TOE,), 17.0))
 
 
 def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkeypatch: pytest.MonkeyPatch) -> None:
