@@ -76,7 +76,7 @@ def unnamed(
     Raises
     ------
     OutOfTimeError
-        If slopes predict far more of a curve than the effect gains, and the time did not suffice to see whether it is so.
+        If slopes predict far more of a curve than the effect gains, and no time was left to see whether it is so.
     """
     if chosen is None:
         return None
