@@ -22,6 +22,12 @@ LOGS = (50.0, *[-200.0] * 10)
 """Nats of candidates, the others far behind the first."""
 
 
+def curve_goes_on_after(steps: int) -> bool:
+    """Whether a free curve that gains at each step is followed beyond so many evaluations."""
+    found = SimpleNamespace(steps=steps, objective=-1e6)
+    return effort.curve_descent(0.0)["effort"].goes_on(found, [0.0] * steps)
+
+
 def goes_on_after(steps: int) -> bool:
     """Whether a parent is followed further from where a candidate led, after so many evaluations."""
     return effort.warm_start()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
@@ -50,6 +56,7 @@ CASES = (
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.in_wrong_minimum(-x, 0.0), 7.0, 9.0),
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["tolerance"], 0.19, 0.21),
     Bracket("PATIENCE_OF_DESCENT", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
+    Bracket("CURVE_STEPS", effort, lambda x: curve_goes_on_after(int(x)), 29.0, 30.0),
     Bracket("WARM_START_STEPS", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
     Bracket("CONTINUATION_STEPS", effort, lambda x: len(effort.continuation_steps()) >= x, 3.0, 4.0),
     Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 2.0, 3.0),

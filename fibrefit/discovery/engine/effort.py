@@ -6,6 +6,7 @@ What decides stands in `thresholds`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,9 @@ LEAST_FALL = 0.2
 """Predicted reduction of a hypothesis's objective, a tenth of a nat, that is left: names differ by nats."""
 PATIENCE_OF_DESCENT = 10
 """Evaluations in which a hypothesis has to gain half a nat: the kinks of a bouncing cost are crept along for ever."""
+CURVE_STEPS = 30
+"""Evaluations of a free curve: it says where laws are to be looked for, and far from a good fit it creeps for hundreds,
+to end a thousand nats below the law."""
 WARM_START_STEPS = 10
 """Evaluations of a warm start, a parent from where a candidate ended; where it is more probable there, it goes on."""
 CONTINUATION_STEPS = 4
@@ -92,6 +96,12 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
         "tolerance": LEAST_FALL,
         "effort": Effort(patience=PATIENCE_OF_DESCENT, worthless=parent + 2.0 * WRONG_MINIMUM),
     }
+
+
+def curve_descent(parent: float) -> dict[str, Any]:
+    """The same of a free curve on top of a parent with such an objective."""
+    how = descent(parent)
+    return how | {"effort": replace(how["effort"], steps=CURVE_STEPS)}
 
 
 def warm_start() -> dict[str, Any]:

@@ -10,7 +10,13 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
-from fibrefit.discovery.engine.effort import continuation_steps, descent, in_wrong_minimum, warm_start
+from fibrefit.discovery.engine.effort import (
+    continuation_steps,
+    curve_descent,
+    descent,
+    in_wrong_minimum,
+    warm_start,
+)
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
@@ -106,7 +112,7 @@ class LaplaceInference:
         return LaplaceFit(
             (*parent.effects, probe),
             supermodel,
-            laplace_evidence(unknowns, start, gram, found.sigma, **descent(found.objective)),
+            laplace_evidence(unknowns, start, gram, found.sigma, **curve_descent(found.objective)),
         )
 
     def without_descent(
