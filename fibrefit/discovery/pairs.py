@@ -33,7 +33,11 @@ def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
 
 
 def curves_beyond(
-    search: Search, best: LaplaceFit, before: Identification, ports: Collection[str] = tuple(PORTS)
+    search: Search,
+    best: LaplaceFit,
+    before: Identification,
+    ports: Collection[str] = tuple(PORTS),
+    about_itself: bool = True,
 ) -> list[Reading]:
     """Free curves that explain more than a model does, best first.
 
@@ -45,13 +49,15 @@ def curves_beyond(
         Of the model the search began with.
     ports : collection of str, optional
         Those whose curves are drawn; all unless said.
+    about_itself : bool
+        See `probe_all`.
 
     Raises
     ------
     OutOfTimeError
         If not all could be drawn: what was not is not known to explain nothing.
     """
-    found = probe_all(search, best, before, NAMED, ports=ports)
+    found = probe_all(search, best, before, NAMED, ports=ports, about_itself=about_itself)
     check_time()
     return found
 

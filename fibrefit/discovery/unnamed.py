@@ -178,7 +178,8 @@ def _law_about(
     search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
     """A law that gains what an effect does and what is left beside it, and leaves nothing itself."""
-    return _law_of(search, parent, chosen, curves_beyond(search, parent, before, ports), left)
+    curves = curves_beyond(search, parent, before, ports, about_itself=False)
+    return _law_of(search, parent, chosen, curves, left)
 
 
 def _law_of(

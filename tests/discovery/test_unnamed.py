@@ -63,7 +63,8 @@ class Bench:
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
-    def curves(self, search: Any, parent: Any, before: Any, ports: Any) -> list[str]:
+    def curves(self, search: Any, parent: Any, before: Any, ports: Any, about_itself: bool) -> list[str]:
+        assert not about_itself
         self.ports.append(set(ports))
         return ["a curve"]
 
@@ -123,7 +124,7 @@ def test_an_effect_is_not_added_where_the_time_ends_before_a_curve_that_promises
     bench = Bench(monkeypatch, **{TOE.name: left})
     bench.predicted = predicted
 
-    def late(*of: Any) -> None:
+    def late(*of: Any, **how: Any) -> None:
         raise OutOfTimeError
 
     monkeypatch.setattr(module, "curves_beyond", late)

@@ -66,6 +66,7 @@ def probe_all(
     worth: float,
     least: float | None = None,
     ports: Collection[str] = tuple(PORTS),
+    about_itself: bool = True,
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
 
@@ -82,11 +83,15 @@ def probe_all(
         predict less than there is.
     ports : collection of str, optional
         Those whose curves are drawn; all unless said.
+    about_itself : bool
+        Whether the gain has to be there where readings are linearised about the curve, too. What only proposes laws,
+        which are compared themselves, does without: each takes as long as all curves.
     """
     looks = _looks(search, parent, found, ports)
     ends = _drawn(search, parent, looks, worth if least is None else least)
     worthy = [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
-    held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
+    gain = partial(_gain_about_itself, search, parent, looks.probes)
+    held = _held(worthy, worth + looks.price, gain) if about_itself else worthy
     return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
 
 
