@@ -160,10 +160,11 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
             return _ended_by(law, at), False
     missing = True
     if found.chosen is None and limits.choose is None:
-        missing, curves = incomplete(found.comparison, before)
+        (missing, curves), _ = in_time(partial(incomplete, found.comparison, before), (True, None))
         at = replace(at, curves=curves)
         # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
-        if curves and (law := nameless(at.search, at.best, before, curves)) is not None:
+        law, _ = in_time(partial(nameless, at.search, at.best, before, curves or ()), None)
+        if law is not None:
             return _ended_by(law, at), False
     if missing and _doubtful(at, found):
         at, found = _together(at, found, single, limits)

@@ -80,10 +80,11 @@ def unnamed(
     """
     if chosen is None:
         return None
-    doubted = False
-    if (left := _left(comparison, chosen, seen)) > 0.0 or (
-        doubted := _curve_predicts_more(comparison, chosen, seen, before)
-    ):
+    # What the time does not suffice to ask is not held against an effect that was found.
+    left, _ = in_time(partial(_left, comparison, chosen, seen), 0.0)
+    promises = partial(_curve_predicts_more, comparison, chosen, seen, before)
+    doubted = left <= 0.0 and in_time(promises, False)[0]
+    if left > 0.0 or doubted:
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
@@ -113,6 +114,8 @@ def nameless(search: Search, best: LaplaceFit, before: Identification, curves: S
     curves : sequence of Reading
         Free curves that explain more than it does, the best first.
     """
+    if not curves:
+        return None
     needed = {name for effect in best.effects for name in effect.needs}
     further, left = {str(port_of(curve.probe)) for curve in curves}, _most(alarms_of(search, best))
     for effect in best.effects:
