@@ -160,7 +160,8 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
             return _ended_by(law, at), False
     missing = True
     if found.chosen is None and limits.choose is None:
-        (missing, curves), _ = in_time(partial(incomplete, found.comparison, before), (True, None))
+        unknown: tuple[bool, Sequence[Reading] | None] = True, None
+        (missing, curves), _ = in_time(partial(incomplete, found.comparison, before), unknown)
         at = replace(at, curves=curves)
         # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
         law, _ = in_time(partial(nameless, at.search, at.best, before, curves or ()), None)

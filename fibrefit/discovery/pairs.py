@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -19,7 +19,6 @@ from fibrefit.discovery.search.inputs import fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-from fibrefit.laws.ports import PORTS
 
 PROBING, PAIRING = 0.3, 0.6
 """Shares of the time left that free curves are given before effects are tried in pairs, and these pairs, or a law of no
@@ -32,13 +31,7 @@ def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
     return [alarm for alarm in tested if alarm.raised]
 
 
-def curves_beyond(
-    search: Search,
-    best: LaplaceFit,
-    before: Identification,
-    ports: Collection[str] = tuple(PORTS),
-    about_itself: bool = True,
-) -> list[Reading]:
+def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> list[Reading]:
     """Free curves that explain more than a model does, best first.
 
     Parameters
@@ -47,17 +40,13 @@ def curves_beyond(
     best : LaplaceFit
     before : Identification
         Of the model the search began with.
-    ports : collection of str, optional
-        Those whose curves are drawn; all unless said.
-    about_itself : bool
-        See `probe_all`.
 
     Raises
     ------
     OutOfTimeError
         If not all could be drawn: what was not is not known to explain nothing.
     """
-    found = probe_all(search, best, before, NAMED, ports=ports, about_itself=about_itself)
+    found = probe_all(search, best, before, NAMED)
     check_time()
     return found
 

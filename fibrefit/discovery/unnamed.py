@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading, predicted_gain
+from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING, alarms_of, curves_beyond
+from fibrefit.discovery.pairs import PAIRING, alarms_of
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
@@ -181,7 +181,7 @@ def _law_about(
     search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
     """A law that gains what an effect does and what is left beside it, and leaves nothing itself."""
-    curves = curves_beyond(search, parent, before, ports, about_itself=False)
+    curves = proposing(search, parent, before, ports)
     return _law_of(search, parent, chosen, curves, left)
 
 

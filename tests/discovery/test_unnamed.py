@@ -52,7 +52,7 @@ class Bench:
         self.elsewhere = 0.0
         self.gap, self.predicted = 1.0, 0.0
         monkeypatch.setattr(module, "alarms_of", self.alarms)
-        monkeypatch.setattr(module, "curves_beyond", self.curves)
+        monkeypatch.setattr(module, "proposing", self.curves)
         monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
         monkeypatch.setattr(module, "in_same_noise", self.same)
@@ -63,8 +63,7 @@ class Bench:
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
-    def curves(self, search: Any, parent: Any, before: Any, ports: Any, about_itself: bool) -> list[str]:
-        assert not about_itself
+    def curves(self, search: Any, parent: Any, before: Any, ports: Any) -> list[str]:
         self.ports.append(set(ports))
         return ["a curve"]
 
@@ -124,10 +123,10 @@ def test_an_effect_is_not_added_where_the_time_ends_before_a_curve_that_promises
     bench = Bench(monkeypatch, **{TOE.name: left})
     bench.predicted = predicted
 
-    def late(*of: Any, **how: Any) -> None:
+    def late(*of: Any) -> None:
         raise OutOfTimeError
 
-    monkeypatch.setattr(module, "curves_beyond", late)
+    monkeypatch.setattr(module, "proposing", late)
     if left:
         # A test objects to it by itself: with it the model is not complete, and so it is said.
         assert bench.asked(BASE, Model((TOE,), 17.0)) is None

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
+from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import may_be_worth
@@ -17,7 +18,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import ACTS
+from fibrefit.discovery.engine.thresholds import ACTS, NAMED
 from fibrefit.discovery.search.inputs import linearised_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
@@ -65,8 +66,6 @@ def probe_all(
     found: Identification,
     worth: float,
     least: float | None = None,
-    ports: Collection[str] = tuple(PORTS),
-    about_itself: bool = True,
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
 
@@ -81,18 +80,35 @@ def probe_all(
     least : float, optional
         What its slopes have to predict for it to be fitted in full; as much unless said. Far from a good fit they
         predict less than there is.
-    ports : collection of str, optional
-        Those whose curves are drawn; all unless said.
-    about_itself : bool
-        Whether the gain has to be there where readings are linearised about the curve, too. What only proposes laws,
-        which are compared themselves, does without: each takes as long as all curves.
+    """
+    looks = _looks(search, parent, found, tuple(PORTS))
+    worthy = _worthy(search, parent, looks, worth, worth if least is None else least)
+    held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
+    return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
+
+
+def proposing(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> list[Reading]:
+    """Probes that explain more than a hypothesis does where readings are linearised about that, best first.
+
+    They propose laws, which are compared themselves: to linearise readings about a curve takes as long as all curves.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+    found : Identification
+        Of the model before the search.
+    ports : collection of str
+
+    Raises
+    ------
+    OutOfTimeError
+        If not all could be drawn.
     """
     looks = _looks(search, parent, found, ports)
-    ends = _drawn(search, parent, looks, worth if least is None else least)
-    worthy = [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
-    gain = partial(_gain_about_itself, search, parent, looks.probes)
-    held = _held(worthy, worth + looks.price, gain) if about_itself else worthy
-    return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
+    worthy = _worthy(search, parent, looks, NAMED, NAMED)
+    check_time()
+    return [_read(search, end, parent.log + looks.price, looks.ranges) for end in worthy]
 
 
 def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:
@@ -135,10 +151,11 @@ def _looks(search: Search, parent: LaplaceFit, found: Identification, ports: Col
     return _Looks(probes, [one for one in predicted if one is not None], ranges)
 
 
-def _drawn(search: Search, parent: LaplaceFit, looks: _Looks, least: float) -> list[_End]:
-    """Free curves on top of a hypothesis, those whose slopes predict at least so many nats; the best first."""
+def _worthy(search: Search, parent: LaplaceFit, looks: _Looks, worth: float, least: float) -> list[_End]:
+    """Free curves that gain so many nats, their number paid for, of those that are predicted `least`; the best first."""
     promising = [one for one in looks.predicted if may_be_worth(one.gain, least)]
-    return sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log)
+    ends = sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log)
+    return [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
 
 
 def _held(ends: Sequence[_End], worth: float, gain: Callable[[_End], float | None]) -> Sequence[_End]:
