@@ -152,7 +152,7 @@ def _looks(search: Search, parent: LaplaceFit, found: Identification, ports: Col
 
 
 def _worthy(search: Search, parent: LaplaceFit, looks: _Looks, worth: float, least: float) -> list[_End]:
-    """Free curves that gain so many nats, their number paid for, of those that are predicted `least`; the best first."""
+    """Free curves that gain so many nats, their number paid for, of those that are predicted `least`, best first."""
     promising = [one for one in looks.predicted if may_be_worth(one.gain, least)]
     ends = sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log)
     return [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
