@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls,
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.forward_selection import Limits, Selection, candidates
-from fibrefit.discovery.laws.propose import proposed
+from fibrefit.discovery.laws.propose import described, proposed
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import alarms_of, curves_beyond
@@ -95,8 +95,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     if not complete and best.effects and at.law is None:
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
-    propose = partial(proposed, search, best, readings)
-    law = at.law or (parts.take("law", propose, None) if readings else None)
+    law = at.law or (parts.take("law", partial(_law, search, best, readings), None) if readings else None)
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
@@ -132,6 +131,12 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], FINAL_STARTS, limits.seed, budget))
     return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
+
+
+def _law(search: Search, best: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
+    """The best law for free curves on top of a model; None where they do better."""
+    proposal = proposed(search, best, readings)
+    return None if proposal is None else (proposal.best, described(search, proposal))
 
 
 def _takes_longer(search: Search, best: LaplaceFit, before: Identification) -> float:

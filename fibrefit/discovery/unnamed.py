@@ -17,7 +17,7 @@ from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposi
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, described, proposed
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING, alarms_of
 from fibrefit.discovery.residuals.innovations import Alarm
@@ -189,10 +189,10 @@ def _law_of(
     search: Search, parent: LaplaceFit, chosen: LaplaceFit | None, curves: Sequence[Reading], left: float
 ) -> Unnamed | None:
     """The same of curves that were drawn; where no effect is `chosen`, beside the parent."""
-    found = proposed(search, parent, curves) if curves else None
-    if found is None:
+    proposal = proposed(search, parent, curves) if curves else None
+    if proposal is None:
         return None
-    law, proposal = found
+    law = proposal.best
     others = () if chosen is None else (chosen,)
     here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
     # What the time does not suffice to compare in better known noise is compared in the noise at hand.
@@ -201,4 +201,4 @@ def _law_of(
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
     if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):
         return None
-    return Unnamed(there.search, there.parent, curves, (fitted, proposal))
+    return Unnamed(there.search, there.parent, curves, (fitted, described(search, proposal)))

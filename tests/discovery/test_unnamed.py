@@ -54,7 +54,9 @@ class Bench:
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "proposing", self.curves)
         monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
-        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: (Model((LAW,), WORTH), "told"))
+        proposal = SimpleNamespace(best=Model((LAW,), WORTH))
+        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: proposal)
+        monkeypatch.setattr(module, "described", lambda search, proposal: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
 

@@ -11,10 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.time_limit import in_time
 from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import (
     BLOWN,
@@ -37,7 +39,7 @@ from fibrefit.discovery.model.law import LAWS, ProposedLaw
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
-from fibrefit.study.summaries.discovery import LawParameter, OtherLaw, ProposedLawSummary
+from fibrefit.study.summaries.discovery import HeldOut, LawParameter, OtherLaw, ProposedLawSummary
 
 CURVES = 3
 """Free curves that laws are looked for in, the best ones."""
@@ -47,8 +49,31 @@ PRICE_OF_LOOKS = float(np.log(len(FORMS) * len(PLACES)))
 """Nats: any place and any form could have been the one."""
 
 
-def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
-    """The best law for what a model lacks, and the model with it; None where a free curve does better.
+class Proposal(NamedTuple):
+    """Laws for what a model lacks.
+
+    Parameters
+    ----------
+    parent : LaplaceFit
+        The model that lacks something.
+    ranked : sequence of (LaplaceFit, Composed)
+        It with each law, the most probable first.
+    readings : sequence of Reading
+        The curves they were composed from.
+    """
+
+    parent: LaplaceFit
+    ranked: Sequence[tuple[LaplaceFit, Composed]]
+    readings: Sequence[Reading]
+
+    @property
+    def best(self) -> LaplaceFit:
+        """The model with the best of them."""
+        return self.ranked[0][0]
+
+
+def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> Proposal | None:
+    """The best laws for what a model lacks; None where a free curve does better.
 
     Parameters
     ----------
@@ -78,7 +103,7 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
     gain = ranked[0][0].log - parent.log if ranked else -np.inf
     if gain <= max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED):
         return None
-    return ranked[0][0], _summary(search, parent, ranked, readings)
+    return Proposal(parent, ranked, readings)
 
 
 def _composed(readings: Sequence[Reading]) -> list[Composed]:
@@ -150,13 +175,20 @@ def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.nd
     return found - np.median(found)
 
 
-def _summary(
-    search: Search, parent: LaplaceFit, ranked: Sequence[tuple[LaplaceFit, Composed]], readings: Sequence[Reading]
-) -> ProposedLaw:
+def described(search: Search, proposal: Proposal) -> ProposedLaw:
+    """The best law of a proposal, with the gap of each record predicted from the others as far as the time goes.
+
+    Parameters
+    ----------
+    search : Search
+    proposal : Proposal
+    """
+    parent, ranked, readings = proposal
     best, law = ranked[0]
     knots = next(reading.knots for reading in readings if reading.probe is law.probe)
     kept, before = search.plain(best), search.plain(parent)
-    left_out = held_out(search, before, kept)
+    none: tuple[HeldOut, ...] = ()
+    left_out, _ = in_time(partial(held_out, search, before, kept), none)
     shared, errors = best.shared, best.errors
     names = [f"{law.name}.{quantity.name}" for quantity in law.fitted.form.quantities]
     units = {name: best.supermodel.declared[name].unit for name in names}
