@@ -27,8 +27,6 @@ from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS, port_of, said_by
 
-COMPARING = 0.5
-"""Share of the time left in which a law and what it takes the place of are compared in better known noise."""
 PLACES = ("guide", "fibre")
 """Ports whose laws change one quantity each; those of sensors change readings of several channels."""
 
@@ -196,7 +194,7 @@ def _law_of(
     others = () if chosen is None else (chosen,)
     here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
     # What the time does not suffice to compare in better known noise is compared in the noise at hand.
-    there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, COMPARING * time_left())
+    there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, PAIRING * time_left())
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
     if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import Mock
 
 import pytest
 
+from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import forward_selection, pairs
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
@@ -199,7 +201,7 @@ def after_a_look(
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, ["curve"]))
-    monkeypatch.setattr(forward_selection, "unnamed", lambda *of: law)
+    monkeypatch.setattr(forward_selection, "unnamed", Mock(side_effect=[law]))
     monkeypatch.setattr(forward_selection, "nameless", lambda *of: instead)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
@@ -214,6 +216,15 @@ def test_a_law_of_no_name_ends_the_search_without_effects(monkeypatch: pytest.Mo
     first = round_of(GAINS, {(B, C): 290.0}, [])
     law = SimpleNamespace(search=first.search, parent=first.parent, curves=["curve"], law=("model", "told"))
     assert after_a_look(monkeypatch, first, first.found[0], True, gain=8.0, law=law) == ((), False)
+
+
+def test_an_effect_is_not_added_where_the_time_ends_before_a_law_that_promises_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first = round_of(GAINS, {}, [])
+    best = first.found[0]
+    assert after_a_look(monkeypatch, first, best, False, 500.0) == ((A.name, D.name), True)
+    assert after_a_look(monkeypatch, first, best, False, 500.0, law=OutOfTimeError()) == ((A.name,), False)
 
 
 def test_a_law_is_tried_before_pairs_where_no_effect_gains_enough(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.curves.probes import PROBES, Curve
-from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred
+from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import may_be_worth
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
@@ -54,18 +54,12 @@ class Reading:
     gain: float
 
 
-AT_ONCE = 2
-"""Curves that are followed before it is tested whether the next ones may still do better than the best of them."""
 WALKS = (0.03, 0.3)
 """Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
 
 
 def probe_all(
-    search: Search,
-    parent: LaplaceFit,
-    found: Identification,
-    worth: float,
-    least: float | None = None,
+    search: Search, parent: LaplaceFit, found: Identification, worth: float, least: float | None = None
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
 
@@ -269,7 +263,8 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[_Predicted
     """Where probes lead, those that slopes predict most of first; none that are predicted far less than one gains."""
     found, left = list[_End](), sorted(predicted, key=lambda one: -one.gain)
     while left:
-        now, left = left[:AT_ONCE], left[AT_ONCE:]
+        # As many as run side by side; the next ones only if they may still do better.
+        now, left = left[:THREADS], left[THREADS:]
         jobs = [
             partial(search.inference.with_curve, parent, one.supermodel, one.start, one.probe, one.curve, one.gram)
             for one in now
