@@ -33,11 +33,20 @@ def goes_on_after(steps: int) -> bool:
     return effort.warm_start()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
 
 
-def linearised(times: int) -> bool:
-    """Whether readings of records that differ are linearised as often as that."""
-    differing = SimpleNamespace(evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.ones(1))))
-    with patch.object(inputs, "relinearised", Mock(return_value=(None, differing))) as relinearised:
-        inputs.linearised_where_records_differ(cast(Any, None), cast(Any, differing))
+def differing(place: float, sigma: float) -> Any:
+    """A hypothesis of one record that differs."""
+    at = SimpleNamespace(z=np.zeros(1), eta=np.array([[place * sigma]]))
+    unknowns = SimpleNamespace(scattering=np.array([0]))
+    return SimpleNamespace(
+        evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.array([sigma]), place=at, unknowns=unknowns))
+    )
+
+
+def linearised(times: int, move: float = 1.0) -> bool:
+    """Whether readings of records that move so far each time are linearised as often as that."""
+    ends = [(None, differing(move * i, 2.0)) for i in range(1, 20)]
+    with patch.object(inputs, "relinearised", Mock(side_effect=ends)) as relinearised:
+        inputs.linearised_where_records_differ(cast(Any, None), differing(0.0, 2.0))
     return relinearised.call_count >= times
 
 
@@ -59,7 +68,8 @@ CASES = (
     Bracket("CURVE_STEPS", effort, lambda x: curve_goes_on_after(int(x)), 29.0, 30.0),
     Bracket("WARM_START_STEPS", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
     Bracket("CONTINUATION_STEPS", effort, lambda x: len(effort.continuation_steps()) >= x, 3.0, 4.0),
-    Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 2.0, 3.0),
+    Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 6.0, 7.0),
+    Bracket("AT_REST", inputs, lambda x: not linearised(2, x), 0.2, 0.3),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise.spectrum import Noise, estimate_noise, noise_of, periodogram, whittle
+from fibrefit.problem.noise.spectrum import Noise, estimate_noise, noise_of, periodogram, whittle, without_lines
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -117,3 +117,14 @@ def test_lines_of_a_rest_are_found_at_their_frequencies_and_none_where_there_is_
     assert [variance for _, variance in found.lines] == pytest.approx([1.0, 1.0], rel=0.15)
     assert found.line == 0.0
     assert found.white * 0.5 * RATE == pytest.approx(1.0, rel=0.15)
+
+
+def test_lines_are_taken_off_and_a_level_and_what_is_beside_them_stay() -> None:
+    random, times = np.random.default_rng(6), np.arange(701) / RATE
+    noise = random.standard_normal(701)
+    hum = np.sin(2.0 * np.pi * 50.1 * times + 0.3) + 0.5 * np.sin(2.0 * np.pi * 150.3 * times)
+    left = without_lines(noise + 7.0 + hum, times, (50.1, 150.3))
+    assert left.mean() == pytest.approx(7.0 + noise.mean() + hum.mean(), abs=0.01)
+    # Of each line noise loses two numbers.
+    assert np.std(left - 7.0 - noise) < np.sqrt(8.0 / 701.0)
+    np.testing.assert_allclose(without_lines(noise, times, ()), noise)

@@ -49,16 +49,16 @@ RISE = 0.12
 """The same at a few Hz, where there are few ordinates and no part of the noise can be less than zero."""
 SLOW = 0.25
 """The same of the slow noise, of which a record has some ten ordinates an octave at most."""
-TELL = 0.4
-"""Part of the spacing of ordinates by which the frequency of a line may be off: it is looked for in eighths."""
-LINE = 0.2
+TELL = 0.05
+"""Part of the spacing of ordinates by which the frequency of a line may be off."""
+LINE = 0.1
 """Share by which its variance may be off."""
 SURE = 4.0
 """Standard errors of a correlation by chance: once in sixteen thousand; forty or so are looked at."""
 SQUARE = 0.03
 """Share by which the mean square of innovations may be off one, five times two thousand of them having two percent."""
-LEAKING = 0.08
-"""The same, and for correlations, where samples are lost: a line leaks through the holes and is taken for noise."""
+LEAKING = 0.05
+"""The same, and for correlations, where samples are lost: fewer are left."""
 
 
 def noise_of(drawn: np.ndarray, valid: np.ndarray | None = None) -> Noise:
@@ -148,6 +148,16 @@ def test_lines_are_found_where_they_are(kind: str, truth: dict[float, float], ho
             assert abs(frequency - true) < TELL * RATE / COUNT
     means = np.mean([[variance for _, variance in sorted(found.lines)] for found in found_in(kind, holes)], axis=0)
     np.testing.assert_allclose(means, [truth[line] for line in sorted(truth)], rtol=LINE)
+
+
+def test_a_line_leaves_nothing_to_the_rest_of_the_spectrum() -> None:
+    """A line as strong as the noise: what the ends of a record spread of it is neither slow noise nor another line."""
+    for seed in range(SERIES):
+        random = np.random.default_rng([seed, 3])
+        found = noise_of(white(random) + 1.4 * tone(random, STRANGE))
+        assert len(found.lines) == 1
+        assert (found.slow, found.pink) == ((), 0.0)
+        assert found.white * 0.5 * RATE == pytest.approx(1.0, rel=LEVEL)
 
 
 def test_lines_are_not_looked_for_where_they_are_not_wanted() -> None:

@@ -30,9 +30,11 @@ WARM_START_STEPS = 10
 """Evaluations of a warm start, a parent from where a candidate ended; where it is more probable there, it goes on."""
 CONTINUATION_STEPS = 4
 """Equal steps of continuation in the strength of an effect that is left out, the others refitted."""
-LINEARISED_ANEW = 2
-"""How often readings are linearised again, before the first round, where records differ: at first each record is at
-values of the others."""
+LINEARISED_ANEW = 6
+"""How often readings are linearised again at the most, before the first round, where records differ: at first each
+record is at values of the others."""
+AT_REST = 0.25
+"""Standard deviations between records by which values of a record move where linearising anew says no more."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 REFITTED = 4

@@ -34,7 +34,7 @@ from fibrefit.discovery.engine.thresholds import (
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
-from fibrefit.problem.noise.spectrum import Noise, periodogram
+from fibrefit.problem.noise.spectrum import Noise, periodogram, without_lines
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -224,8 +224,9 @@ def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm |
             values = trace.channels[channel][rest]
             if not np.isfinite(values).all() or np.ptp(values) == 0.0:
                 continue
-            frequency, power = periodogram(values, rate)
-            lines = [abs(frequency - line) < rate / len(values) * 2.0 for line, _ in noise.lines]
+            known = [line for line, _ in noise.lines]
+            frequency, power = periodogram(without_lines(values, trace.times[rest], known), rate)
+            lines = [abs(frequency - line) < rate / len(values) * 2.0 for line in known]
             clear = ~np.logical_or.reduce([np.zeros(len(frequency), dtype=bool), *lines])
             share = power / noise.density(frequency)
             slow += float(share[clear & (frequency < SLOW_BELOW)].sum())

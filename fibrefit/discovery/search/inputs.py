@@ -10,13 +10,14 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
-from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost
+from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
 from fibrefit.discovery.search.search import Search
+from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
 
@@ -103,13 +104,23 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
 def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit]:
     """Search and hypothesis with readings linearised at each record's own values, if these differ.
 
-    A first fit takes records for alike, and what they differ by for errors of their inputs.
+    A first fit takes records for alike, and what they differ by for errors of their inputs: what is learnt of the one
+    by a linearisation unlearns the other in the next, until values of all records stay where they are.
     """
     for _ in range(LINEARISED_ANEW):
         if not fitted.evidence.mode.sigma.any() or (anew := relinearised(search, fitted)) is None:
             break
-        search, fitted = anew
+        before, (search, fitted) = fitted.evidence.mode, anew
+        if farthest_move(before, fitted.evidence.mode) < AT_REST:
+            break
     return search, fitted
+
+
+def farthest_move(before: PosteriorMode, after: PosteriorMode) -> float:
+    """Farthest that a value of a record that differs has moved, in standard deviations between records."""
+    sigma = np.maximum(before.sigma, after.sigma)
+    at = [one.place.z[one.unknowns.scattering] + one.place.eta for one in (before, after)]
+    return float(np.max(np.abs(at[1] - at[0])[:, sigma > 0.0] / sigma[sigma > 0.0], initial=0.0))
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,7 @@ def _of_input(traces: Sequence[Trace], name: str, noise: Noise) -> Noise:
     """Noise of an input from that at rest; of one in coarse steps, which a rest says nothing of, from its course."""
     if (step := coarse_step(traces, name)) is not None:
         return noise_of_rounding(traces, name, step)
-    return with_lines(noise, at_rest(traces, name))
+    return noise
 
 
 def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:
@@ -138,7 +138,7 @@ def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tu
     for channel in channels:
         said = getattr(study.noise, channel, None)
         if said is None:
-            noise[channel] = estimate_noise(traces, channel)
+            noise[channel] = with_lines(estimate_noise(traces, channel), at_rest(traces, channel))
         else:
             rate = traces[0].rate
             noise[channel] = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)

@@ -179,6 +179,15 @@ def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray
     return frequency[inner], power[inner]
 
 
+def without_lines(values: np.ndarray, times: np.ndarray, lines: Sequence[float]) -> np.ndarray:
+    """What is left of readings ``(..., n)`` by the sinusoids of some frequencies in Hz that they hold most likely."""
+    angle = 2.0 * np.pi * np.multiply.outer(times, lines)
+    waves = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+    # A level is no part of a line, of which a short record need not hold whole periods.
+    basis = np.linalg.qr(waves - waves.mean(axis=0))[0]
+    return values - (values @ basis) @ basis.T
+
+
 def whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
     """White and pink level by maximum likelihood of the periodogram (Whittle 1953)."""
     floor, shape = 1e-6 * power.mean(), np.stack([np.ones_like(frequency), 1.0 / frequency])

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import jax
@@ -24,7 +25,7 @@ from fibrefit.problem.noise.coloured import HALF_WIDTH_OF_LINE, LINES, Bank, Col
 from fibrefit.problem.noise.lags import lag_transforms
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.rounding import noise_of_steps
-from fibrefit.problem.noise.spectrum import Noise, whittle
+from fibrefit.problem.noise.spectrum import Noise, whittle, without_lines
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.thresholds import CLEAR, LINE_BY_CHANCE, NEGLIGIBLE_PART, SAMPLE_COUNTS, SLOWEST_LINE
 
@@ -56,6 +57,11 @@ class Periodograms:
     expected: np.ndarray
     record: np.ndarray
 
+    @cached_property
+    def bands(self) -> _Bands:
+        """Means over narrow bands."""
+        return _Bands(*_pooled(self))
+
     def where(self, chosen: np.ndarray) -> Periodograms:
         """The ordinates that are `chosen`."""
         return Periodograms(self.frequency[chosen], self.power[chosen], self.expected[chosen], self.record[chosen])
@@ -76,6 +82,15 @@ class _Draws(NamedTuple):
     valid: np.ndarray
     counts: np.ndarray
     bank: Bank
+
+    def without(self, lines: Sequence[tuple[float, float]]) -> _Draws:
+        """What lines leave, of any phase and height in each record: the ends of a record spread a line over all."""
+        left, frequencies = self.values.copy(), [frequency for frequency, _ in lines]
+        for r, (seen, rate) in enumerate(zip(self.valid, np.asarray(self.bank.rate), strict=True)):
+            if not seen.any():
+                continue
+            left[:, r, seen] = without_lines(left[:, r, seen], np.flatnonzero(seen) / rate, frequencies)
+        return self._replace(values=left)
 
 
 def noise_of_residuals(problem: Problem, residuals: np.ndarray) -> tuple[Noise, ...]:
@@ -132,12 +147,10 @@ def with_lines(noise: Noise, pieces: Sequence[tuple[np.ndarray, float]]) -> Nois
     values[valid] = np.concatenate([part - part.mean() for part, _ in pieces])
     rates = [rate for _, rate in pieces]
     draws = _Draws(values[None], valid, counts, bank_of(rates, float(np.max(counts / np.array(rates)))))
-    whole = periodograms(*draws)
-    found, _ = _lines(draws, whole)
+    found, rest = _lines(draws)
     if not found:
         return noise
-    clear = _clear(whole, found, draws)
-    white, pink = whittle(whole.frequency[clear], whole.power[clear])
+    white, pink = whittle(rest.frequency, rest.power)
     return replace(noise, white=max(white, noise.floor), pink=pink, line=0.0, lines=tuple(found))
 
 
@@ -166,8 +179,9 @@ def _noise(draws: _Draws, lines: bool) -> Noise:
     samples, bank = int(draws.valid.sum()), draws.bank
     if samples < len(draws.valid) or not np.any(draws.values):
         return Noise(1.0, 0.0, 0.0, 0)
-    whole = periodograms(*draws)
-    found, weights = _lines(draws, whole) if lines else ([], fitted(whole))
+    # What stands out does so of any spectrum: which one is the simplest is tested once, of the rest.
+    found, rest = _lines(draws) if lines else ([], periodograms(*draws))
+    weights = fitted(rest)
     variances, rate = weights[:-2], float(np.mean(np.asarray(bank.rate)))
     share = variances > NEGLIGIBLE_PART * (variances.sum() + weights[-1])
     slow = tuple(zip(np.asarray(bank.corners)[share].tolist(), variances[share].tolist(), strict=True))
@@ -191,14 +205,19 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
             continue
         inner = slice(1, (int(count) + 1) // 2)
         frequency = np.fft.rfftfreq(count, 1.0 / rate)[inner]
-        transform = np.abs(np.fft.rfft(draws[:, r, :count], axis=-1)) ** 2
-        power = 2.0 * transform.mean(axis=0)[inner] / (number * rate)
+        power = _power(draws[:, r, :count], number, rate)
         decay, seen = np.asarray(bank.decay)[r], mask[:count]
         expected = lag_transforms(decay, seen)[:, inner] * (4.0 / (number * rate))
         pink = np.asarray(bank.pink)[r] @ expected[:-1]
         expected = np.concatenate([expected[:-1], pink[None], expected[-1:]])
         parts.append((frequency, power, expected.T, np.full(len(frequency), r)))
     return Periodograms(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _power(draws: np.ndarray, number: int, rate: float) -> np.ndarray:
+    """Mean periodogram of draws ``(n_draw, n)`` of a record of which so many samples count."""
+    inner = slice(1, (draws.shape[-1] + 1) // 2)
+    return 2.0 * (np.abs(np.fft.rfft(draws, axis=-1)) ** 2).mean(axis=0)[inner] / (number * rate)
 
 
 def fitted(of: Periodograms) -> np.ndarray:
@@ -212,8 +231,7 @@ def fitted(of: Periodograms) -> np.ndarray:
     ------
     Schwarz, Ann. Stat. 6 (1978).
     """
-    bands = _Bands.of(of)
-    return bands.simplest(bands.of_any_corner())
+    return of.bands.simplest()
 
 
 @dataclass(frozen=True)
@@ -231,22 +249,18 @@ class _Bands:
     expected: np.ndarray
     number: np.ndarray
 
-    @classmethod
-    def of(cls, periodograms: Periodograms) -> _Bands:
-        """Those of some periodograms."""
-        return cls(*_pooled(periodograms))
-
     @property
     def _corners(self) -> int:
         return self.expected.shape[1] - 2
 
+    @cached_property
     def of_any_corner(self) -> np.ndarray:
         """Variances ``(n_part,)`` of first-order parts of all corners and of white noise."""
         return self.fitted([np.r_[np.arange(self._corners), self._corners + 1]])[0]
 
-    def simplest(self, of_any_corner: np.ndarray) -> np.ndarray:
-        """Variances ``(n_part,)`` of the spectrum with the lowest BIC, beside those `of_any_corner`."""
-        corners = self._corners
+    def simplest(self) -> np.ndarray:
+        """Variances ``(n_part,)`` of the spectrum with the lowest BIC."""
+        corners, of_any_corner = self._corners, self.of_any_corner
         first = int(np.argmax(of_any_corner[: corners - 1] + of_any_corner[1:corners])) if corners > 1 else 0
         pair, either = np.array([first, first + 1])[:corners], np.array([corners, corners + 1])
         simple = [either[1:], either, np.r_[pair, either[1:]], np.r_[pair, either]]
@@ -316,17 +330,24 @@ def _clear(whole: Periodograms, found: Sequence[tuple[float, float]], draws: _Dr
     return np.logical_and.reduce([np.ones(len(whole.frequency), dtype=bool), *far])
 
 
-def _lines(draws: _Draws, whole: Periodograms) -> tuple[list[tuple[float, float]], np.ndarray]:
-    """Frequencies and variances of what stands out, and the variances of the parts that make the rest most likely."""
+def _lines(draws: _Draws) -> tuple[list[tuple[float, float]], Periodograms]:
+    """Frequencies and variances of what stands out, and the ordinates of the rest."""
     found: list[tuple[float, float]] = []
-    bands = _Bands.of(whole)
-    any_corner = bands.of_any_corner()
-    # What stands out does so of any spectrum: which one is the simplest is tested once, of the rest.
-    while len(found) < LINES and (line := _line(draws, whole, any_corner, found)):
+    left, whole = draws, periodograms(*draws)
+    rest = whole
+    while len(found) < LINES and (line := _line(left, whole, rest.bands.of_any_corner, found)):
         found.append(line)
-        bands = _Bands.of(whole.where(_clear(whole, found, draws)))
-        any_corner = bands.of_any_corner()
-    return found, bands.simplest(any_corner)
+        left = draws.without(found)
+        whole = replace(whole, power=_powers(left))
+        rest = whole.where(_clear(whole, found, draws))
+    return found, rest
+
+
+def _powers(draws: _Draws) -> np.ndarray:
+    """``Periodograms.power`` of some draws."""
+    rows = zip(draws.valid.sum(axis=-1), draws.counts, np.asarray(draws.bank.rate), strict=True)
+    parts = [_power(draws.values[:, r, :n], m, rate) for r, (m, n, rate) in enumerate(rows) if m > 1]
+    return np.concatenate(parts)
 
 
 def _line(
@@ -368,7 +389,17 @@ def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodogram
         level = np.interp(near, whole.frequency[whole.record == r], density[whole.record == r])
         total += 2.0 * np.maximum(amplitude - 0.5 * level * rate[r] / number, 0.0) * number
     best = int(np.argmax(total))
-    return float(frequency[best]), float(total[best] / max(valid.sum(), 1))
+    return _top(frequency, total, best), float(total[best] / max(valid.sum(), 1))
+
+
+def _top(places: np.ndarray, heights: np.ndarray, best: int) -> float:
+    """Where a parabola through the highest of equidistant heights and its neighbours has its top."""
+    around = heights[max(best - 1, 0) : best + 2]
+    if len(around) < 3:
+        return float(places[best])
+    bend = around[0] - 2.0 * around[1] + around[2]
+    aside = 0.5 * (around[0] - around[2]) / bend if bend < 0.0 else 0.0
+    return float(places[best] + aside * (places[1] - places[0]))
 
 
 __all__ = [
