@@ -44,7 +44,8 @@ def differing(place: float, sigma: float) -> Any:
 
 def linearised(times: int, move: float = 1.0) -> bool:
     """Whether readings of records that move so far each time are linearised as often as that."""
-    ends = [(None, differing(move * i, 2.0)) for i in range(1, 20)]
+    search: Any = SimpleNamespace(gap=lambda _: 1.0, plain=lambda one: one)
+    ends = [(search, differing(move * i, 2.0)) for i in range(1, 20)]
     with patch.object(inputs, "relinearised", Mock(side_effect=ends)) as relinearised:
         inputs.linearised_where_records_differ(cast(Any, None), differing(0.0, 2.0))
     return relinearised.call_count >= times

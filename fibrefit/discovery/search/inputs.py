@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
-from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost
+from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import refit
@@ -111,7 +111,8 @@ def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple
         if not fitted.evidence.mode.sigma.any() or (anew := relinearised(search, fitted)) is None:
             break
         before, (search, fitted) = fitted.evidence.mode, anew
-        if farthest_move(before, fitted.evidence.mode) < AT_REST:
+        # What a model lacks makes records differ, too, and then their values come to no rest.
+        if farthest_move(before, fitted.evidence.mode) < AT_REST or not slopes_tell(search.gap(search.plain(fitted))):
             break
     return search, fitted
 
