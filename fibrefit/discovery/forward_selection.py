@@ -167,12 +167,14 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         law, _ = in_time(partial(nameless, at.search, at.best, before, curves or ()), None)
         if law is not None:
             return _ended_by(law, at), False
-    if missing and _doubtful(at, found):
-        at, found = _together(at, found, single, limits)
+    exchanged = None
     if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
         better, _ = in_time(partial(best_exchange, single, found.chosen), None)
-        again = found if better is None else _believed(better, limits)
-        found = found if again.chosen is None else again
+        exchanged = None if better is None else _believed(better, limits)
+    if exchanged is not None and exchanged.chosen is not None:
+        found = exchanged
+    elif missing and _doubtful(at, found):
+        at, found = _together(at, found, single, limits)
     if found.chosen is not None:
         return _grown(at, found, single, before, limits), True
     return at, False
@@ -250,8 +252,12 @@ def _together(at: Selection, found: _Believed, single: Comparison, limits: Limit
 
 
 def _doubtful(at: Selection, found: _Believed) -> bool:
-    """Whether what was found beside an effect says little: that effect may stand in for two others."""
-    return found.chosen is None or (bool(at.best.effects) and found.comparison.gain(found.chosen) < BEYOND_DOUBT)
+    """Whether what was found beside an effect says little: that effect may stand in for two others.
+
+    A third one may gain little; two stand in for two others where nothing more is found and something is missing.
+    """
+    alone = len(at.best.effects) == 1
+    return found.chosen is None or (alone and found.comparison.gain(found.chosen) < BEYOND_DOUBT)
 
 
 def _grown(at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:

@@ -16,7 +16,7 @@ from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, described, proposed
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING, alarms_of
@@ -80,9 +80,8 @@ def unnamed(
         return None
     # What the time does not suffice to ask is not held against an effect that was found.
     left, _ = in_time(partial(_left, comparison, chosen, seen), 0.0)
-    promises = partial(_curve_predicts_more, comparison, chosen, seen, before)
-    doubted = left <= 0.0 and in_time(promises, False)[0]
-    if left > 0.0 or doubted:
+    predicted, _ = in_time(partial(_curve_predicts_more, comparison, chosen, seen, before), False)
+    if predicted or _leaves_much(comparison, chosen, left):
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
@@ -90,7 +89,7 @@ def unnamed(
     else:
         return None
     found, came = in_time(job, None, PAIRING * time_left())
-    if doubted and not came:
+    if predicted and not came:
         raise OutOfTimeError
     return found
 
@@ -153,6 +152,15 @@ def _curve_predicts_more(
         return False
     gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
     return predicted_gain(search, parent, before) > gain + NAMED + PRICE_OF_LOOKS
+
+
+def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> bool:
+    """Whether an effect may be but the likeness of another law, by what it leaves, where slopes say nothing of curves.
+
+    What it leaves may as well be another effect, which the next round finds, or a law in the place of this one then.
+    """
+    near = slopes_tell(comparison.search.gap(comparison.search.plain(comparison.parent)))
+    return not near and left > LIKENESS * comparison.gain(chosen)
 
 
 def _most(alarms: Collection[Alarm]) -> float:

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.discovery import comparison, conclusion, forward_selection
+from fibrefit.discovery import comparison, conclusion, forward_selection, unnamed
 from fibrefit.discovery import discover as search
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.design import distinguish, plan
@@ -111,6 +111,13 @@ def chosen(*gains: tuple[float, int]) -> Any:
     found = [fitted(gain, (effect(number),)) for gain, number in gains]
     ranked: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
     return forward_selection._chosen(ranked, cast(Any, SimpleNamespace(choose=None)))
+
+
+def leaves_much(share: float) -> bool:
+    """Whether an effect that leaves such a share of its gain may be a likeness, where slopes say nothing of curves."""
+    search = SimpleNamespace(gap=lambda _: 1.5, plain=lambda one: one)
+    ranked: Any = SimpleNamespace(search=search, parent=fitted(0.0), gain=lambda one: one.log)
+    return unnamed._leaves_much(ranked, fitted(50.0), 50.0 * share)
 
 
 def overdispersion_corrected(gain: float) -> bool:
@@ -269,6 +276,7 @@ CASES = (
     Bracket("AT_A_KINK", search, at_a_kink, 0.04, 0.07),
     Bracket("ALARM", innovations, steady, 0.2512, 0.2589),
     Bracket("CONTRADICTED", innovations, as_at_rest, 0.0076, 0.0082),
+    Bracket("LIKENESS", unnamed, lambda x: not leaves_much(x), 0.09, 0.11),
     Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),
     Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
     Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),

@@ -87,14 +87,19 @@ class Bench:
 BASE = Model((), 0.0)
 
 
+FAR = 1.5
+"""Gap from which slopes say nothing of curves."""
+
+
 @pytest.mark.parametrize(
     ("gain", "left", "fitted", "there"),
-    [(17.0, 60.0, True, True), (17.0, 80.0, True, False), (95.0, 1.0, True, False), (17.0, 0.0, False, False)],
+    [(17.0, 60.0, True, True), (17.0, 80.0, True, False), (90.0, 10.0, True, False), (17.0, 0.0, False, False)],
 )
 def test_a_law_has_to_gain_what_the_effect_does_and_what_is_left_beside_it(
     monkeypatch: pytest.MonkeyPatch, gain: float, left: float, fitted: bool, there: bool
 ) -> None:
     bench = Bench(monkeypatch, **{TOE.name: left})
+    bench.gap = FAR
     found = bench.asked(BASE, Model((TOE,), gain))
     assert (bool(bench.ports), found is not None) == (fitted, there)
     if found is not None:
@@ -143,6 +148,16 @@ def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkey
     assert bench.ports == []
 
 
+@pytest.mark.parametrize(("left", "gap"), [(4.0, FAR), (60.0, 1.0)])
+def test_what_leaves_little_or_gains_more_than_slopes_predict_of_curves_is_added_first(
+    monkeypatch: pytest.MonkeyPatch, left: float, gap: float
+) -> None:
+    bench = Bench(monkeypatch, **{TOE.name: left})
+    bench.gap = gap
+    assert bench.asked(BASE, Model((TOE,), 50.0)) is None
+    assert bench.ports == []
+
+
 def drawn(port: str) -> Any:
     """A free curve of a port."""
     return SimpleNamespace(probe=next(probe for probe in PROBES if port_of(probe) == port))
@@ -169,6 +184,7 @@ def test_a_law_in_the_place_of_a_name_comes_before_one_beside_it(monkeypatch: py
 
 def test_what_is_left_is_asked_where_readings_are_linearised_about_the_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, **{TOE.name: 50.0})
+    bench.gap = FAR
     there = Confirmation(cast(Any, "there"), cast(Any, Model((TOE,), 40.0)), cast(Any, BASE))
     assert bench.asked(BASE, Model((TOE,), 30.0), there) is not None
     assert bench.searches[0] == "there"

@@ -8,12 +8,10 @@ import pytest
 
 from fibrefit.problem.estimate.hausman import scattered
 from fibrefit.problem.noise.coloured import bank_for
+from fibrefit.problem.noise.periodogram_fit import STEPS, _Bands, fitted
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive
 from fibrefit.problem.noise.whittle import (
-    STEPS,
-    _Bands,
-    fitted,
     noise_of_residuals,
     noise_of_signals,
     periodograms,

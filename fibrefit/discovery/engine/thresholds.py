@@ -27,6 +27,9 @@ OBJECTS = 8.0
 probability of one in three thousand at the most (Markov's inequality of a likelihood ratio). Of seven true ones, some
 of them beside a second, none made a record less probable by more than 2.4; one that was not there, in drives read in
 coarse steps, gained 56 nats of five records and lost 17 and 5 in two."""
+LIKENESS = 0.1
+"""Share of what an effect gains that it leaves, by the tests of the innovations, from which it may be but the likeness
+of a law that is not in the catalogue: of two that change the readings alike to 0.95 one leaves so much of the other."""
 NOISE_LIKE = 1.045
 """Normalised residual RMS up to which a model leaves only noise; the noise itself is known to about two percent."""
 ALARM = 1e-4
