@@ -265,8 +265,6 @@ def _top(places: np.ndarray, heights: np.ndarray, best: int) -> float:
 
 __all__ = [
     "HALF_WIDTH_OF_LINE",
-    "Periodograms",
-    "fitted",
     "noise_of_residuals",
     "periodograms",
     "whitening_of",
