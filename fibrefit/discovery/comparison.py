@@ -10,7 +10,14 @@ import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
-from fibrefit.discovery.engine.effort import COMPARED, FAR_BEHIND, PARTNERS, PROMISING, compared_again
+from fibrefit.discovery.engine.effort import (
+    COMPARED,
+    FAR_BEHIND,
+    PARTNERS,
+    PROMISING,
+    compared_again,
+    in_wrong_minimum,
+)
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
@@ -74,6 +81,8 @@ class Comparison:
 def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparison | None = None) -> Comparison:
     """A parent with each further effect, all compared in the noise that the best one of them leaves.
 
+    Where candidates lead the parent to a place that makes all of them wrong minima, they begin anew from there.
+
     Parameters
     ----------
     search : Search
@@ -83,6 +92,21 @@ def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparis
     first : Comparison, optional
         Of effects one by one: what gained most there is tried first, in case the time ends.
     """
+    comparison = _looked_at(search, parent, what, first)
+    if not comparison.moved or not _all_left_behind(comparison):
+        return comparison
+    anew, _ = in_time(partial(_looked_at, comparison.search, comparison.parent, what, first), None)
+    return comparison if anew is None else replace(anew, moved=True)
+
+
+def _all_left_behind(comparison: Comparison) -> bool:
+    """Whether all that were compared are far less probable than the parent, which they contain."""
+    compared = [one for one in comparison.found if one.names in comparison.compared]
+    return all(in_wrong_minimum(one.log, comparison.parent.log) for one in compared)
+
+
+def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison | None) -> Comparison:
+    """A parent with each further effect, from where the parent is."""
     gains = {} if first is None else {one.effects[-1]: first.gain(one) for one in first.found}
     effects = sorted(search.extensions(parent), key=lambda effect: -gains.get(effect, 0.0))
     swift = [effect for effect in effects if not is_costly(effect)]

@@ -284,10 +284,12 @@ def _chosen(comparison: Comparison, limits: Limits) -> LaplaceFit | None:
     if limits.choose is not None:
         name = limits.choose(candidates(comparison)[:LISTED])
         return next((one for one in comparison.found[:LISTED] if name in one.names), None)
+    # What was not followed says nothing but what slopes predict of it.
+    followed = [one for one in comparison.found if one.evidence.mode.steps]
     # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
-    if not comparison.found or comparison.gain(comparison.found[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
+    if not followed or comparison.gain(followed[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
         return None
-    near = [one for one in comparison.found if one.log > comparison.found[0].log - SIMPLER]
+    near = [one for one in followed if one.log > followed[0].log - SIMPLER]
     return min(
         near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log)
     )

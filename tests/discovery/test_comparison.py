@@ -67,3 +67,28 @@ def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: 
     comparison.comparison_of(search, cast(Any, Model((beside,), 200.0)), "trying", first)
     comparison.comparison_of(search, cast(Any, BASE), "trying")
     assert asked == [(three, two, four, one), (one, two, three, four)]
+
+
+@pytest.mark.parametrize(("moved", "gain", "begun"), [(True, -600.0, 2), (True, -3.0, 1), (False, -600.0, 1)])
+def test_candidates_begin_anew_where_the_parent_was_led_away_from_all_of_them(
+    monkeypatch: pytest.MonkeyPatch, moved: bool, gain: float, begun: int
+) -> None:
+    better, parents = Model((), 500.0), list[Any]()
+    behind, ahead = (Model(EFFECTS[:1], 500.0 + nats) for nats in (gain, 40.0))
+
+    def looked_at(search: Any, parent: Any, what: str, first: Any) -> comparison.Comparison:
+        parents.append(parent)
+        there: Any = ((ahead,) if parent is better else (behind,), better)
+        return comparison.Comparison(search, there[1], there[0], frozenset({behind.names}), moved=moved)
+
+    monkeypatch.setattr(comparison, "_looked_at", looked_at)
+    found = comparison.comparison_of(cast(Any, None), cast(Any, BASE), "trying")
+    assert parents == [BASE, better][:begun]
+    assert found.moved is moved
+    assert found.found == ((ahead,) if begun == 2 else (behind,))
+
+
+def test_what_was_not_followed_is_not_added_whatever_slopes_predict() -> None:
+    unseen = SimpleNamespace(log=100.0, names=("a",), evidence=SimpleNamespace(mode=SimpleNamespace(steps=0)))
+    ranked = comparison.Comparison(cast(Any, None), cast(Any, BASE), cast(Any, (unseen,)), frozenset({("b",)}))
+    assert _chosen(ranked, Limits()) is None

@@ -226,13 +226,16 @@ def test_rivals_are_those_within_a_few_nats() -> None:
     assert rival.names == (VISCOUS.name, DRAG.name)
 
 
+FOLLOWED = SimpleNamespace(mode=SimpleNamespace(steps=1))
+
+
 @pytest.mark.parametrize(("behind", "taken"), [(0.7 * SIMPLER, VISCOUS), (1.4 * SIMPLER, STRIBECK)])
 def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
     behind: float, taken: type[Effect]
 ) -> None:
     parent = SimpleNamespace(log=0.0, effects=())
     found = tuple(
-        SimpleNamespace(log=log, effects=(effect,), names=(effect.name,))
+        SimpleNamespace(log=log, effects=(effect,), names=(effect.name,), evidence=FOLLOWED)
         for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
     )
     ranked = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
@@ -245,7 +248,7 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
 def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_doubt_only(
     gain: float, named: bool
 ) -> None:
-    found = (SimpleNamespace(log=gain, effects=(VISCOUS,), names=(VISCOUS.name,)),)
+    found = (SimpleNamespace(log=gain, effects=(VISCOUS,), names=(VISCOUS.name,), evidence=FOLLOWED),)
     ranked = SimpleNamespace(
         found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=()
     )

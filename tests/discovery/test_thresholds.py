@@ -94,7 +94,7 @@ def test_an_effect_is_expected_to_be_named_at_its_gate() -> None:
 
 def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     """A hypothesis by what is asked of it."""
-    mode = SimpleNamespace(objective=0.0)
+    mode = SimpleNamespace(objective=0.0, steps=1)
     supermodel = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
     return SimpleNamespace(
         log=log, effects=effects, shared=shared, supermodel=supermodel, evidence=SimpleNamespace(log=log, mode=mode),
