@@ -14,7 +14,7 @@ from typing import NamedTuple
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
-from fibrefit.discovery.engine.effort import slopes_tell
+from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, described, proposed
@@ -24,6 +24,7 @@ from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS, port_of, said_by
 
@@ -91,6 +92,9 @@ def unnamed(
     found, came = in_time(job, None, PAIRING * time_left())
     if predicted and not came:
         raise OutOfTimeError
+    if found is not None and len(chosen.effects) == len(found.parent.effects) + 1:
+        explained, _ = in_time(partial(_second_does_as_well, found, chosen), False, PAIRING * time_left())
+        return None if explained else found
     return found
 
 
@@ -152,6 +156,20 @@ def _curve_predicts_more(
         return False
     gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
     return predicted_gain(search, parent, before) > gain + NAMED + PRICE_OF_LOOKS
+
+
+def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
+    """Whether an effect and a further one make the records as probable as a law that takes the place of the first.
+
+    Two effects of the catalogue are no less likely than one law that nobody has seen.
+    """
+    search, worth = found.search, found.law[0].log - PRICE_OF_LOOKS - NAMED
+    first = search.inference.again(chosen)
+    swift = [effect for effect in search.extensions(first) if not is_costly(effect)]
+    # Of what gains too little even if slopes predict half of it none is followed.
+    least = PROMISING * (worth - first.log)
+    tried = search.tried(first, swift, "trying a further effect against a law", least)
+    return any(one.log >= worth for one in tried.found if one.evidence.mode.steps)
 
 
 def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> bool:

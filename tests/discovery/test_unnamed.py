@@ -13,6 +13,7 @@ from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import unnamed as module
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.curves.probes import PROBES
+from fibrefit.discovery.engine.effort import PROMISING
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
 from fibrefit.discovery.residuals.innovations import Alarm
@@ -59,6 +60,8 @@ class Bench:
         monkeypatch.setattr(module, "described", lambda search, proposal: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
+        monkeypatch.setattr(module, "is_costly", lambda effect: False)
+        self.second, self.least = 0.0, list[float]()
 
     def alarms(self, search: Any, one: Model) -> list[Alarm]:
         self.searches.append(search)
@@ -73,12 +76,19 @@ class Bench:
         # A later round has another noise, in which nats count from elsewhere.
         return replace(other, log=other.log + self.elsewhere)
 
+    def tried(self, parent: Model, effects: Any, what: str, least: float) -> Any:
+        """A second effect beside the first."""
+        self.least.append(least)
+        return SimpleNamespace(found=[Model((*parent.effects, *effects), self.second)])
+
     @staticmethod
     def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
-        search = cast(Any, SimpleNamespace(plain=lambda one: one, gap=lambda one: self.gap))
+        search = cast(Any, SimpleNamespace(plain=lambda one: one, gap=lambda one: self.gap, tried=self.tried))
+        search.inference = SimpleNamespace(again=lambda one: one)
+        search.extensions = lambda one: [HARDENING]
         comparison = Comparison(search, cast(Any, parent), ())
         base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
         return unnamed(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
@@ -156,6 +166,18 @@ def test_what_leaves_little_or_gains_more_than_slopes_predict_of_curves_is_added
     bench.gap = gap
     assert bench.asked(BASE, Model((TOE,), 50.0)) is None
     assert bench.ports == []
+
+
+@pytest.mark.parametrize(
+    ("second", "there"), [(WORTH - PRICE_OF_LOOKS - NAMED, False), (WORTH - PRICE_OF_LOOKS - NAMED - 0.1, True)]
+)
+def test_two_effects_that_do_as_well_come_before_a_law_in_the_place_of_the_first(
+    monkeypatch: pytest.MonkeyPatch, second: float, there: bool
+) -> None:
+    bench = Bench(monkeypatch)
+    bench.predicted, bench.second = 500.0, second
+    assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is there
+    assert bench.least == [pytest.approx(PROMISING * (WORTH - PRICE_OF_LOOKS - NAMED - 17.0))]
 
 
 def drawn(port: str) -> Any:
