@@ -166,7 +166,7 @@ def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
     search, worth = found.search, found.law[0].log - PRICE_OF_LOOKS - NAMED
     first = search.inference.again(chosen)
     swift = [effect for effect in search.extensions(first) if not is_costly(effect)]
-    # Of what gains too little even if slopes predict half of it none is followed.
+    # An effect of which slopes predict less than half of what is needed is not followed.
     least = PROMISING * (worth - first.log)
     tried = search.tried(first, swift, "trying a further effect against a law", least)
     return any(one.log >= worth for one in tried.found if one.evidence.mode.steps)
