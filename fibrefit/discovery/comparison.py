@@ -119,15 +119,22 @@ def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison 
     least, _ = in_time(partial(_worth_following, comparison), -np.inf)
     if least == np.inf:
         return comparison
+    # Noise that the best of the others leaves holds what it does not explain: what explains that is nothing in it.
+    begun = comparison if comparison.moved else Comparison(search, parent, tuple(tried.found))
     with time_limit(LOOKING * time_left()):
-        more, _ = in_time(
-            partial(comparison.search.tried, comparison.parent, costly, what, least), Tried([], tuple(costly))
-        )
-    found = sorted([*comparison.found, *more.found], key=lambda one: -one.log)
-    if not any(one.evidence.mode.steps for one in more.found):
+        more, _ = in_time(partial(begun.search.tried, begun.parent, costly, what, least), Tried([], tuple(costly)))
+    untried = (*tried.untried, *more.untried)
+    followed = [one for one in more.found if one.evidence.mode.steps]
+    if max((begun.gain(one) for one in followed), default=-np.inf) > max(map(begun.gain, begun.found), default=0.0):
+        found = sorted([*begun.found, *more.found], key=lambda one: -one.log)
+    else:
+        # What they gained there they would gain here at the most.
+        there = [one.with_log(comparison.parent.log + begun.gain(one)) for one in more.found]
+        begun, found = comparison, sorted([*comparison.found, *there], key=lambda one: -one.log)
+    if not followed:
         # None was followed: there is nothing to compare, and the noise is what it was.
-        return replace(comparison, found=tuple(found), untried=(*tried.untried, *more.untried))
-    whole = _in_one_noise(comparison.search, comparison.parent, Tried(found, (*tried.untried, *more.untried)))
+        return replace(comparison, found=tuple(found), untried=untried)
+    whole = _in_one_noise(begun.search, begun.parent, Tried(found, untried))
     return replace(whole, moved=comparison.moved or whole.moved)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -42,7 +43,9 @@ class Weakness:
     slope: float = math.nan
 
 
-def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, normal: np.ndarray) -> tuple[Weakness, ...]:
+def weaknesses(
+    layout: Layout, values: np.ndarray, covariance: np.ndarray, normal: np.ndarray, unjudged: Collection[str] = ()
+) -> tuple[Weakness, ...]:
     """What the records leave open about the shared parameters.
 
     Parameters
@@ -52,8 +55,11 @@ def weaknesses(layout: Layout, values: np.ndarray, covariance: np.ndarray, norma
         With infinite variances where the data see nothing.
     normal : (n_free, n_free)
         What the data see, in units of the noise.
+    unjudged : collection of str
+        Parameters of which that says nothing, such as the instant at which something happens: between two samples no
+        reading moves with it.
     """
-    shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
+    shared = [i for i, (slot, record) in enumerate(layout.entries) if record is None and slot.name not in unjudged]
     variance = np.diag(covariance)
     found, mixed = [], []
     for i in shared:

@@ -37,6 +37,7 @@ from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import FIT_TOLERANCE
+from fibrefit.laws.families import instants
 from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
@@ -230,7 +231,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     bars = error_bars(plain.problem, plain.scores, _rate(task))
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
     problem, seen, sound = best.problem, best.seen, best.sound
-    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal)
+    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, instants(problem.model.effects))
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
     doubtful = most_doubtful(problem.layout, best.values, best.bars)

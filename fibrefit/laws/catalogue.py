@@ -29,7 +29,7 @@ from fibrefit.laws.contract import violations
 from fibrefit.laws.declared import KINDS
 from fibrefit.laws.drive.compliance import Compliance
 from fibrefit.laws.drive.play import Play
-from fibrefit.laws.families import MARK, family_of, of_record
+from fibrefit.laws.families import MARK, family_of, member
 from fibrefit.laws.fibre.creep import Creep
 from fibrefit.laws.fibre.free_length_offset import FreeLengthOffset
 from fibrefit.laws.fibre.hardening import Hardening
@@ -262,7 +262,7 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     ----------
     name : str
         A name in the catalogue or among installed packages, with ``@3`` after it where there is one effect for each
-        record, or ``"my_effects.py:MyEffect"``.
+        record, ``@1-5`` where it happens in each of five, or ``"my_effects.py:MyEffect"``.
     directory : path
         Where the path of such a file begins: the directory of the study.
 
@@ -276,8 +276,8 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     if name in CATALOGUE:
         return CATALOGUE[name]
     family, _, place = name.partition(MARK)
-    if place.isdecimal() and int(place) > 0 and family in CATALOGUE and CATALOGUE[family].family:
-        return of_record(CATALOGUE[family], int(place))
+    if family in CATALOGUE and CATALOGUE[family].family and (found := member(CATALOGUE[family], place)) is not None:
+        return found
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if name in offered:
         return _named_anew(checked(offered[name].load(), name), name)

@@ -1,14 +1,26 @@
-"""Effects of which there is one for each record of a series: something happens in the third, or from the third on."""
+"""Effects of which there is one for each record of a series: something happens in the third, or from the third on.
+
+What happens at an instant may happen in every record, at an instant of its own each time: that is one more member.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from typing import ClassVar
+import types
+from collections.abc import Iterable
+from typing import Any, ClassVar
 
-from fibrefit.laws.law import Effect
+import jax
+import jax.numpy as jnp
 
-MARK = "@"
-"""Between the name of an effect and the place of its record: ``fibre.knot_slip@3``."""
+from fibrefit.laws.law import Effect, quantity
+
+MARK, TO = "@", "-"
+"""Between the name of an effect and the place of its record, ``fibre.knot_slip@3``, or those of the first and the last
+record in each of which it happens, ``fibre.knot_slip@1-5``."""
+NEVER = 2.0
+"""Share of a record after which what does not happen in it would: it has ended by then."""
 
 
 @functools.cache
@@ -33,6 +45,63 @@ def of_record(effect: type[Effect], place: int) -> type[Effect]:
     return Member
 
 
+@functools.cache
+def of_each(effect: type[Effect], records: int) -> type[Effect]:
+    """A sudden effect that happens once in each record of a series, as large in all, at an instant of its own in each.
+
+    Parameters
+    ----------
+    effect : Effect class
+        Sudden, with a `family`.
+    records : int
+        Of the series, at least two; a further record, left out or held out, has no instant and is without it.
+    """
+    later = tuple(f"instant_{place}" for place in range(2, records + 1))
+
+    def in_record(self: Any, number: jax.Array, duration: jax.Array) -> Any:
+        """The law as it is in one record, at the instant that this has."""
+        own = jnp.stack([self.instant, *(getattr(self, name) for name in later), jnp.asarray(NEVER)])
+        at = own[jnp.clip(jnp.asarray(number, dtype=jnp.int32), 1, records + 1) - 1]
+        return effect.in_record(dataclasses.replace(self, instant=at), number, duration)
+
+    says = "share of record {} after which it happens"
+    quantities = {
+        name: quantity("-", says.format(place), 0.5, lower=0.0, upper=1.0, symbol=f"t_s{place}")
+        for place, name in enumerate(later, start=2)
+    }
+    content = {
+        "__module__": __name__,
+        "__doc__": effect.__doc__,
+        "__annotations__": dict.fromkeys(later, jax.Array),
+        "name": f"{effect.name}{MARK}1{TO}{records}",
+        "recurs": records,
+        "excludes": (*effect.excludes, *(f"{effect.name}{MARK}{place}" for place in range(1, records + 1))),
+        "_made_of": (effect, records),
+        "in_record": in_record,
+    }
+    return types.new_class(
+        f"{effect.__name__}InEach{records}", (effect,), exec_body=lambda of: of.update(content | quantities)
+    )
+
+
+def instants(effects: Iterable[type[Effect]]) -> frozenset[str]:
+    """Names of all values of a model that are instants."""
+    return frozenset(f"{effect.name}.{name}" for effect in effects if effect.sudden for name in instants_of(effect))
+
+
+def instants_of(effect: type[Effect]) -> tuple[str, ...]:
+    """Parameters of a sudden effect: the instant, or that in each record."""
+    return ("instant", *(f"instant_{place}" for place in range(2, effect.recurs + 1)))
+
+
+def member(effect: type[Effect], where: str) -> type[Effect] | None:
+    """The member of a family by what stands behind the mark in its name; None where there is no such."""
+    first, to, last = where.partition(TO)
+    if not to:
+        return of_record(effect, int(first)) if first.isdecimal() and int(first) > 0 else None
+    return of_each(effect, int(last)) if effect.sudden and first == "1" and last.isdecimal() and int(last) > 1 else None
+
+
 def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:
     """The members of a family that say anything of a series; the effect itself where it is no family.
 
@@ -48,9 +117,10 @@ def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:
     first = 2 if effect.family == "since" else 1
     if not effect.sudden and records < 2:
         return ()
-    return tuple(of_record(effect, place) for place in range(first, records + 1))
+    each = tuple(of_record(effect, place) for place in range(first, records + 1))
+    return (*each, of_each(effect, records)) if effect.sudden and records > 1 else each
 
 
 def family_of(effect: type[Effect]) -> str:
-    """Name of an effect without the place of its record."""
+    """Name of an effect without the places of its records."""
     return effect.name.partition(MARK)[0]

@@ -1,8 +1,7 @@
 """What an effect is: a small frozen pytree whose fields are the values of its declared parameters.
 
-Each port of a rig accepts laws of one kind. A law is written for one instant and scalars; the neutral answer of every
-method is "nothing is added", so that an effect overrides only what it changes, and at its null value it changes nothing
-to the last bit.
+Each port of a rig accepts laws of one kind. A law is written for one instant and scalars; every method answers "nothing
+is added" unless an effect overrides it, and at its null value it changes nothing to the last bit.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
     unit, doc, typical : str, str, float
         SI unit; one sentence that says what it is; a plausible size, which sets scales and search ranges.
     **more
-        ``lower`` and ``upper`` bounds; ``null``, where the effect vanishes (0); ``log`` if searched so; ``source``;
-        ``symbol`` in the law's equation.
+        ``lower`` and ``upper`` bounds; ``null``, where it vanishes (0); ``log`` if searched so; ``source``; ``symbol``.
 
     Examples
     --------
@@ -81,10 +79,8 @@ class Effect(eqx.Module):
         The parameters at whose null values the effect vanishes; the first one unless said.
     acts_on : frozenset of Capability
         What a rig must have for the effect to make sense on it.
-    needs : tuple of str
-        Effects that must be present too.
-    excludes : tuple of str
-        Effects that must not.
+    needs, excludes : tuple of str
+        Effects that must be present too, and that must not.
     singular : float
         Where the model changes its kind at the null: share of the typical strength from which the slope there is taken.
     stiff : bool
@@ -98,10 +94,12 @@ class Effect(eqx.Module):
     worn : bool
         Whether it depends on the path travelled.
     family : {"", "in", "since"}
-        Whether there is one such effect for each record of a series, and which of them it acts in: that one, or that
-        one and all that follow. Such an effect is named ``port.effect@3``, after the record's place in the study.
+        Whether there is one for each record of a series, named ``port.effect@3`` after its place there, and where it
+        acts: in that one, or in that one and all that follow.
     record : int or None
         That place, from 1; None where it acts in all records.
+    recurs : int
+        Records in each of which it happens at an instant of its own: `instant`, ``instant_2``, ...; 0 for others.
     """
 
     name: ClassVar[str]
@@ -119,6 +117,7 @@ class Effect(eqx.Module):
     worn: ClassVar[bool] = False
     family: ClassVar[str] = ""
     record: ClassVar[int | None] = None
+    recurs: ClassVar[int] = 0
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)

@@ -80,6 +80,7 @@ CASES = (
     Bracket(
         "STEADY_LIMIT", effort, lambda x: effort.strengths_converged(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11
     ),
+    Bracket("IN_SEVERAL", effort, lambda x: not effort.happens_in_several(int(x)), 1.0, 2.0),
     Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 2.5, 1.5),
     Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
 )

@@ -154,6 +154,7 @@ KNOWN_AS = {
     "open.heating_guide": "guide.friction_drift",
     "open.fading_stiffness": "fibre.stiffness_drift",
     "open.curved_gauge": "sensor.gauge_nonlinearity",
+    "open.slipping_knot": "fibre.knot_slip@1-5",
 }
 """Causes that were outside the catalogue when they were chosen, and the effect whose law is theirs by now."""
 
@@ -166,7 +167,6 @@ ACTS_BY = {
     "open.wearing_friction": ("guide", ("path",)),
     "open.eddy_drag": ("guide", ("speed",)),
     "open.drive_speed_stiffness": ("fibre", ("speed",)),
-    "open.slipping_knot": ("fibre", ("time",)),
 }
 """Port of the law of each cause that is still outside, and the variables it may be told as a function of."""
 

@@ -8,7 +8,7 @@ import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.laws.catalogue import CATALOGUE, entry_of, find_effect, select_effects
-from fibrefit.laws.families import family_of, members, of_record
+from fibrefit.laws.families import family_of, members, of_each, of_record
 from fibrefit.laws.law import extends
 from fibrefit.rigs.catalogue import RIGS
 from tests.simulation.drops import drop, respond
@@ -24,14 +24,44 @@ def test_a_member_is_found_by_its_name_and_knows_its_record() -> None:
     assert select_effects(["fibre.knot_slip@3", "fibre.knot_slip@1"], RIGS["fibre_mass"])[0] is third
 
 
-@pytest.mark.parametrize("name", ["fibre.knot_slip@0", "fibre.knot_slip@x", "fibre.hardening@2", "fibre.slip@2"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "fibre.knot_slip@0", "fibre.knot_slip@x", "fibre.hardening@2", "fibre.slip@2",
+        "fibre.knot_slip@2-5", "fibre.knot_slip@1-1", "fibre.knot_slip@1-", "fibre.knot_slip@1-x",
+        "fibre.stiffness_change@1-5", "fibre.hardening@1-5",
+    ],
+)  # fmt: skip
 def test_what_is_no_member_is_refused(name: str) -> None:
     with pytest.raises(StudyError, match="not in the catalogue"):
         find_effect(name)
 
 
+def test_what_happens_in_each_record_is_found_by_its_name() -> None:
+    thrice = find_effect("fibre.knot_slip@1-3")
+    assert thrice is of_each(SLIP, 3)
+    assert (thrice.record, thrice.recurs, family_of(thrice)) == (None, 3, "fibre.knot_slip")
+    assert [parameter.name for parameter in thrice.parameters] == ["slip", "instant", "instant_2", "instant_3"]
+    assert entry_of(thrice) is entry_of(SLIP)
+    # It is what single slips are, and not beside one of them.
+    assert set(thrice.excludes) >= {one.name for one in members(SLIP, 3)[:3]}
+
+
+def test_what_happens_in_each_record_does_so_at_the_instant_of_each() -> None:
+    twice, values = of_each(SLIP, 2), {"slip": 1e-4, "instant": 0.5, "instant_2": 0.75}
+    for order, at in ((1, 0.5), (2, 0.75), (3, None)):
+        record = drop(801, order=order)
+        found = respond(record, (twice,), **{f"{twice.name}.{name}": value for name, value in values.items()})
+        one = find_effect(f"fibre.knot_slip@{order}")
+        alone = {f"{one.name}.slip": 0.0 if at is None else 1e-4, f"{one.name}.instant": at or 0.5}
+        # In a further record, of which no instant is known, nothing happens.
+        for role, reading in respond(record, (one,), **alone).items():
+            np.testing.assert_allclose(found[role], reading, rtol=0.0, atol=1e-9)
+
+
 def test_there_is_a_member_for_each_record_that_could_be_told() -> None:
-    assert [one.record for one in members(SLIP, 3)] == [1, 2, 3]
+    assert [one.record for one in members(SLIP, 3)] == [1, 2, 3, None]
+    assert [one.record for one in members(SLIP, 1)] == [1]
     # From the first record on is what the base model says, and the only record has no other to differ from.
     assert [one.record for one in members(CHANGE, 3)] == [2, 3]
     assert members(CHANGE, 1) == members(OTHER, 1) == ()

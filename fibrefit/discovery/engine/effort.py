@@ -50,6 +50,8 @@ readings are linearised about it."""
 PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself, and in the place of a first effect once a
 second one is there."""
+IN_SEVERAL = 2
+"""Records in which slopes have to predict something of an event, before one that happens in all of them is looked at."""
 STARTS_NEED = 2.0
 """Time that has to be left for a final fit from starts of its own, over what it is expected to take: one of drops with
 a fibre of mass took 1.8 times that."""
@@ -144,6 +146,11 @@ def compared_again(logs: Sequence[float], named: bool) -> list[bool]:
 def is_partner(place: int) -> bool:
     """Whether an effect is tried beside another one, by its place among those that gained most by themselves."""
     return place < PARTNERS
+
+
+def happens_in_several(number: int) -> bool:
+    """Whether slopes predict something of an event in so many records that it may happen in all of them."""
+    return number >= IN_SEVERAL
 
 
 def time_for_starts(left: float, takes: float) -> bool:

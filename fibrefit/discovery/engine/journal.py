@@ -11,13 +11,15 @@ import hashlib
 import io
 import os
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fibrefit.discovery.engine.candidates import Hypothesis
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.law import Effect
 
@@ -38,6 +40,18 @@ def digest(*parts: Any) -> str:
             found.update(repr(part).encode())
         found.update(b"\0")
     return found.hexdigest()
+
+
+def signature_of(parent: LaplaceFit | Hypothesis, noise: Sequence[str]) -> str:
+    """Digest of a hypothesis, and of the noise, as words, and errors of inputs it is seen with."""
+    sensitivities = parent.supermodel.sensitivities
+    seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
+    if isinstance(parent, Hypothesis):
+        return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
+    found = parent.evidence.mode
+    return digest(
+        parent.names, parent.local, found.place.eta, found.sigma, parent.log, list(noise), *map(np.asarray, seen)
+    )
 
 
 def name_of(thing: Any) -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import jax.numpy as jnp
@@ -18,13 +18,14 @@ from fibrefit.discovery.engine.effort import (
     warm_start,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.priors import Heights, unknowns_of
+from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly, starting_strength
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
+from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -189,6 +190,10 @@ class LaplaceInference:
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start = place_of(unknowns, local, found.place.eta)
             gram, how = self.secant(supermodel, slopes), descent(found.objective)
+            if effect.sudden:
+                # Slopes along an instant are those of a few samples about it: a step meant for all else leads astray.
+                held = with_held(unknowns, start, [f"{effect.name}.{instant}" for instant in instants_of(effect)])
+                start = mode(held, start, gram, found.sigma, **how).place
             ends.append(LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **how)))
             if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
@@ -210,7 +215,12 @@ class LaplaceInference:
         return Seed(unknowns.names, kept[0])
 
     def screened(
-        self, parent: LaplaceFit, supermodel: Supermodel, effects: Sequence[type[Effect]], slopes: Seed | None = None
+        self,
+        parent: LaplaceFit,
+        supermodel: Supermodel,
+        effects: Sequence[type[Effect]],
+        slopes: Seed | None = None,
+        ways: Mapping[type[Effect], Approach] | None = None,
     ) -> dict[type[Effect], PredictedGain]:
         """Score test of each effect on top of a parent: the gain it predicts, at the best of its shapes.
 
@@ -224,15 +234,17 @@ class LaplaceInference:
         effects : sequence of Effect classes
         slopes : Seed, optional
             Of the parent, where they are known, see `slopes`.
+        ways : mapping of Effect class to Approach, optional
+            The only one to look at of an effect; all its shapes by default.
         """
         unknowns, found = unknowns_of(supermodel, self.context, parent.effects, self.reference), parent.evidence.mode
         slopes = self.slopes(parent) if slopes is None else slopes
-        gram = self._beside(supermodel, slopes.slopes)
+        gram = self.beside(supermodel, slopes.slopes)
         base = transferred(supermodel, parent.supermodel, parent.local)
         best = dict.fromkeys(effects, PredictedGain(-np.inf, {}, {}, {}))
-        shapes = {effect: directions(effect) for effect in effects}
-        for number in range(max((len(ways) for ways in shapes.values()), default=0)):
-            there = {effect: ways[number] for effect, ways in shapes.items() if number < len(ways)}
+        shapes = {effect: [ways[effect]] if ways else directions(effect) for effect in effects}
+        for number in range(max((len(of) for of in shapes.values()), default=0)):
+            there = {effect: of[number] for effect, of in shapes.items() if number < len(of)}
             local = base.copy()
             for effect, direction in there.items():
                 for name, value in direction.shapes.items():
@@ -359,7 +371,7 @@ class LaplaceInference:
         left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
         return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
 
-    def _beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
+    def beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
         """Products of known slopes of a parent's unknowns and of further columns of a supermodel."""
         seen, number = self.common_noise.whitened(supermodel), known.rows.shape[1] - 1
 

@@ -13,7 +13,7 @@ from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import VANISHES
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.normal_equations import Unknowns
+from fibrefit.problem.estimate.normal_equations import Place, Unknowns
 from fibrefit.problem.estimate.unknowns import prior_of
 from fibrefit.problem.statement.layout import Slot
 
@@ -103,6 +103,14 @@ def unknowns_of(
         upper=upper,
         one_sided=one_sided,
         size=np.array([abs(supermodel.declared[name].typical) for name in subset.each], dtype=float),
+    )
+
+
+def with_held(unknowns: Unknowns, place: Place, names: Iterable[str]) -> Unknowns:
+    """The same with some shared values held where they are at a place."""
+    held = np.isin(unknowns.names[: len(unknowns.shared)], list(names))
+    return replace(
+        unknowns, lower=np.where(held, place.z, unknowns.lower), upper=np.where(held, place.z, unknowns.upper)
     )
 
 

@@ -261,13 +261,13 @@ def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool 
     return tuple(other for other in effects if not alone(other) and _kind(other) == _kind(effect))
 
 
-def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool]:
-    """Where it acts, and whether it is a sensor that answers late, changes with time, or does so at once."""
+def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool, bool]:
+    """Where it acts; whether it is a sensor that answers late, and changes with time, at once, or in each record."""
     place = effect.name.partition(".")[0]
     late = issubclass(effect, SensorLaw) and (
         effect.late_by is not SensorLaw.late_by or effect.lags is not SensorLaw.lags
     )
-    return place if place in OWN_KIND else "", late, extends(effect), effect.sudden
+    return place if place in OWN_KIND else "", late, extends(effect), effect.sudden, bool(effect.recurs)
 
 
 def supermodel_of(

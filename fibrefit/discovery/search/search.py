@@ -14,14 +14,15 @@ import numpy as np
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
 from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
-from fibrefit.discovery.engine.journal import Journal, digest, name_of
+from fibrefit.discovery.engine.journal import Journal, digest, name_of, signature_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.recurring import may_recur, predicted_recurrence
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.thresholds import NAMED, PRICE
 from fibrefit.discovery.search.starts import (
     EffectStart,
     has_valleys,
@@ -107,18 +108,9 @@ class Search:
 
     def signature(self, parent: LaplaceFit | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
-        sensitivities = parent.supermodel.sensitivities
-        seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
-        if isinstance(parent, Hypothesis):
-            return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
-        found = parent.evidence.mode
-        noise = [repr(of) for of in self.inference.common_noise.noise]
-        noise += [
-            repr((channel, float(np.mean(of.noise)))) for channel, of in self.inference.common_noise.steps.items()
-        ]
-        return digest(
-            parent.names, parent.local, found.place.eta, found.sigma, parent.log, noise, *map(np.asarray, seen)
-        )
+        common = self.inference.common_noise
+        noise = [repr(of) for of in common.noise]
+        return signature_of(parent, [*noise, *(repr((c, float(np.mean(of.noise)))) for c, of in common.steps.items())])
 
     def recalled(
         self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any]
@@ -292,8 +284,9 @@ class Search:
         self, parent: LaplaceFit, slopes: Seed, effects: Sequence[type[Effect]], what: str
     ) -> dict[type[Effect], PredictedGain]:
         """What slopes predict of each effect, as far as the time goes: those of a supermodel together."""
+        once, recurring = [one for one in effects if not one.recurs], [one for one in effects if one.recurs]
         groups: dict[int, tuple[Supermodel, list[type[Effect]]]] = {}
-        for effect in effects:
+        for effect in once:
             supermodel = self.supermodel_for(effect, parent.effects)
             groups.setdefault(id(supermodel), (supermodel, []))[1].append(effect)
         screens = [
@@ -304,7 +297,18 @@ class Search:
             for supermodel, some in groups.values()
         ]  # fmt: skip
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
-        return {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
+        known = {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
+        more = {one: self.supermodel_for(one, parent.effects) for one in recurring if may_recur(one, known)}
+        asked = [
+            self.recalled(
+                "recurring", parent, effect.name,
+                partial(predicted_recurrence, self.inference, parent, supermodel, effect, slopes),
+            )
+            for effect, supermodel in more.items()
+        ]  # fmt: skip
+        found = fit_all(asked, lambda done: None)
+        nothing = dict.fromkeys(recurring, PredictedGain(-PRICE, {}, {}, {}))
+        return known | nothing | {effect: one for effect, one in zip(more, found, strict=False) if one is not None}
 
     def _by_predicted_gain(
         self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str, least: float

@@ -19,10 +19,8 @@ Numer. Anal. 10 (1973).
 from __future__ import annotations
 
 import operator
-import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from threading import Lock
 from typing import Any
@@ -33,6 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs.side_by_side import for_each
 from fibrefit.problem.inputs.error_signals import (
     COSINES,
     InputErrors,
@@ -50,7 +49,6 @@ from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
 
 InputCoefficients = Mapping[str, Any]
-THREADS = os.cpu_count() or 1
 _MADE: deque[tuple[list[np.ndarray], int, tuple[np.ndarray, np.ndarray]]] = deque(maxlen=2)
 _LOCK = Lock()
 
@@ -152,8 +150,7 @@ def values_by_record(problem: Problem, values: np.ndarray) -> jax.Array:
 
 
 def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
-    with ThreadPoolExecutor(THREADS) as pool:
-        return list(pool.map(one, range(len(problem.layout.records))))
+    return for_each(one, range(len(problem.layout.records)))
 
 
 def _linear(

@@ -8,6 +8,7 @@ import equinox as eqx
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
+from fibrefit.core.programs.side_by_side import for_each
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, residuals
 from fibrefit.problem.statement.problem import Problem
 
@@ -52,18 +53,20 @@ def downweights(
             flat = np.stack([root @ wave for root, wave in zip(roots, flat, strict=True)])
         drawn = dict(zip(coefficients, np.split(flat, ends[:-1], axis=1), strict=True))
         there = residuals(problem, known, values, {name: wave + drawn[name] for name, wave in coefficients.items()})
-        predicted = np.stack([wave @ rows for wave, rows in zip(flat, sensitivities, strict=True)])
+        predicted = np.stack(for_each(np.matmul, flat, sensitivities))
         missed = np.maximum(missed, np.abs(there - here - predicted.reshape(here.shape)))
     missed = np.where(np.isfinite(missed), missed, np.inf)
     missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / _spacing(problem)), axis=-1)
-    reached = sensitivities if roots is None else list(map(_seen_through, roots, sensitivities))
-    strength = np.stack([np.linalg.norm(rows, axis=0).reshape(here.shape[1:]) for rows in reached])
+    sizes = for_each(_size, sensitivities, [None] * len(here) if roots is None else roots)
+    strength = np.stack(sizes).reshape(here.shape)
     return 1.0 / np.sqrt((1.0 + (missed / MISSED) ** 4) * (1.0 + (strength / STRONG) ** 4))
 
 
-def _seen_through(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    # In single precision, as its size alone is needed.
-    return root.T.astype(np.float32) @ rows.astype(np.float32)
+def _size(rows: np.ndarray, root: np.ndarray | None) -> np.ndarray:
+    """Size of what errors do to each sample, seen through the root of their covariance if there is one."""
+    # In single precision, as the size alone is needed.
+    reached = rows if root is None else root.T.astype(np.float32) @ rows.astype(np.float32)
+    return np.asarray(np.linalg.norm(reached, axis=0))
 
 
 def downweighted(problem: Problem, downweight: np.ndarray) -> Problem:

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.side_by_side import for_each
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, expanded, input_errors
 from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
@@ -104,7 +105,7 @@ class InputSensitivities(NamedTuple):
 
     def products(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
         """Products of rows ``(n_record, n_row, n_channel * n_time)`` with directions, ``(n_row, n_direction)`` each."""
-        return tuple(record.products(own) for record, own in zip(self.records, rows, strict=True))
+        return tuple(for_each(Directions.products, self.records, rows))
 
     def eliminated(self, grams: np.ndarray, products: Sequence[np.ndarray]) -> np.ndarray:
         """Products of rows ``(n_record, n_row, n_row)``, given those with directions, with the errors at their best."""
@@ -163,13 +164,13 @@ def weighted_sensitivities(
     least : float
         Power in the readings, in units of their noise, below which an error does not count.
     """
-    offsets, found = [], []
-    for wave, part, weight in zip(
-        np.concatenate(list(coefficients.values()), axis=1), rows, np.asarray(downweight), strict=True
-    ):
+
+    def one(wave: np.ndarray, part: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, Directions]:
         weighted = part * weight.ravel()
-        offsets.append(-wave @ weighted)
-        found.append(_directions(weighted.reshape(len(part), len(weight), -1), least))
+        return -wave @ weighted, _directions(weighted.reshape(len(part), len(weight), -1), least)
+
+    waves = np.concatenate(list(coefficients.values()), axis=1)
+    offsets, found = zip(*for_each(one, waves, rows, np.asarray(downweight)), strict=True)
     return InputSensitivities(coefficients, downweight, np.stack(offsets), tuple(found))
 
 
@@ -230,13 +231,12 @@ def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) ->
 
 def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Whitening | BlockFilter) -> InputSensitivities:
     """Sensitivities seen through a whitening; what they are before it is not changed."""
+
+    def one(record: Directions, rows: np.ndarray) -> Directions:
+        return record._replace(rows=rows, inverse=_inverse(rows.reshape(len(rows), -1)))
+
     white = _whitened(whitening, [record.rows for record in sensitivities.records])
-    return sensitivities._replace(
-        records=tuple(
-            record._replace(rows=rows, inverse=_inverse(rows.reshape(len(rows), -1)))
-            for record, rows in zip(sensitivities.records, white, strict=True)
-        )
-    )
+    return sensitivities._replace(records=tuple(for_each(one, sensitivities.records, white)))
 
 
 def _whitened(whitening: Any, records: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs.side_by_side import for_each
 from fibrefit.problem.noise.coloured import Coloured, swapped
 
 BLOCK = 32
@@ -76,24 +77,25 @@ class BlockFilter(eqx.Module):
         NumPy's are several times as fast as those of a compiled program, in the precision of the rows. What is not seen
         of the end of a record is not needed.
         """
-        white = []
-        for r, some in enumerate(records):
-            time = some.shape[-1]
-            number = -(-time // BLOCK)
-            parts = self.taps, self.onto, self.drive, self.carry
-            taps, onto, drive, carry = (np.asarray(part[:number], dtype=some.dtype) for part in parts)
-            padded = np.pad(some, [(0, 0)] * 2 + [(0, number * BLOCK - time)])
-            blocks = np.ascontiguousarray(padded.reshape(*some.shape[:2], number, BLOCK).transpose(2, 1, 3, 0))
-            before = drive[:, r] @ blocks
-            state = np.zeros_like(before[0])
-            for block, after in zip(carry[:, r], before, strict=True):
-                driven = after.copy()
-                after[:] = state
-                state = block @ state + driven
-            innovations = taps[:, r] @ blocks
-            innovations += onto[:, r] @ before
-            white.append(np.ascontiguousarray(innovations.transpose(3, 1, 0, 2).reshape(padded.shape)[..., :time]))
-        return white
+        return for_each(self._whitened, range(len(records)), records)
+
+    def _whitened(self, r: int, some: np.ndarray) -> np.ndarray:
+        """The same of one record."""
+        time = some.shape[-1]
+        number = -(-time // BLOCK)
+        parts = self.taps, self.onto, self.drive, self.carry
+        taps, onto, drive, carry = (np.asarray(part[:number], dtype=some.dtype) for part in parts)
+        padded = np.pad(some, [(0, 0)] * 2 + [(0, number * BLOCK - time)])
+        blocks = np.ascontiguousarray(padded.reshape(*some.shape[:2], number, BLOCK).transpose(2, 1, 3, 0))
+        before = drive[:, r] @ blocks
+        state = np.zeros_like(before[0])
+        for block, after in zip(carry[:, r], before, strict=True):
+            driven = after.copy()
+            after[:] = state
+            state = block @ state + driven
+        innovations = taps[:, r] @ blocks
+        innovations += onto[:, r] @ before
+        return np.ascontiguousarray(innovations.transpose(3, 1, 0, 2).reshape(padded.shape)[..., :time])
 
 
 @kept_program

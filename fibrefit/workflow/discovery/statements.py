@@ -9,6 +9,7 @@ import numpy as np
 
 from fibrefit.core.units import shown_unit
 from fibrefit.discovery.model.finding import Finding
+from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect, StudyLaw
 from fibrefit.laws.rig.inclination_error import InclinationError
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -38,6 +39,8 @@ def _of(effect: type[Effect], finding: Finding) -> Iterator[str]:
         yield _clock(estimates, finding) + _or_else(effect, finding)
     elif effect.record is not None:
         yield _in_record(effect, estimates, finding) + _or_else(effect, finding)
+    elif effect.recurs:
+        yield _in_each(effect, estimates, finding) + _or_else(effect, finding)
 
 
 def _condition(effect: type[Effect]) -> str:
@@ -87,19 +90,35 @@ def _in_record(effect: type[Effect], estimates: dict[str, ParameterSummary], fin
     names = finding.after.problem.layout.records
     record = names[place] if place < len(names) else f"record {place + 1}"
     where = f"From {record} on" if effect.family == "since" else f"In {record}"
+    when = f" at {_instant(estimates['instant'], _times(finding)[place])}" if effect.sudden else ""
+    return f"{where}{when}: {_strengths(effect, estimates)}."
+
+
+def _in_each(effect: type[Effect], estimates: dict[str, ParameterSummary], finding: Finding) -> str:
+    """By how much in each record, and when."""
+    names, times = finding.after.problem.layout.records, _times(finding)
+    when = [
+        f"{_instant(estimates[instant], times[r])} in {names[r]}"
+        for r, instant in enumerate(instants_of(effect)[: len(names)])
+    ]
+    return f"Once in each record, {_strengths(effect, estimates)}: at {', '.join(when)}."
+
+
+def _strengths(effect: type[Effect], estimates: dict[str, ParameterSummary]) -> str:
+    """What is changed, and by how much."""
     said = []
     for parameter in effect.parameters:
         if parameter.name in effect.strength:
             one = estimates[parameter.name]
             factor, unit = (PERCENT, "%") if parameter.unit == "-" else (1.0, parameter.unit)
             said.append(f"{parameter.doc} {_several([factor * one.value], unit, factor * _error(one))}")
-    when = ""
-    if effect.sudden:
-        times = _times(finding)[place]
-        span, one = float(times[-1] - times[0]), estimates["instant"]
-        at = float(times[0]) + one.value * span
-        when = f" at {_several([at], 's', span * _error(one))}"
-    return f"{where}{when}: {', '.join(said)}."
+    return ", ".join(said)
+
+
+def _instant(share: ParameterSummary, times: np.ndarray) -> str:
+    """When something happens in a record: ``1.31 +/- 0.02 s``."""
+    span = float(times[-1] - times[0])
+    return _several([float(times[0]) + share.value * span], "s", span * _error(share))
 
 
 def _error(estimate: ParameterSummary) -> float:

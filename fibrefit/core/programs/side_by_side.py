@@ -1,0 +1,29 @@
+"""Work shared out by records: linear algebra runs without holding the interpreter."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+R = TypeVar("R")
+THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+"""Cores this process may use."""
+
+
+def for_each(job: Callable[..., R], *of: Iterable[Any]) -> list[R]:
+    """Results of a job for each record, in their order.
+
+    Parameters
+    ----------
+    job : callable
+        Of one element of each sequence.
+    *of : iterable
+        One for each argument, all of the same length.
+    """
+    jobs = list(zip(*of, strict=True))
+    if THREADS == 1 or len(jobs) < 2:
+        return [job(*each) for each in jobs]
+    with ThreadPoolExecutor(min(THREADS, len(jobs))) as pool:
+        return list(pool.map(lambda each: job(*each), jobs))

@@ -1,0 +1,135 @@
+"""When something happens in each record that happens once in all of them: instants by the score test, all together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from fibrefit.discovery.engine.candidates import transferred
+from fibrefit.discovery.engine.effort import happens_in_several
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.priors import unknowns_of
+from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly
+from fibrefit.discovery.engine.secant import Seed
+from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.laws.families import family_of, instants_of
+from fibrefit.laws.law import INSTANTS, Effect
+from fibrefit.problem.estimate.normal_equations import local_grams, place_of
+from fibrefit.problem.estimate.score_test import score_test
+
+BETWEEN = (0.25, 0.5, 0.75)
+"""Where further instants are looked at, in shares of the way from the best one of a record to the next ones."""
+FINER = 2
+"""Times that is done: instants come to lie within a hundredth of a record, which a descent leads on from."""
+
+
+def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain]) -> bool:
+    """Whether slopes predict something of an effect in more than one record.
+
+    Parameters
+    ----------
+    effect : Effect class
+        One that recurs.
+    known : mapping of Effect class to PredictedGain
+        Of others, those of the same family in single records among them.
+    """
+    family = family_of(effect)
+    return happens_in_several(
+        sum(found.gain > 0.0 for one, found in known.items() if one.record and family_of(one) == family)
+    )
+
+
+def predicted_recurrence(
+    inference: LaplaceInference, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed
+) -> PredictedGain:
+    """Score test of an effect that recurs, at the instants at which it predicts most.
+
+    What a record says of an instant does not depend on those of others: slopes at a few instants in all records give
+    the score test of any combination.
+
+    Parameters
+    ----------
+    inference : LaplaceInference
+    parent : LaplaceFit
+    supermodel : Supermodel
+        One that holds the effect too.
+    effect : Effect class
+    slopes : Seed
+        Of the parent.
+    """
+    unknowns, found = (
+        unknowns_of(supermodel, inference.context, parent.effects, inference.reference),
+        parent.evidence.mode,
+    )
+    base, gram = transferred(supermodel, parent.supermodel, parent.local), inference.beside(supermodel, slopes.slopes)
+    ((strength, weak),) = directions(effect)[0].strengths
+    name = f"{effect.name}.{strength}"
+    further = np.array([supermodel.names.index(name)]), np.array([slightly(supermodel, effect, name, weak)])
+    names = instants_of(effect)[: len(base)]
+    columns = [supermodel.names.index(f"{effect.name}.{instant}") for instant in names]
+
+    def products(instants: np.ndarray) -> np.ndarray:
+        local = base.copy()
+        local[:, columns] = instants
+        return local_grams(unknowns, place_of(unknowns, local, found.place.eta), gram, further)
+
+    def gain(grams: np.ndarray) -> float:
+        score, information = score_test(unknowns, found.place, grams, 1, found.sigma)
+        return float(0.5 * score[0] ** 2 / information[0]) if information[0] > 0.0 else -np.inf
+
+    looked = np.repeat(np.array(INSTANTS)[:, None], len(names), axis=1)
+    known = np.array([products(row) for row in looked])
+    best = best_combination(known, gain)
+    for _ in range(FINER):
+        more = _between(looked, best)
+        looked, known = np.concatenate([looked, more]), np.concatenate([known, [products(row) for row in more]])
+        best = best_combination(known, gain, best)
+    at = dict(zip(names, looked[best, np.arange(len(names))].tolist(), strict=True))
+    way = Approach(at, ((strength, weak),))
+    return inference.screened(parent, supermodel, [effect], slopes, {effect: way})[effect]
+
+
+def best_combination(
+    known: np.ndarray, gain: Callable[[np.ndarray], float], start: np.ndarray | None = None
+) -> np.ndarray:
+    """Which of the products of each record to take so that all together gain most, one record after the other.
+
+    Parameters
+    ----------
+    known : (n_choice, n_record, n, n)
+    gain : callable
+        Of products ``(n_record, n, n)``.
+    start : (n_record,) int, optional
+        Where to begin; the same for all records by default.
+
+    Returns
+    -------
+    (n_record,) int
+    """
+    records = np.arange(known.shape[1])
+    if start is None:
+        start = np.full(len(records), int(np.argmax([gain(grams) for grams in known])))
+    best, most = start.copy(), gain(known[start, records])
+    moved = True
+    while moved:
+        moved = False
+        for record in records:
+            for choice in range(len(known)):
+                other = best.copy()
+                other[record] = choice
+                if (there := gain(known[other, records])) > most:
+                    best, most, moved = other, there, True
+    return best
+
+
+def _between(looked: np.ndarray, best: np.ndarray) -> np.ndarray:
+    """Instants ``(n_more, n_record)`` between the best one of each record and those next to it, or its ends."""
+    more = []
+    for instants, at in zip(looked.T, best, strict=True):
+        here = instants[at]
+        before = max((one for one in instants if one < here), default=0.0)
+        after = min((one for one in instants if one > here), default=1.0)
+        more.append([here + share * (end - here) for end in (before, after) for share in BETWEEN])
+    return np.array(more).T

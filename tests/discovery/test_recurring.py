@@ -1,0 +1,144 @@
+"""What happens once in each record: when, by the score test; with records in which nothing happens as a control."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from types import SimpleNamespace
+from typing import Any, cast
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fibrefit.discovery import comparison
+from fibrefit.discovery.engine.recurring import BETWEEN, _between, best_combination, may_recur, predicted_recurrence
+from fibrefit.discovery.engine.screening import PredictedGain
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search.search import Tried
+from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.families import instants_of, of_each, of_record
+from fibrefit.laws.law import Effect
+from fibrefit.problem.task import Task
+from tests.discovery.test_free_form import begun_at
+from tests.discovery.test_pairs import Model
+
+SLIP = CATALOGUE["fibre.knot_slip"]
+LENGTH, AT = 1.2e-5, (0.41, 0.73)
+NEAR = 0.02
+"""Share of a record by which an instant may be off: that of the grid on which it is looked for, and what noise adds."""
+
+
+def with_slips(task: Task, length: float) -> Task:
+    """The records that a fibre would make which slips once in each, with white noise."""
+    twice = of_each(SLIP, 2)
+    base = begun_at(task, (twice,)).base
+    layout, data, local = base.supermodel.problem.layout, task.problem.observations, base.fit.local.copy()
+    for name, value in zip(("slip", *instants_of(twice)), (length, *AT), strict=True):
+        local[:, layout.names.index(f"{twice.name}.{name}")] = value
+    values = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+    random = np.random.default_rng(11)
+    measured = {
+        channel: readings + random.standard_normal(readings.shape) / data.weight[channel].max()
+        for channel, readings in base.supermodel.problem.readings(jnp.asarray(values)).items()
+    }
+    return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
+
+
+def followed(task: Task) -> tuple[PredictedGain, Any, Any]:
+    """What is predicted of a slip in each record, where that leads, and the model without it."""
+    twice = of_each(SLIP, 2)
+    search = begun_at(task, (twice,))
+    parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
+    supermodel, slopes = search.supermodel_for(twice), search.inference.slopes(parent)
+    prediction = predicted_recurrence(search.inference, parent, supermodel, twice, slopes)
+    return prediction, search.inference.extended(parent, supermodel, twice, prediction, slopes), parent
+
+
+def test_slips_at_instants_of_their_own_are_found(task: Task) -> None:
+    prediction, found, parent = followed(with_slips(task, LENGTH))
+    name = of_each(SLIP, 2).name
+    for instant, at in zip(instants_of(of_each(SLIP, 2)), AT, strict=True):
+        assert prediction.values[f"{name}.{instant}"] == pytest.approx(at, abs=NEAR)
+    assert found.log - parent.log > 10.0 * NAMED
+    # What slopes at the null predict of it is what it comes to.
+    assert found.log - parent.log == pytest.approx(prediction.gain, rel=0.2)
+    assert found.shared[f"{name}.slip"] == pytest.approx(LENGTH, abs=4.0 * found.errors[f"{name}.slip"])
+
+
+def test_where_nothing_slips_nothing_is_found(task: Task) -> None:
+    """The negative control: the best instants of all are worth less than they cost."""
+    _, found, parent = followed(with_slips(task, 0.0))
+    assert found.log - parent.log < NAMED
+
+
+def test_the_best_combination_is_that_of_the_best_of_each() -> None:
+    random = np.random.default_rng(2)
+    known = random.standard_normal((5, 3, 2, 2))
+    gain = lambda grams: float(np.sum(grams[:, 0, 1]))  # noqa: E731  of each record by itself
+    best = best_combination(known, gain)
+    np.testing.assert_array_equal(best, np.argmax(known[:, :, 0, 1], axis=0))
+    # Where records share a sign the way there is no sum, and no single change does better.
+    together = lambda grams: float(np.sum(grams[:, 0, 1]) ** 2)  # noqa: E731
+    found, rows = best_combination(known, together), np.arange(3)
+    here = together(known[found, rows])
+    assert here >= max(together(grams) for grams in known)
+    for record, choice in product(range(3), range(5)):
+        other = np.where(rows == record, choice, found)
+        assert together(known[other, rows]) <= here
+
+
+def test_further_instants_lie_between_the_best_one_and_those_beside_it() -> None:
+    looked = np.array([[0.2, 0.2], [0.6, 0.6], [0.8, 0.8]])
+    more = _between(looked, np.array([1, 0]))
+    assert more.shape == (2 * len(BETWEEN), 2)
+    assert np.all((more[:, 0] > 0.2) & (more[:, 0] < 0.8))
+    assert np.all((more[:, 1] > 0.0) & (more[:, 1] < 0.6))
+
+
+@pytest.mark.parametrize(("gains", "looked_at"), [((3.0, -1.0), False), ((3.0, 0.5), True), ((-1.0, -2.0), False)])
+def test_what_shows_in_one_record_alone_does_not_recur(gains: tuple[float, float], looked_at: bool) -> None:
+    other = of_record(CATALOGUE["guide.friction_step"], 2)
+    known = {of_record(SLIP, place): PredictedGain(gain, {}, {}, {}) for place, gain in enumerate(gains, start=1)}
+    known |= {other: PredictedGain(9.0, {}, {}, {})}
+    assert may_recur(of_each(SLIP, 2), known) is looked_at
+
+
+@pytest.mark.parametrize(
+    ("costly_gain", "moved", "noise"), [(40.0, False, "own"), (8.0, False, "best"), (40.0, True, "best")]
+)
+def test_what_is_costly_is_looked_at_in_the_noise_all_others_were(
+    monkeypatch: pytest.MonkeyPatch, costly_gain: float, moved: bool, noise: str
+) -> None:
+    """In noise that a wrong effect leaves the right one explains nothing; a parent led elsewhere is begun from."""
+    swift, costly = CATALOGUE["fibre.creep"], of_each(SLIP, 2)
+    led = Model((), 200.0 if moved else 0.0)
+    asked = list[str]()
+
+    def searched(name: str) -> Any:
+        def tried(parent: Model, effects: Any, what: str, least: float = -np.inf) -> Tried:
+            if swift in effects:
+                return Tried(cast(Any, [Model((swift,), 20.0)]), ())
+            asked.append(name)
+            return Tried(cast(Any, [Model((costly,), parent.log + costly_gain)]), ())
+
+        return SimpleNamespace(name=name, extensions=lambda parent: (swift, costly), tried=tried)
+
+    compared = list[tuple[str, float]]()
+
+    def in_one_noise(search: Any, parent: Any, tried: Tried) -> comparison.Comparison:
+        compared.append((search.name, max(one.log for one in tried.found) - parent.log))
+        return comparison.Comparison(searched("best"), cast(Any, led), tuple(tried.found), moved=moved)
+
+    monkeypatch.setattr(comparison, "_in_one_noise", in_one_noise)
+    monkeypatch.setattr(comparison, "_worth_following", lambda found: -np.inf)
+    comparison._looked_at(searched("own"), cast(Any, Model((), 0.0)), "trying", None)
+    assert asked == ["best" if moved else "own"]
+    assert compared[1][0] == noise
+
+
+def test_the_name_says_in_how_many_records(task: Task) -> None:
+    twice: type[Effect] = of_each(SLIP, 2)
+    assert twice.name == "fibre.knot_slip@1-2"
+    assert instants_of(twice) == ("instant", "instant_2")
+    assert instants_of(of_record(SLIP, 2)) == ("instant",)
