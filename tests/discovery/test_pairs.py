@@ -40,6 +40,9 @@ class Model:
     def evidence(self) -> Any:
         return SimpleNamespace(mode=SimpleNamespace(steps=3))
 
+    def with_log(self, log: float) -> Model:
+        return replace(self, log=log)
+
 
 floors: dict[Any, float] = {}
 """Nats that slopes had to predict beside an effect, when it was last tried."""

@@ -51,7 +51,7 @@ PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself, and in the place of a first effect once a
 second one is there."""
 IN_SEVERAL = 2
-"""Records in which slopes have to predict something of an event, before one that happens in all of them is looked at."""
+"""Records in which slopes have to predict something of an event, before one that happens in all is looked at."""
 STARTS_NEED = 2.0
 """Time that has to be left for a final fit from starts of its own, over what it is expected to take: one of drops with
 a fibre of mass took 1.8 times that."""
