@@ -123,19 +123,34 @@ def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison 
     begun = comparison if comparison.moved else Comparison(search, parent, tuple(tried.found))
     with time_limit(LOOKING * time_left()):
         more, _ = in_time(partial(begun.search.tried, begun.parent, costly, what, least), Tried([], tuple(costly)))
-    untried = (*tried.untried, *more.untried)
+    return _with_costly(comparison, begun, more)
+
+
+def _with_costly(comparison: Comparison, begun: Comparison, more: Tried) -> Comparison:
+    """A comparison with the effects that were looked at last.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Of all others.
+    begun : Comparison
+        These as they were found, in the noise in which the last ones were looked at.
+    more : Tried
+        The last ones.
+    """
     followed = [one for one in more.found if one.evidence.mode.steps]
     if max((begun.gain(one) for one in followed), default=-np.inf) > max(map(begun.gain, begun.found), default=0.0):
-        found = sorted([*begun.found, *more.found], key=lambda one: -one.log)
+        found = [*begun.found, *more.found]
     else:
         # What they gained there they would gain here at the most.
         there = [one.with_log(comparison.parent.log + begun.gain(one)) for one in more.found]
-        begun, found = comparison, sorted([*comparison.found, *there], key=lambda one: -one.log)
+        begun, found = comparison, [*comparison.found, *there]
+    whole = Tried(sorted(found, key=lambda one: -one.log), (*comparison.untried, *more.untried))
     if not followed:
         # None was followed: there is nothing to compare, and the noise is what it was.
-        return replace(comparison, found=tuple(found), untried=untried)
-    whole = _in_one_noise(begun.search, begun.parent, Tried(found, untried))
-    return replace(whole, moved=comparison.moved or whole.moved)
+        return replace(comparison, found=tuple(whole.found), untried=whole.untried)
+    joined = _in_one_noise(begun.search, begun.parent, whole)
+    return replace(joined, moved=comparison.moved or joined.moved)
 
 
 def _in_one_noise(search: Search, parent: LaplaceFit, tried: Tried) -> Comparison:

@@ -99,7 +99,9 @@ def member(effect: type[Effect], where: str) -> type[Effect] | None:
     first, to, last = where.partition(TO)
     if not to:
         return of_record(effect, int(first)) if first.isdecimal() and int(first) > 0 else None
-    return of_each(effect, int(last)) if effect.sudden and first == "1" and last.isdecimal() and int(last) > 1 else None
+    # A law with thousands of instants takes minutes to make, and is a slip of the pen.
+    counts = first == "1" and last.isdecimal() and len(last) <= 3 and int(last) > 1
+    return of_each(effect, int(last)) if effect.sudden and counts else None
 
 
 def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:

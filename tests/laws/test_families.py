@@ -29,7 +29,7 @@ def test_a_member_is_found_by_its_name_and_knows_its_record() -> None:
     [
         "fibre.knot_slip@0", "fibre.knot_slip@x", "fibre.hardening@2", "fibre.slip@2",
         "fibre.knot_slip@2-5", "fibre.knot_slip@1-1", "fibre.knot_slip@1-", "fibre.knot_slip@1-x",
-        "fibre.stiffness_change@1-5", "fibre.hardening@1-5",
+        "fibre.knot_slip@1-100000000", "fibre.stiffness_change@1-5", "fibre.hardening@1-5",
     ],
 )  # fmt: skip
 def test_what_is_no_member_is_refused(name: str) -> None:
