@@ -66,6 +66,15 @@ def test_slips_at_instants_of_their_own_are_found(task: Task) -> None:
     assert found.shared[f"{name}.slip"] == pytest.approx(LENGTH, abs=4.0 * found.errors[f"{name}.slip"])
 
 
+def test_instants_stay_where_they_are_in_plain_squares(task: Task) -> None:
+    twice = of_each(SLIP, 2)
+    context = begun_at(task, (twice,)).context
+    whole, moved = context.subset((twice,)), context.descended((twice,))
+    assert set(whole.shared) - set(moved.shared) == {f"{twice.name}.{name}" for name in instants_of(twice)}
+    other = (CATALOGUE["guide.viscous_friction"],)
+    assert context.descended(other) == context.subset(other)
+
+
 def test_where_nothing_slips_nothing_is_found(task: Task) -> None:
     """The negative control: the best instants of all are worth less than they cost."""
     _, found, parent = followed(with_slips(task, 0.0))

@@ -16,6 +16,7 @@ from fibrefit.core.time_limit import OutOfTimeError, check_time
 from fibrefit.discovery.engine.effort import TOO_FAR
 from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.laws.families import instants
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
@@ -107,6 +108,11 @@ class SearchContext:
         added = tuple(f"{effect.name}.{p.name}" for effect in effects for p in effect.parameters)
         return Subset(self.base + added, self.each)
 
+    def descended(self, effects: Sequence[type[Effect]]) -> Subset:
+        """Those of them that a descent in plain squares moves: along an instant slopes are those of a few samples."""
+        whole, held = self.subset(effects), instants(effects)
+        return replace(whole, shared=tuple(name for name in whole.shared if name not in held))
+
 
 def absent_values(supermodel: Supermodel, records: int) -> np.ndarray:
     """Values ``(n_record, n_local)`` with every effect at its null and nothing else set."""
@@ -183,7 +189,7 @@ class Trial:
 
     def refitted(self, context: SearchContext) -> Hypothesis:
         """The hypothesis refitted in full, from the best few ends."""
-        subset = context.subset(self.effects)
+        subset = context.descended(self.effects)
         ends = [refit(self.supermodel, subset, found.local, context.whole) for found in self.fits]
         best = min(ends, key=lambda found: found.cost)
         return Hypothesis(
@@ -227,7 +233,7 @@ def trial_of(
         Values of their parameters, in SI units, to start from; each sign that makes sense and each shape by default.
     """
     effects = (*parent.effects, *added)
-    subset = context.subset(effects)
+    subset = context.descended(effects)
     before = transferred(supermodel, parent.supermodel, parent.fit.local)
     most = BLOWN * parent.fit.cost
     plain = [_put(supermodel, before, values) for values in begun] or _starts(supermodel, before, added)

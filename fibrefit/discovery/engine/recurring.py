@@ -21,8 +21,8 @@ from fibrefit.problem.estimate.score_test import score_test
 
 BETWEEN = (0.25, 0.5, 0.75)
 """Where further instants are looked at, in shares of the way from the best one of a record to the next ones."""
-FINER = 2
-"""Times that is done: instants come to lie within a hundredth of a record, which a descent leads on from."""
+FINER = 3
+"""Times that is done: instants come to lie within some thousandths of a record, which a descent leads on from."""
 
 
 def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain]) -> bool:
