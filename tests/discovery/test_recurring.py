@@ -20,6 +20,8 @@ from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.families import instants_of, of_each, of_record
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
+from fibrefit.workflow.discovery.statements import statements_of
+from tests.discovery.made import identified, named
 from tests.discovery.test_free_form import begun_at
 from tests.discovery.test_pairs import Model
 
@@ -144,6 +146,29 @@ def test_what_is_costly_is_looked_at_in_the_noise_all_others_were(
     comparison._looked_at(searched("own"), cast(Any, Model((), 0.0)), "trying", None)
     assert asked == ["best" if moved else "own"]
     assert compared[1][0] == noise
+
+
+def test_a_sentence_says_what_happened_and_when(task: Task) -> None:
+    twice = of_each(SLIP, 2)
+    finding = replace(named(task), added=(twice,), after=identified(task, (twice,)))
+    said = {"slip": (1.2e-5, 1e-6), "instant": (0.25, 0.001), "instant_2": (0.5, 3.0)}
+    estimates = tuple(
+        estimate._replace(
+            found=estimate.found.model_copy(update=dict(zip(("value", "std_error"), values, strict=True)))
+        )
+        if (values := said.get(estimate.name.rpartition(".")[2])) is not None
+        else estimate
+        for estimate in finding.after.estimates
+    )
+    (sentence,) = statements_of(replace(finding, after=replace(finding.after, estimates=estimates)))
+    records, ends = task.problem.layout.records, [trace.times[[0, -1]] for trace in task.traces]
+    first, second = (start + share * (stop - start) for (start, stop), share in zip(ends, (0.25, 0.5), strict=True))
+    assert sentence.startswith("Once in each record, length the knot gives; negative: it has caught 12 +/- 1 um: at ")
+    assert f"in {records[0]}, " in sentence
+    # An error that is longer than the record says nothing, and stands nowhere.
+    assert sentence.count("+/-") == 2
+    assert f"{1e3 * first:.1f} +/- " in sentence
+    assert f"{1e3 * second:.2f} ms in {records[1]}." in sentence
 
 
 def test_the_name_says_in_how_many_records(task: Task) -> None:

@@ -117,8 +117,9 @@ def _strengths(effect: type[Effect], estimates: dict[str, ParameterSummary]) -> 
 
 def _instant(share: ParameterSummary, times: np.ndarray) -> str:
     """When something happens in a record: ``1.31 +/- 0.02 s``."""
-    span = float(times[-1] - times[0])
-    return _several([float(times[0]) + share.value * span], "s", span * _error(share))
+    span, error = float(times[-1] - times[0]), _error(share)
+    # Slopes say nothing of an instant at which no reading moves: an error as long as the record is none.
+    return _several([float(times[0]) + share.value * span], "s", span * error if error < 1.0 else 0.0)
 
 
 def _error(estimate: ParameterSummary) -> float:
