@@ -90,15 +90,21 @@ def begun_at(task: Task, probes: Sequence[type[Curve]] = ()) -> Search:
 def planted(task: Task, found: Identification, probe: type[Curve], heights: np.ndarray) -> Task:
     """The records a model with a curve would make, with white noise."""
     base = begun_at(task, (probe,)).base
-    layout, data, local = base.supermodel.problem.layout, task.problem.observations, base.fit.local.copy()
+    layout, local = base.supermodel.problem.layout, base.fit.local.copy()
     ends = _range(probe.variable, in_motion(found)[probe.variable][0])
     for name, value in zip(("low", "high", *probe.heights), (*ends, *heights), strict=True):
         local[:, layout.names.index(f"{probe.name}.{name}")] = value
+    return measured_of(task, base.supermodel, local, 4)
+
+
+def measured_of(task: Task, supermodel: Supermodel, local: np.ndarray, seed: int) -> Task:
+    """The records that a model would make at values of each record, with white noise."""
+    layout, data = supermodel.problem.layout, task.problem.observations
     values = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
-    random = np.random.default_rng(4)
+    random = np.random.default_rng(seed)
     measured = {
         channel: readings + random.standard_normal(readings.shape) / data.weight[channel].max()
-        for channel, readings in base.supermodel.problem.readings(jnp.asarray(values)).items()
+        for channel, readings in supermodel.problem.readings(jnp.asarray(values)).items()
     }
     return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
 

@@ -7,7 +7,6 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any, cast
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -22,7 +21,7 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.statements import statements_of
 from tests.discovery.made import identified, named
-from tests.discovery.test_free_form import begun_at
+from tests.discovery.test_free_form import begun_at, measured_of
 from tests.discovery.test_pairs import Model
 
 SLIP = CATALOGUE["fibre.knot_slip"]
@@ -35,16 +34,10 @@ def with_slips(task: Task, length: float) -> Task:
     """The records that a fibre would make which slips once in each, with white noise."""
     twice = of_each(SLIP, 2)
     base = begun_at(task, (twice,)).base
-    layout, data, local = base.supermodel.problem.layout, task.problem.observations, base.fit.local.copy()
+    local = base.fit.local.copy()
     for name, value in zip(("slip", *instants_of(twice)), (length, *AT), strict=True):
-        local[:, layout.names.index(f"{twice.name}.{name}")] = value
-    values = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
-    random = np.random.default_rng(11)
-    measured = {
-        channel: readings + random.standard_normal(readings.shape) / data.weight[channel].max()
-        for channel, readings in base.supermodel.problem.readings(jnp.asarray(values)).items()
-    }
-    return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
+        local[:, base.supermodel.names.index(f"{twice.name}.{name}")] = value
+    return measured_of(task, base.supermodel, local, 11)
 
 
 def followed(task: Task) -> tuple[PredictedGain, Any, Any]:
