@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery import comparison
+from fibrefit.discovery.engine import laplace_inference
 from fibrefit.discovery.engine.recurring import BETWEEN, _between, best_combination, may_recur, predicted_recurrence
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import NAMED
@@ -18,6 +19,7 @@ from fibrefit.discovery.search.search import Tried
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.families import instants_of, of_each, of_record
 from fibrefit.laws.law import Effect
+from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.statements import statements_of
 from tests.discovery.made import identified, named
@@ -68,6 +70,22 @@ def test_instants_stay_where_they_are_in_plain_squares(task: Task) -> None:
     assert set(whole.shared) - set(moved.shared) == {f"{twice.name}.{name}" for name in instants_of(twice)}
     other = (CATALOGUE["guide.viscous_friction"],)
     assert context.descended(other) == context.subset(other)
+
+
+def test_instants_are_held_while_all_else_is_fitted_first(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = list[Any]()
+
+    def watched(unknowns: Any, start: Any, *rest: Any, **how: Any) -> Any:
+        begun.append((unknowns, start, mode(unknowns, start, *rest, **how)))
+        return begun[-1][-1]
+
+    monkeypatch.setattr(laplace_inference, "mode", watched)
+    followed(with_slips(task, LENGTH))
+    (unknowns, start, end), twice = begun[0], of_each(SLIP, 2)
+    held = np.isin(unknowns.names[: len(unknowns.shared)], [f"{twice.name}.{name}" for name in instants_of(twice)])
+    assert held.sum() == 2
+    np.testing.assert_array_equal(end.place.z[held], start.z[held])
+    assert np.all(end.place.z[~held] != start.z[~held])
 
 
 def test_where_nothing_slips_nothing_is_found(task: Task) -> None:
