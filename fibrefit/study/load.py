@@ -32,6 +32,8 @@ _LONGEST_NAME = 255
 _KEY = r"(?:[\w-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _DEEP = re.compile(rf"(?<![\w-]){_KEY}(?:[ \t]*\.[ \t]*{_KEY}){{64}}")
 """A key of more parts than any study has: what the parser takes of memory for one grows with their square."""
+_OF_RECORD = re.compile(r"@(?:1-)?(\d{1,9})$")
+"""The last record of an effect that belongs to one, or that happens once in each."""
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing: bool = False) -> Study:
@@ -179,6 +181,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
     study.check_times()
     study.check_laws()
     _check_records(study, place)
+    _check_effects(study, place)
     _check_files(study, place, some_missing)
     return study
 
@@ -267,6 +270,18 @@ def _check_records(study: Study, place: Places) -> None:
             raise StudyError(
                 place(f"records[{i}]"), "lateral_offset or guide_distance alone", "both or neither", "They go together."
             )
+
+
+def _check_effects(study: Study, place: Places) -> None:
+    """Refuse effects of a record that the study has not: nothing could be said of them."""
+    number = len(study.records)
+    for name in study.model.effects:
+        found = _OF_RECORD.search(name)
+        if number and found is not None and int(found[1]) > number:
+            got = f'"{name}", of record {found[1]}'
+            expected = f"one of its {number} record{'s' * (number != 1)}"
+            do = "Records are numbered from 1, in the order of the study."
+            raise StudyError(place("model.effects"), got, expected, do)
 
 
 def _check_files(study: Study, place: Places, some_missing: bool) -> None:

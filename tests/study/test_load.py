@@ -328,3 +328,15 @@ def test_times_of_two_kinds_are_refused(load: Loader) -> None:
             ('file = "one.csv"', 'file = "one.csv"\ntaken = "2026-03-14 09:30"'),
             ('file = "two.csv"', 'file = "two.csv"\ntaken = 2026-03-15T10:00:00Z'),
         )
+
+
+@pytest.mark.parametrize("name", ["fibre.knot_slip@3", "fibre.knot_slip@1-3", "guide.friction_change@3"])
+def test_effects_of_a_record_that_is_not_there_are_refused(load: Loader, name: str) -> None:
+    said = rf'model.effects: "{name}", of record 3; expected one of its 2 records'
+    with pytest.raises(StudyError, match=said):
+        load(('["guide.stribeck_friction"]', f'["guide.stribeck_friction", "{name}"]'))
+
+
+@pytest.mark.parametrize("name", ["fibre.knot_slip@2", "fibre.knot_slip@1-2"])
+def test_those_of_one_that_is_are_not(load: Loader, name: str) -> None:
+    assert load(('["guide.stribeck_friction"]', f'["{name}"]')).model.effects == (name,)
