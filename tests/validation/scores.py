@@ -265,10 +265,13 @@ def times(outcomes: Sequence[Outcome]) -> list[str]:
     return table(["rig", "kind", "cases", *heads], rows)
 
 
-def tables(outcomes: Sequence[Outcome]) -> list[str]:
-    """Everything a release is told by."""
+NO_CASE = ["No case of a release has been carried out yet."]
+
+
+def results(outcomes: Sequence[Outcome]) -> list[str]:
+    """What a release is held to, and the time it took."""
     if not outcomes:
-        return ["No case of a release has been carried out yet."]
+        return NO_CASE
     labels = ", ".join(sorted({o.release for o in outcomes}))
     revisions = ", ".join(sorted({o.revision for o in outcomes}))
     return [
@@ -281,6 +284,17 @@ def tables(outcomes: Sequence[Outcome]) -> list[str]:
         "",
         *by_strength(outcomes),
         "",
+        "### Time",
+        "",
+        *times(outcomes),
+    ]
+
+
+def details(outcomes: Sequence[Outcome]) -> list[str]:
+    """The same cases by noise, scatter and what was hidden, and those that did not end as they should."""
+    if not outcomes:
+        return NO_CASE
+    return [
         "### Faint effects by noise and scatter",
         "",
         *by_noise(outcomes, "faint"),
@@ -292,10 +306,6 @@ def tables(outcomes: Sequence[Outcome]) -> list[str]:
         "### By what was hidden alone",
         "",
         *by_hidden(outcomes),
-        "",
-        "### Time",
-        "",
-        *times(outcomes),
         "",
         "### Cases that did not end as they should",
         "",

@@ -18,7 +18,18 @@ from tests.independent.laws import ACTS_BY, KNOWN_AS, OUTSIDE
 from tests.independent.simulate import Base
 from tests.validation import validate_discover, validate_intervals
 from tests.validation.cases import KINDS, cases, interval_cases
-from tests.validation.scores import Outcome, by_hidden, by_noise, by_strength, goals, ideal, misses, tables, times
+from tests.validation.scores import (
+    Outcome,
+    by_hidden,
+    by_noise,
+    by_strength,
+    details,
+    goals,
+    ideal,
+    misses,
+    results,
+    times,
+)
 from tests.validation.tables import Share, append, read, write_between
 from tests.validation.validate_discover import carry_out, chosen, ended, told
 from tests.validation.validate_intervals import Fitted, coverage, rows_of
@@ -93,8 +104,9 @@ def test_tables() -> None:
     assert len(misses(ALL)) == 2 + 7
     assert times(ALL)[2] == "| fibre_mass | null | 2 | 60 | 20 | 60 | 0.5 |"
     assert times([replace(GOOD, memory=math.nan)])[2].endswith("| 60 | not recorded |")
-    assert tables([]) == ["No case of a release has been carried out yet."]
-    assert any("Release r, revision abc: first outcomes of 10 cases" in line for line in tables(ALL))
+    assert results([]) == details([]) == ["No case of a release has been carried out yet."]
+    assert any("Release r, revision abc: first outcomes of 10 cases" in line for line in results(ALL))
+    assert sum(line.startswith("### ") for line in details(ALL)) == 4
 
 
 def test_a_file_keeps_first_outcomes(tmp_path: Path) -> None:
@@ -139,12 +151,18 @@ def test_tables_go_between_their_marks(tmp_path: Path) -> None:
         write_between(document, "other", [])
 
 
-@pytest.mark.parametrize("module", [validate_discover, validate_intervals])
-def test_the_documents_have_their_marks(module, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("document", "what"),
+    [
+        (validate_discover.DOCUMENT, "tables of the validation"),
+        (validate_discover.CASES, "tables of the cases"),
+        (validate_intervals.DOCUMENT, "tables of the intervals"),
+    ],
+)
+def test_the_documents_have_their_marks(document: Path, what: str, tmp_path: Path) -> None:
     copy = tmp_path / "copy.md"
-    copy.write_text(module.DOCUMENT.read_text(encoding="utf-8"), encoding="utf-8")
-    what = "validation" if module is validate_discover else "intervals"
-    write_between(copy, f"tables of the {what}", ["something"])
+    copy.write_text(document.read_text(encoding="utf-8"), encoding="utf-8")
+    write_between(copy, what, ["something"])
     assert "something" in copy.read_text(encoding="utf-8")
 
 

@@ -2,8 +2,8 @@
 
 ``python -m tests.validation.validate_discover --release LABEL --kind null --rig fibre_mass --cases 20`` carries out
 twenty further cases of a release, writes each down as soon as it is done, and prints the tables. A case is carried out
-once: only another release draws others. ``--document`` writes the tables into ``docs/discovery.md``, of all releases
-that are given.
+once: only another release draws others. ``--document`` writes the tables of all releases that are given into
+``docs/discovery.md`` and ``docs/discovery_cases.md``.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import Any
 
 from tests.validation.cases import KINDS, RIGS, STRENGTHS, Case, cases
 from tests.validation.designs import NOISES
-from tests.validation.scores import Outcome, tables
+from tests.validation.scores import Outcome, details, results
 from tests.validation.tables import ROOT, append, read, revision, write_between
 from tests.validation.workers import carried_out, most_memory
 
 RESULTS = Path(__file__).parent / "outcomes"
 """Kept with the project: an outcome is written down once and stays."""
-DOCUMENT = ROOT / "docs" / "discovery.md"
+DOCUMENT, CASES = ROOT / "docs" / "discovery.md", ROOT / "docs" / "discovery_cases.md"
 PROCESSES = 2
 LIMIT = 1200.0
 """s a case may take."""
@@ -166,7 +166,7 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="cases of the tuning set, which never count")
     parser.add_argument("--processes", type=int, default=PROCESSES)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a case may take")
-    parser.add_argument("--document", action="store_true", help="write the tables into docs/discovery.md")
+    parser.add_argument("--document", action="store_true", help="write the tables into docs/discovery*.md")
     given = parser.parse_args()
     labels, given.release = given.release, given.release[0]
     path = file_of(given.release, given.tuning)
@@ -174,12 +174,13 @@ def main() -> None:
         if len(labels) > 1:
             parser.error("cases are carried out of one release at a time")
         run(chosen(given, read(path, Outcome)), path, given.processes, given.limit)
-    lines = tables([outcome for label in labels for outcome in read(file_of(label, given.tuning), Outcome)])
-    print("\n".join(lines))
+    outcomes = [outcome for label in labels for outcome in read(file_of(label, given.tuning), Outcome)]
+    print("\n".join([*results(outcomes), "", *details(outcomes)]))
     if given.document:
         if given.tuning:
             raise SystemExit("the tuning set does not count: its tables go into no document")
-        write_between(DOCUMENT, "tables of the validation", lines)
+        write_between(DOCUMENT, "tables of the validation", results(outcomes))
+        write_between(CASES, "tables of the cases", details(outcomes))
 
 
 if __name__ == "__main__":
