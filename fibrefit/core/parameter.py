@@ -33,6 +33,8 @@ class Parameter:
         such a value as `ByInverse` too, and has a finite derivative in the inverse there.
     starts : tuple of float
         Where a search for it begins, in `unit`; about the typical size where empty.
+    spread : float
+        How far from the typical value a shape may well be, in `unit`; as far as that is from zero where it is 0.
     source : str
         Where the law or the range comes from.
     symbol : str
@@ -49,6 +51,7 @@ class Parameter:
     log: bool = False
     reciprocal: bool = False
     starts: tuple[float, ...] = ()
+    spread: float = 0.0
     source: str = ""
     symbol: str = ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from fibrefit.discovery.engine.effort import (
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
+from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
@@ -66,12 +67,16 @@ class Comparison:
 
     def gap_of(self, one: LaplaceFit) -> float:
         """Gap that one of them leaves, as the parent's is counted: Rms of residuals over the noise."""
-        before = self.search.gap(self.search.plain(self.parent))
         # What was not followed is its parent, and leaves the same.
-        if not one.evidence.mode.steps:
-            return before
+        if one is self.parent or not one.evidence.mode.steps:
+            return self.gap
         share = self.shares.get(one.names)
-        return self.search.gap(self.search.plain(one)) if share is None else before * share
+        return self.search.gap(self.search.plain(one)) if share is None else self.gap * share
+
+    @cached_property
+    def gap(self) -> float:
+        """That of the parent."""
+        return self.search.gap(self.search.plain(self.parent))
 
     def gain(self, one: LaplaceFit) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -167,17 +172,25 @@ def _as_found(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -
     return Comparison(search, parent, tuple(found))
 
 
+def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
+    """Tests of the innovations that say a model is not complete."""
+    tested = tests_of(search.inference, fitted, search.task.traces, search.task.problem.model.rig.channels)
+    return [alarm for alarm in tested if alarm.raised]
+
+
 def _worth_following(comparison: Comparison) -> float:
     """Nats that slopes have to predict of an effect that takes long to simulate: not far less than was found.
 
-    Without end where an effect was named before and nothing says that more is missing: then none of them is looked at.
+    Without end where an effect was named before and neither gap nor tests of the innovations say that more is missing:
+    then none of them is looked at.
     """
     gain, gap = (
         comparison.gain(comparison.found[0]) if comparison.found else 0.0,
         comparison.search.gap(comparison.search.plain(comparison.parent)),
     )
     if gain <= NAMED:
-        return np.inf if comparison.parent.effects and gap <= ENOUGH else -np.inf
+        noise = comparison.parent.effects and gap <= ENOUGH and not alarms_of(comparison.search, comparison.parent)
+        return np.inf if noise else -np.inf
     if comparison.search.gap(comparison.search.plain(comparison.found[0])) > ENOUGH:
         return -np.inf
     return PROMISING * gain

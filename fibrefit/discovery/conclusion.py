@@ -10,7 +10,9 @@ from typing import TypeVar
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, in_time, time_limit
+from fibrefit.core.time_limit import Budget, check_time, in_time, time_limit
+from fibrefit.discovery.choice import candidates
+from fibrefit.discovery.comparison import alarms_of
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
@@ -19,11 +21,11 @@ from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record,
 from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls, time_for_starts
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
-from fibrefit.discovery.forward_selection import Limits, Selection, candidates
+from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.laws.propose import described, proposed
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import alarms_of, curves_beyond
+from fibrefit.discovery.pairs import curves_beyond
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm
@@ -101,10 +103,11 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
     best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
-    complete, parts = not alarms and not readings, replace(parts, kept=0.0)
+    complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=0.0)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
-    cut, tried = bool(untried or at.cut_short or parts.undone), bool(at.steps or _ranking(at))
+    cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at))
     verdict, reason = _of_whole_records(*_verdict(best, alarms, readings, cut, tried), after)
+    verdict, reason = _after_refusal(verdict, reason, best is not wanted)
     known = tried or not cut or bool(readings)
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     predicted = partial(held_out, search, search.base, kept)
@@ -127,10 +130,10 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         proposed_law=law and law[1],
         untried=untried,
     )
-    more = ("further",) if at.cut_short else ()
+    more = (*(("further",) if at.cut_short else ()), *at.undone)
     if law is not None:
         finding = replace(finding, after=_final(search, law[0], FINAL_STARTS, limits.seed, budget))
-    return replace(finding, undone=(*more, *parts.undone), seconds=budget.used)
+    return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
 
 
 def _law(search: Search, best: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
@@ -227,6 +230,16 @@ def _of_whole_records(
     return "not_trusted", (Statement("motion_lost", {"gap": total(after.gap)}),)
 
 
+def _after_refusal(
+    verdict: Verdict, reason: tuple[Statement, ...], refused: bool
+) -> tuple[Verdict, tuple[Statement, ...]]:
+    """A verdict, unless an effect was taken out that no fit finds again.
+
+    Something gained more than chance and is not what is missing: that was not found, though no test objects now.
+    """
+    return ("unexplained", ()) if refused and verdict in ("named", NOTHING) else (verdict, reason)
+
+
 def _left_over(
     search: Search, kept: Hypothesis, after: Identification, readings: Sequence[Reading] | None, law: ProposedLaw | None
 ) -> Unexplained:
@@ -259,7 +272,10 @@ def _outdone(
         base = search.inference.fitted(search.base.supermodel, (), local)
     else:
         base = search.inference.again(base)
-    readings = probe_all(search, base, before, best.log - base.log + NAMED, NAMED)
+    # Curves are not divided by an overdispersion, and what was named may be.
+    named = search.inference.again(best)
+    readings = probe_all(search, base, before, named.log - base.log + NAMED, NAMED)
+    check_time()
     return (base, readings) if readings else None
 
 

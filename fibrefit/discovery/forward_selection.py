@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
 
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, compared_about, comparison_of
+from fibrefit.discovery.choice import Believed, Choose, believed, candidates
+from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED
@@ -23,28 +21,21 @@ from fibrefit.discovery.engine.thresholds import (
     BEYOND_DOUBT,
     CARRIED,
     NAMED,
-    PRICE,
-    SIMPLER,
-    false_alarm,
-    occam,
 )
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
-from fibrefit.discovery.search.inputs import Confirmation, confirmed, relinearised, residuals_left
+from fibrefit.discovery.search.inputs import relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown
 from fibrefit.discovery.unnamed import Unnamed, nameless, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
-from fibrefit.study.summaries.discovery import Candidate, Round
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.discovery import Round
 
-LISTED = 8
-"""Candidates whose parameters are shown with errors."""
 SECONDS = 300.0
 """Time a search is given unless said."""
 
@@ -69,7 +60,7 @@ class Limits:
 
     max_effects: int = 3
     seed: int = 0
-    choose: Callable[[Sequence[Candidate]], str | None] | None = None
+    choose: Choose | None = None
     seconds: float = SECONDS
     folder: Path | None = None
     least: float = 0.0
@@ -100,6 +91,8 @@ class Selection:
         Whether pairs of the best effects of the first round were tried.
     law : (LaplaceFit, ProposedLaw) or None
         A law of no name that accounts for all that the best model lacks.
+    undone : tuple of str
+        What the last round's time did not suffice for.
     """
 
     search: Search
@@ -113,6 +106,11 @@ class Selection:
     about: LaplaceFit | None = None
     paired: bool = False
     law: tuple[LaplaceFit, ProposedLaw] | None = None
+    undone: tuple[str, ...] = ()
+
+    def took(self, what: str, came: bool) -> Selection:
+        """With a part of the round as not done, unless it came in time."""
+        return self if came else replace(self, undone=(*self.undone, what))
 
 
 def forward_select(search: Search, base: LaplaceFit, before: Identification, limits: Limits) -> Selection:
@@ -147,9 +145,9 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
     comparison = comparison_of(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}", at.singles)
-    single, found = at.singles or comparison, _believed(comparison, limits)
+    single, found = at.singles or comparison, believed(comparison, limits.choose)
     at, found = _where_it_is(
-        replace(at, search=comparison.search, best=comparison.parent, comparison=found.comparison), found
+        replace(at, undone=(), search=comparison.search, best=comparison.parent, comparison=found.comparison), found
     )
     if limits.choose is None:
         try:
@@ -164,13 +162,16 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         (missing, curves), _ = in_time(partial(incomplete, found.comparison, before), unknown)
         at = replace(at, curves=curves)
         # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
-        law, _ = in_time(partial(nameless, at.search, at.best, before, curves or ()), None)
+        law, came = in_time(partial(nameless, at.search, at.best, before, curves or ()), None)
+        at = at.took("law", came)
         if law is not None:
             return _ended_by(law, at), False
-    exchanged = None
+    exchanged: Believed | None = None
     if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
-        better, _ = in_time(partial(best_exchange, single, found.chosen), None)
-        exchanged = None if better is None else _believed(better, limits)
+        better, came = in_time(partial(best_exchange, single, found.chosen), None)
+        at = at.took("exchange", came)
+        if better is not None:
+            exchanged = believed(replace(better, untried=found.comparison.untried), limits.choose)
     if exchanged is not None and exchanged.chosen is not None:
         found = exchanged
     elif missing and _doubtful(at, found):
@@ -185,51 +186,7 @@ def _ended_by(law: Unnamed, at: Selection) -> Selection:
     return replace(at, search=law.search, best=law.parent, curves=law.curves, law=law.law)
 
 
-class _Believed(NamedTuple):
-    """A comparison, what is added, and what that gains where readings are linearised about it."""
-
-    comparison: Comparison
-    chosen: LaplaceFit | None
-    seen: Confirmation | None = None
-
-
-def _believed(comparison: Comparison, limits: Limits) -> _Believed:
-    """What is added; what gains only where readings are linearised about another model is not."""
-    while (chosen := _chosen(comparison, limits)) is not None:
-        with beyond_limits():
-            seen = confirmed(comparison.search, comparison.parent, chosen)
-        if seen is None or limits.choose is not None:
-            return _Believed(comparison, chosen, seen)
-        if seen.gain > NAMED:
-            return _among_rivals(_Believed(comparison, chosen, seen), limits)
-        less = chosen.with_log(comparison.parent.log + seen.gain)
-        others = [one for one in comparison.found if one is not chosen]
-        comparison = replace(comparison, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
-    return _Believed(comparison, None)
-
-
-def _among_rivals(found: _Believed, limits: Limits) -> _Believed:
-    """The best where readings are linearised about itself, the others as seen from there.
-
-    Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
-    linearised about either of them.
-    """
-    compared_before: set[tuple[str, ...]] = set()
-    while (seen := found.seen) is not None and seen.gain > NAMED:
-        compared_before.add(seen.found.names)
-        if (there := compared_about(found.comparison, seen)) is None:
-            break
-        found, best = _Believed(there, seen.found, seen), _chosen(there, limits)
-        if best is None or best.names in compared_before:
-            break
-        further, _ = in_time(partial(confirmed, there.search, there.parent, best), None)
-        if further is None or further.gain <= NAMED:
-            break
-        found = _Believed(there, best, further)
-    return found
-
-
-def _where_it_is(at: Selection, found: _Believed) -> tuple[Selection, _Believed]:
+def _where_it_is(at: Selection, found: Believed) -> tuple[Selection, Believed]:
     """Where no effect is added, a model that was led elsewhere is tested, and curves are drawn, about where it is."""
     comparison = found.comparison
     if (
@@ -242,16 +199,16 @@ def _where_it_is(at: Selection, found: _Believed) -> tuple[Selection, _Believed]
     return replace(at, search=anew[0], best=anew[1]), there
 
 
-def _together(at: Selection, found: _Believed, single: Comparison, limits: Limits) -> tuple[Selection, _Believed]:
+def _together(at: Selection, found: Believed, single: Comparison, limits: Limits) -> tuple[Selection, Believed]:
     """Two effects at once, where something is missing that none accounts for by itself."""
     if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or found.comparison.untried:
         return at, found
-    pairs, _ = in_time(partial(best_pair, single, found.chosen or at.best), None)
-    together = found if pairs is None else _believed(pairs, limits)
-    return replace(at, paired=True), found if together.chosen is None else together
+    pairs, came = in_time(partial(best_pair, single, found.chosen or at.best), None)
+    together = found if pairs is None else believed(pairs, limits.choose)
+    return replace(at.took("pairs", came), paired=came), found if together.chosen is None else together
 
 
-def _doubtful(at: Selection, found: _Believed) -> bool:
+def _doubtful(at: Selection, found: Believed) -> bool:
     """Whether what was found beside an effect says little: that effect may stand in for two others.
 
     A third one may gain little; two stand in for two others where nothing more is found and something is missing.
@@ -260,7 +217,7 @@ def _doubtful(at: Selection, found: _Believed) -> bool:
     return found.chosen is None or (alone and found.comparison.gain(found.chosen) < BEYOND_DOUBT)
 
 
-def _grown(at: Selection, found: _Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:
+def _grown(at: Selection, found: Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:
     """A selection with what was found."""
     comparison, chosen, seen = found
     assert chosen is not None
@@ -279,29 +236,6 @@ def _grown(at: Selection, found: _Believed, single: Comparison, before: Identifi
         )
 
 
-def _chosen(comparison: Comparison, limits: Limits) -> LaplaceFit | None:
-    """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing."""
-    if limits.choose is not None:
-        name = limits.choose(candidates(comparison)[:LISTED])
-        return next((one for one in comparison.found[:LISTED] if name in one.names), None)
-    # What was not followed says nothing but what slopes predict of it.
-    followed = [one for one in comparison.found if one.evidence.mode.steps]
-    # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
-    if not followed or comparison.gain(followed[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
-        return None
-    near = [one for one in followed if one.log > followed[0].log - SIMPLER]
-    return min(
-        near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log)
-    )
-
-
-def _new(one: LaplaceFit, comparison: Comparison) -> bool:
-    """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
-    return any(
-        not effect.name.startswith("study.") for effect in one.effects if effect not in comparison.parent.effects
-    )
-
-
 def rivals_of(comparison: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
     """What was added, and each effect that would have explained the records as well in its place."""
     pairs: dict[tuple[str, str], Rivals] = {}
@@ -312,45 +246,6 @@ def rivals_of(comparison: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
         if abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
             pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (plain(best), plain(other))))
     return tuple(pairs.values())
-
-
-def candidates(comparison: Comparison) -> tuple[Candidate, ...]:
-    """How the candidates of a round did over their parent, the most probable first."""
-    return tuple(candidate(comparison, one) for one in comparison.found)
-
-
-def candidate(comparison: Comparison, one: LaplaceFit) -> Candidate:
-    """How a hypothesis did over its parent; parameters with their standard errors.
-
-    Parameters
-    ----------
-    comparison : Comparison
-    one : LaplaceFit
-    """
-    added = [effect for effect in one.effects if effect not in comparison.parent.effects]
-    shared, errors = one.shared, one.errors
-    parameters = {
-        name: ParameterSummary(value=shared[name], std_error=errors[name], unit=parameter.unit)
-        for effect in one.effects
-        for parameter in effect.parameters
-        for name in [f"{effect.name}.{parameter.name}"]
-        if np.isfinite(shared[name])
-    }
-    others = [
-        (sum(len(e.parameters) for e in o.effects if e not in comparison.parent.effects), o) for o in comparison.found
-    ]
-    # What was not compared in the same noise costs what is usual.
-    chances = [
-        (size, occam(comparison.parent.evidence, o.evidence) if o.names in comparison.compared else PRICE * size)
-        for size, o in others
-    ]
-    return Candidate(
-        effect=" + ".join(effect.name for effect in added) or "nothing",
-        gap_after=comparison.gap_of(one),
-        evidence=comparison.gain(one),
-        parameters=parameters,
-        false_alarm=false_alarm(comparison.gain(one), chances),
-    )
 
 
 def _round(comparison: Comparison, before: Identification, chosen: LaplaceFit) -> TracedRound:

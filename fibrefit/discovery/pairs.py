@@ -7,28 +7,21 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import check_time, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, in_same_noise
+from fibrefit.core.time_limit import OutOfTimeError, check_time, in_time, time_left
+from fibrefit.discovery.comparison import Comparison, alarms_of, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, probe_all
 from fibrefit.discovery.engine.effort import PROMISING, is_partner
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.residuals.innovations import Alarm, tests_of
-from fibrefit.discovery.search.inputs import fitted_about
-from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.inputs import fitted_about, overdispersion_corrected, overdispersion_of
+from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
 
 PROBING, PAIRING = 0.3, 0.6
 """Shares of the time left that free curves are given before effects are tried in pairs, and these pairs, or a law of no
 name."""
-
-
-def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
-    """Tests of the innovations that say a model is not complete."""
-    tested = tests_of(search.inference, fitted, search.task.traces, search.task.problem.model.rig.channels)
-    return [alarm for alarm in tested if alarm.raised]
 
 
 def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> list[Reading]:
@@ -75,31 +68,38 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     -------
     Comparison or None
         The pair first; None where there is none.
+
+    Raises
+    ------
+    OutOfTimeError
+        If there is none among those that the time sufficed for, and it did not for all.
     """
-    search, found, number = comparison.search, list[LaplaceFit](), 0
+    search, found, number, all_tried = comparison.search, list[LaplaceFit](), 0, True
     best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
     reached, likely = max([comparison.parent.log, *(one.log for one in beside)]), [one.effects[-1] for one in best]
 
-    def partners(first: LaplaceFit, done: Sequence[type[Effect]]) -> list[LaplaceFit]:
+    def partners(first: LaplaceFit, done: Sequence[type[Effect]]) -> Tried:
         # What undoes a part of the first gains nothing by itself: all whose slopes cost little are tried.
         further = [each for each in search.extensions(first) if each in likely or search.shares_a_program(each)]
         # A pair has to gain more than what was found one by one: slopes predict a fair share of that.
         least = PROMISING * (reached - first.log)
-        return search.tried(
-            first, [each for each in further if each not in done], "trying effects in pairs", least
-        ).found
+        return search.tried(first, [each for each in further if each not in done], "trying effects in pairs", least)
 
     for i, first in enumerate(best):
-        some, _ = in_time(partial(partners, first, likely[:i]), list[LaplaceFit](), PAIRING * time_left())
+        (some, untried), came = in_time(partial(partners, first, likely[:i]), Tried([]), PAIRING * time_left())
+        all_tried &= came and not untried
         number += len(some)
         found += [one for one in some if one.evidence.mode.steps]
     others = [one for one in found if one.names != instead.names]
     pairs = in_same_noise(search, comparison.parent, [*others, *beside])
     most = pairs.found[0] if pairs.found else None
     least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
-    if most is None or most.log - least <= NAMED + np.log(max(number, 1)):
-        return None
-    return pairs if pruned(pairs.search.inference, most) is most else None
+    beyond_chance = NAMED + np.log(max(number, 1))
+    if most is not None and most.log > least + beyond_chance and pruned(pairs.search.inference, most) is most:
+        return pairs
+    if not all_tried:
+        raise OutOfTimeError
+    return None
 
 
 def best_exchange(comparison: Comparison, found: LaplaceFit) -> Comparison | None:
@@ -153,11 +153,14 @@ def pruned(inference: LaplaceInference, best: LaplaceFit) -> LaplaceFit:
     """A hypothesis without the effects a later one has made needless."""
     if len(best.effects) < 2:
         return best
+    # Its evidence may be divided by an overdispersion, and that of what is left without an effect is not.
+    whole = inference.again(best)
     for effect in best.effects:
         rest = tuple(other for other in best.effects if other is not effect)
         if any(effect.name in other.needs for other in rest):
             continue
-        lesser = inference.without(best, rest)
-        if best.log - lesser.log <= NAMED:
+        lesser = inference.without(whole, rest)
+        seen = overdispersion_corrected(lesser, whole, overdispersion_of(inference, lesser, whole))
+        if seen.log - lesser.log <= NAMED:
             return pruned(inference, lesser)
     return best

@@ -12,14 +12,14 @@ from functools import partial
 from typing import NamedTuple
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, in_same_noise
+from fibrefit.discovery.comparison import Comparison, alarms_of, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, described, proposed
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING, alarms_of
+from fibrefit.discovery.pairs import PAIRING
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -31,7 +31,7 @@ class Run:
     parts: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, command: str, study: Study, settings: str = "") -> Run:
+    def of(cls, command: str, study: Study, settings: str = "", files: Sequence[Path] = ()) -> Run:
         """Run of a command on a study.
 
         Parameters
@@ -43,10 +43,13 @@ class Run:
             its laws may not.
         settings : str
             All else the run depends on.
+        files : sequence of pathlib.Path
+            Read beside those of the study, which may not change either.
         """
         parts = {COMMAND: command, STUDY: _digest(study.resolved_toml()), SETTINGS: _digest(settings)}
-        digests = {f'data "{file.as_posix()}"': sha256_of(file) for file in study.data_files() if file.is_file()}
-        return cls(tuple(study.input_files()), parts | digests)
+        read = (*study.data_files(), *files)
+        digests = {f'data "{file.as_posix()}"': sha256_of(file) for file in read if file.is_file()}
+        return cls((*study.input_files(), *files), parts | digests)
 
     def check(self, kept: Manifest | None, shown: str) -> None:
         """Refuse to go on from what another run has kept.

@@ -10,8 +10,8 @@ import pytest
 
 from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
 from fibrefit.discovery import comparison
+from fibrefit.discovery.choice import chosen_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
-from fibrefit.discovery.forward_selection import Limits, _chosen
 from fibrefit.discovery.search.search import Tried
 from tests.discovery.test_pairs import EFFECTS, Model
 
@@ -47,7 +47,7 @@ def test_what_is_beyond_doubt_is_so_over_the_parent_from_where_it_led(
         ranked = comparison._in_one_noise(search, cast(Any, BASE), found)
     assert asked == [(EFFECTS[0].name,)] * refitted
     assert ranked.parent.log == max(BASE.log, parent_from_there if refitted else BASE.log)
-    assert (_chosen(ranked, Limits()) is not None) is named
+    assert (chosen_of(ranked, None) is not None) is named
 
 
 def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,4 +91,4 @@ def test_candidates_begin_anew_where_the_parent_was_led_away_from_all_of_them(
 def test_what_was_not_followed_is_not_added_whatever_slopes_predict() -> None:
     unseen = SimpleNamespace(log=100.0, names=("a",), evidence=SimpleNamespace(mode=SimpleNamespace(steps=0)))
     ranked = comparison.Comparison(cast(Any, None), cast(Any, BASE), cast(Any, (unseen,)), frozenset({("b",)}))
-    assert _chosen(ranked, Limits()) is None
+    assert chosen_of(ranked, None) is None

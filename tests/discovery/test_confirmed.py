@@ -8,10 +8,11 @@ from typing import Any, cast
 
 import pytest
 
-from fibrefit.core.time_limit import Budget
-from fibrefit.discovery import comparison, conclusion, forward_selection
+from fibrefit.core.time_limit import Budget, check_time, time_limit
+from fibrefit.discovery import choice, comparison, conclusion, forward_selection
+from fibrefit.discovery.choice import believed
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.forward_selection import Limits, Selection, _believed, _further
+from fibrefit.discovery.forward_selection import Limits, Selection, _further
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.test_pairs import Model, round_of
@@ -53,7 +54,7 @@ def confirmation(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, float]) -> li
         gain = gains[found.effects[-1]]
         return Confirmation(search, replace(found, log=1000.0), replace(parent, log=1000.0 - gain))  # type: ignore[arg-type]
 
-    monkeypatch.setattr(forward_selection, "confirmed", confirmed)
+    monkeypatch.setattr(choice, "confirmed", confirmed)
     seen_from_there(monkeypatch, {})
     return asked
 
@@ -73,12 +74,12 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
     monkeypatch.setattr(comparison, "fitted_about", about)
     monkeypatch.setattr(comparison, "overdispersion_of", lambda inference, parent, one: 1.0)
     monkeypatch.setattr(comparison, "overdispersion_corrected", lambda parent, one, overdispersion: one)
-    monkeypatch.setattr(forward_selection, "compared_about", compared)
+    monkeypatch.setattr(choice, "compared_about", compared)
 
 
 def test_what_gains_about_itself_is_taken_and_the_next_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = confirmation(monkeypatch, {A: 30.0})
-    found = _believed(first_round(), Limits())
+    found = believed(first_round(), None)
     assert found.chosen is not None
     assert found.chosen.names == (A.name,)
     assert found.seen is not None
@@ -90,7 +91,7 @@ def test_what_gains_only_about_another_model_is_passed_over_and_told_with_what_i
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     confirmation(monkeypatch, {A: NAMED - 0.1, B: 35.0})
-    found = _believed(first_round(), Limits())
+    found = believed(first_round(), None)
     assert found.chosen is not None
     assert found.chosen.names == (B.name,)
     assert {one.names[0]: found.comparison.gain(one) for one in found.comparison.found} == {
@@ -100,15 +101,59 @@ def test_what_gains_only_about_another_model_is_passed_over_and_told_with_what_i
 
 def test_where_none_is_believed_nothing_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = confirmation(monkeypatch, {A: 1.0, B: -3.0})
-    assert _believed(first_round(), Limits()).chosen is None
+    assert believed(first_round(), None).chosen is None
     assert asked == [A.name, B.name]
+
+
+def test_the_simpler_of_two_is_not_asked_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Passed over, it is still as near to the first as what is simpler is taken for."""
+    ranked = first_round()
+    near = [replace(one, log={A: 6.5, B: 6.0, C: 2.0}[one.effects[0]]) for one in ranked.found]
+    monkeypatch.setattr(A, "name", "guide.a")
+    monkeypatch.setattr(B, "name", "study.b")
+    asked = confirmation(monkeypatch, {A: 4.8, B: 4.5})
+    found = believed(replace(ranked, found=tuple(near), compared=frozenset(one.names for one in near)), None)
+    assert found.chosen is None
+    assert asked == ["study.b", "guide.a"]
+
+
+def test_when_the_time_is_over_the_first_is_asked_about_and_no_further_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = confirmation(monkeypatch, {A: 1.0, B: 30.0})
+    own = choice.confirmed
+
+    def confirmed(*of: Any) -> Confirmation | None:
+        check_time()
+        return own(*of)
+
+    monkeypatch.setattr(choice, "confirmed", confirmed)
+    with time_limit(0.0):
+        assert believed(first_round(), None).chosen is None
+    assert asked == [A.name]
+    confirmation(monkeypatch, {A: 30.0})
+    monkeypatch.setattr(choice, "confirmed", lambda *of, own=choice.confirmed: (check_time(), own(*of))[1])
+    with time_limit(0.0):
+        assert believed(first_round(), None).chosen is not None
+
+
+@pytest.mark.parametrize(("exact", "gain", "kept"), [(True, 60.0, True), (False, 60.0, False), (False, 130.0, True)])
+def test_where_a_motion_is_lost_about_a_candidate_its_gain_has_to_be_beyond_doubt(
+    monkeypatch: pytest.MonkeyPatch, exact: bool, gain: float, kept: bool
+) -> None:
+    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities=None if exact else ()), raising=False)
+    monkeypatch.setattr(choice, "confirmed", lambda *of: None)
+    ranked = first_round()
+    (first, *_) = ranked.found
+    alone = replace(first, log=gain)
+    found = believed(replace(ranked, found=(alone,), compared=frozenset({alone.names})), None)
+    assert (found.chosen is not None) is kept
+    assert found.comparison.gain(found.comparison.found[0]) == (gain if kept else 0.0)
 
 
 def test_the_best_is_the_one_that_is_so_where_readings_are_linearised_about_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A gains most about the parent; about A, B does better, and about B it still does."""
     asked = confirmation(monkeypatch, {A: 30.0, B: 45.0})
     seen_from_there(monkeypatch, {A: {B: 44.0}, B: {A: 31.0}})
-    found = _believed(first_round(), Limits())
+    found = believed(first_round(), None)
     assert found.chosen is not None
     assert found.seen is not None
     assert found.chosen.names == found.seen.found.names == (B.name,)
@@ -125,7 +170,7 @@ def test_gaps_seen_about_another_model_are_told_as_shares_of_the_gap(monkeypatch
     seen_from_there(monkeypatch, {A: {B: 20.0}})
     about_a = with_gaps(SimpleNamespace(), {(): 1.3, (A.name,): 1.0, (B.name,): 1.1})
     seen = Confirmation(about_a, cast(Any, Model((A,), 30.0)), cast(Any, Model((), 0.0)))
-    found = forward_selection.compared_about(ranked, seen)
+    found = choice.compared_about(ranked, seen)
     assert found is not None
     gaps = {one.names[0]: found.gap_of(one) for one in found.found}
     assert gaps == pytest.approx({A.name: 1.0, B.name: 1.1, C.name: 1.3 * 0.81 / 0.9})
@@ -134,7 +179,7 @@ def test_gaps_seen_about_another_model_are_told_as_shares_of_the_gap(monkeypatch
 def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = confirmation(monkeypatch, {A: 30.0, B: 30.0})
     seen_from_there(monkeypatch, {A: {B: 44.0}, B: {A: 44.0}})
-    found = _believed(first_round(), Limits())
+    found = believed(first_round(), None)
     assert asked == [A.name, B.name]
     assert found.seen is not None
     assert found.seen.found.names == (B.name,)
@@ -143,15 +188,15 @@ def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: p
 def test_what_is_better_about_another_but_nothing_about_itself_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     confirmation(monkeypatch, {A: 30.0, B: 1.0})
     seen_from_there(monkeypatch, {A: {B: 44.0}})
-    found = _believed(first_round(), Limits())
+    found = believed(first_round(), None)
     assert found.seen is not None
     assert found.seen.found.names == (A.name,)
 
 
 def test_what_a_person_chooses_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     confirmation(monkeypatch, {B: -3.0})
-    monkeypatch.setattr(forward_selection, "candidates", lambda ranked: ())
-    found = _believed(first_round(), Limits(choose=lambda ranking: B.name))
+    monkeypatch.setattr(choice, "candidates", lambda ranked: ())
+    found = believed(first_round(), lambda ranking: B.name)
     assert found.chosen is not None
     assert found.chosen.names == (B.name,)
 

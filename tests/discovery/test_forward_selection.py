@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
+from fibrefit.core.time_limit import time_limit
 from fibrefit.discovery import comparison, conclusion
+from fibrefit.discovery.choice import candidates, chosen_of
 from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
@@ -23,14 +25,7 @@ from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
-from fibrefit.discovery.forward_selection import (
-    Limits,
-    Selection,
-    _chosen,
-    candidates,
-    forward_select,
-    rivals_of,
-)
+from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, rivals_of
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
 from fibrefit.discovery.search.search import Search
@@ -173,6 +168,13 @@ def with_effect(made: Case, parent: LaplaceFit, effect: type[Effect]) -> Laplace
     return inference.extended(parent, supermodel, effect, inference.screened(parent, supermodel, [effect])[effect])
 
 
+def test_what_is_left_of_what_was_found_is_told_when_the_time_is_over(case: Callable[..., Case]) -> None:
+    """An effect that was found is not lost for one simulation."""
+    made = case(PLAIN)
+    with time_limit(0.0):
+        assert made.search.gap(made.search.plain(made.base)) > 0.0
+
+
 def test_an_effect_that_has_become_needless_is_taken_out(case: Callable[..., Case]) -> None:
     made = case(PLAIN)
     kept = pruned(made.search.inference, both(made))
@@ -239,7 +241,7 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
         for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
     )
     ranked = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
-    chosen = _chosen(cast(Any, ranked), Limits())
+    chosen = chosen_of(cast(Any, ranked), None)
     assert chosen is not None
     assert chosen.effects == (taken,)
 
@@ -252,7 +254,7 @@ def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_do
     ranked = SimpleNamespace(
         found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=()
     )
-    assert (_chosen(cast(Any, ranked), Limits()) is not None) == named
+    assert (chosen_of(cast(Any, ranked), None) is not None) == named
 
 
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:

@@ -285,3 +285,10 @@ def test_nothing_is_missing_only_where_a_fit_of_a_drive_follows_the_motion_to_it
     assert conclusion._of_whole_records("named", reason, after) == ("named", reason)
     if said == "not_trusted":
         assert "a gap of 16 over whole records" in discovery_sentence(reason[0])
+
+
+@pytest.mark.parametrize("verdict", ["named", "nothing_missing"])
+def test_where_an_effect_was_taken_out_by_the_fit_nothing_is_said_to_be_complete(verdict: Any) -> None:
+    noise = (Statement("noise_left", {"between_records": False}),)
+    assert conclusion._after_refusal(verdict, noise, True) == ("unexplained", ())
+    assert conclusion._after_refusal(verdict, noise, False) == (verdict, noise)

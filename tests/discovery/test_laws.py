@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from fibrefit.discovery.curves.probes import PROBES
+from fibrefit.discovery.engine.priors import _line
 from fibrefit.discovery.laws.forms import FORMS, FittedForm, Form, forms_of
 from fibrefit.discovery.laws.source import PLACES, composed, effect_of_law, start_of_law
 from fibrefit.laws.contract import violations
@@ -92,3 +96,15 @@ def test_what_is_written_is_an_effect(probe: type, form: Form) -> None:
     # The places the contract looks at may lie where a law with a knee does not act.
     assert not [error for error in violations(effect, CONDITIONS) if "changes nothing" not in str(error)]
     assert effect_of_law(law) is effect
+
+
+@pytest.mark.parametrize("shift", [0.0, -0.5, 7.0])
+def test_where_the_zero_of_its_variable_lies_makes_no_place_of_a_law_less_likely(shift: float) -> None:
+    probe, form = PROBES[0], next(form for form in FORMS if form.name == "knee_above")
+    span = KNOTS[-1] - KNOTS[0]
+    knots = KNOTS - KNOTS[0] + shift * span
+    law = composed(probe, FittedForm(form, TRUE[form.name], 0.0), knots)
+    place = next(one for one in effect_of_law(law).parameters if one.name == "knee")
+    _, middle, scale, *_ = _line(place, cast(Any, SimpleNamespace(name="guide.law.knee")), None, [])
+    assert middle == pytest.approx(knots[0] + span / 2.0)
+    assert scale == pytest.approx(span / 2.0)

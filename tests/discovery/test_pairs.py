@@ -12,13 +12,14 @@ from unittest.mock import Mock
 import pytest
 
 from fibrefit.core.time_limit import OutOfTimeError
-from fibrefit.discovery import forward_selection, pairs
+from fibrefit.discovery import choice, forward_selection, pairs
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete
 from fibrefit.discovery.search.search import Tried
 
+own_pruned = pairs.pruned
 EFFECTS: tuple[Any, ...] = tuple(
     type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abcdefghijk"
 )
@@ -39,6 +40,10 @@ class Model:
     @property
     def evidence(self) -> Any:
         return SimpleNamespace(mode=SimpleNamespace(steps=3))
+
+    @property
+    def supermodel(self) -> Any:
+        return SimpleNamespace(sensitivities=None)
 
     def with_log(self, log: float) -> Model:
         return replace(self, log=log)
@@ -98,6 +103,46 @@ def test_an_effect_that_gains_nothing_by_itself_is_found_beside_another() -> Non
     found = best_pair(comparison, comparison.found[0])
     assert found is not None
     assert found.found[0].names == (B.name, E.name)
+
+
+@pytest.mark.parametrize("together", [240.0, 290.0])
+def test_pairs_that_the_time_did_not_suffice_for_are_told_unless_another_is_found(
+    monkeypatch: pytest.MonkeyPatch, together: float
+) -> None:
+    comparison = round_of(GAINS, {(B, C): together}, [])
+    own = comparison.search.tried
+
+    def ended(first: Any, *of: Any) -> Tried:
+        if first.effects[0] is D:
+            raise OutOfTimeError
+        return own(first, *of)
+
+    comparison.search.tried = ended  # type: ignore[method-assign]
+    if together > 250.0:
+        assert best_pair(comparison, comparison.found[0]) is not None
+    else:
+        with pytest.raises(OutOfTimeError):
+            best_pair(comparison, comparison.found[0])
+
+
+@pytest.mark.parametrize(("raw", "needed"), [(38.0, True), (9.0, False)])
+def test_an_effect_is_needless_by_evidence_of_one_kind(
+    monkeypatch: pytest.MonkeyPatch, raw: float, needed: bool
+) -> None:
+    """What was named has its gain divided by an overdispersion; what is left without an effect has not."""
+    left, named = 47.0, Model((A, B), 47.0 + 3.7)
+    inference: Any = SimpleNamespace(
+        again=lambda one: replace(one, log=left + raw), without=lambda one, rest: Model(rest, left)
+    )
+    for one in (A, B):
+        monkeypatch.setattr(one, "needs", (), raising=False)
+    monkeypatch.setattr(pairs, "overdispersion_of", lambda *of: 2.0)
+    monkeypatch.setattr(
+        pairs,
+        "overdispersion_corrected",
+        lambda lesser, one, by: one.with_log(lesser.log + (one.log - lesser.log) / by),
+    )
+    assert (own_pruned(inference, cast("Any", named)).log == named.log) is needed
 
 
 @pytest.mark.parametrize(("more", "there"), [(NAMED, False), (NAMED + 3.5, False), (NAMED + 3.7, True)])
@@ -200,7 +245,7 @@ def after_a_look(
     """Effects after a round in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: None)
-    monkeypatch.setattr(forward_selection, "confirmed", lambda search, parent, found: None)
+    monkeypatch.setattr(choice, "confirmed", lambda search, parent, found: None)
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, ["curve"]))

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.discovery import comparison, conclusion, forward_selection, unnamed
+from fibrefit.discovery import choice, comparison, conclusion, forward_selection, unnamed
 from fibrefit.discovery import discover as search
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.design import distinguish, plan
@@ -97,7 +97,8 @@ def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     mode = SimpleNamespace(objective=0.0, steps=1)
     supermodel = SimpleNamespace(declared={name: SimpleNamespace(unit="N") for name in shared})
     return SimpleNamespace(
-        log=log, effects=effects, shared=shared, supermodel=supermodel, evidence=SimpleNamespace(log=log, mode=mode),
+        log=log, effects=effects, names=effects, shared=shared, supermodel=supermodel,
+        evidence=SimpleNamespace(log=log, mode=mode),
         with_log=lambda other: fitted(other, effects), largest_loss_to=lambda other: 0.0,
     )  # fmt: skip
 
@@ -110,7 +111,7 @@ def chosen(*gains: tuple[float, int]) -> Any:
     """What is added of candidates of such gains, in nats, and numbers of parameters."""
     found = [fitted(gain, (effect(number),)) for gain, number in gains]
     ranked: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
-    return forward_selection._chosen(ranked, cast(Any, SimpleNamespace(choose=None)))
+    return choice.chosen_of(ranked, None)
 
 
 def leaves_much(share: float) -> bool:
@@ -172,11 +173,18 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     assert [found.effects for found in ranked.found] == [one.effects, other.effects]
 
 
-def nothing_left(gap: float) -> bool:
+def nothing_left(gap: float, objections: int = 0) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
     search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
     ranked: Any = SimpleNamespace(found=(), search=search, parent=fitted(0.0, (effect(1),)))
-    return comparison._worth_following(ranked) == np.inf
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(comparison, "alarms_of", lambda search, fitted: [object()] * objections)
+        return comparison._worth_following(ranked) == np.inf
+
+
+def test_costly_effects_are_looked_at_beyond_a_name_where_a_test_objects() -> None:
+    assert nothing_left(1.0)
+    assert not nothing_left(1.0, objections=1)
 
 
 def an_event(share: float) -> bool:
@@ -278,8 +286,8 @@ CASES = (
     Bracket("CONTRADICTED", innovations, as_at_rest, 0.0076, 0.0082),
     Bracket("LIKENESS", unnamed, lambda x: not leaves_much(x), 0.09, 0.11),
     Bracket("NOISE_LIKE", limits, unremarked, 1.03, 1.06),
-    Bracket("NAMED", forward_selection, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
-    Bracket("SIMPLER", forward_selection, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
+    Bracket("NAMED", choice, lambda x: chosen((x, 1)) is not None, 6.0, 4.0),
+    Bracket("SIMPLER", choice, lambda x: chosen((20.0, 3), (20.0 - x, 1)).log < 20.0, 2.5, 3.5),
     Bracket("BEYOND_DOUBT", inputs, overdispersion_corrected, 90.0, 110.0),
     Bracket("OBJECTS", inputs, believed, 6.0, 10.0),
     Bracket("ENOUGH", comparison, nothing_left, 1.01, 1.03),

@@ -114,6 +114,28 @@ def test_force_forgets_a_search_that_was_cut_short(tmp_path: Path) -> None:
         assert not list(folder.iterdir())
 
 
+def test_a_search_does_not_go_on_with_another_law_in_a_file_of_the_user(tmp_path: Path) -> None:
+    """What it has found so far is that of the law as it was."""
+    study = load_study(copied("drop_series", tmp_path, records=1))
+    law, options = tmp_path / "mine.py", SearchOptions(also=(f"{tmp_path / 'mine.py'}:Mine",))
+    law.write_text("# as it was")
+    with (
+        pytest.raises(KeyboardInterrupt),
+        journal_folder(tmp_path / "out", study, options) as (_, folder),
+    ):
+        Journal(folder).recall("a", lambda: 1.0)
+        raise KeyboardInterrupt
+    law.write_text("# mended")
+    with (
+        pytest.raises(UsageError, match=r"mine\.py.*expected the same study, data and settings"),
+        journal_folder(tmp_path / "out", study, options, resume=True),
+    ):
+        pass
+    law.write_text("# as it was")
+    with journal_folder(tmp_path / "out", study, options, resume=True) as (_, folder):
+        assert [path.stem for path in folder.glob("*.job")] == ["a"]
+
+
 @pytest.mark.parametrize("after", ["changed", "removed"])
 def test_a_result_tells_the_data_as_they_were_read(tmp_path: Path, after: str) -> None:
     """A run may take hours: what becomes of its files in the meantime costs no result, and it names no others."""

@@ -130,7 +130,7 @@ def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Ite
     if spans:
         return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False
     null = declared.null if name in strengths else typical
-    scale = typical - null if name in strengths else (abs(typical) or 1.0)
+    scale = typical - null if name in strengths else (declared.spread or abs(typical) or 1.0)
     ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])
     return False, null, scale, 0.0, STRENGTH_SD, *ends, name in strengths and 0.0 in ends
 

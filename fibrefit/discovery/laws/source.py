@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import sys
 import types
 from typing import NamedTuple
@@ -210,13 +211,15 @@ def _field(quantity: Term, height: str, variable: str, sizes: dict[str, float], 
     if quantity.kind in ("height", "slope"):
         more = f"{sizes[quantity.kind]:.6g}"
     elif quantity.kind == "place":
-        more = f"{(ends[0] + ends[1]) / 2.0:.6g}, lower={ends[0]:.9g}, upper={ends[1]:.9g}"
+        # Zero of a position or a time is nothing special: the prior is as wide as the range.
+        middle, spread = (ends[0] + ends[1]) / 2.0, sizes["place"] / 2.0
+        more = f"{middle:.6g}, lower={ends[0]:.9g}, upper={ends[1]:.9g}, spread={spread:.6g}"
     elif quantity.kind == "length":
         more = f"{0.3 * sizes['length']:.6g}, lower={1e-3 * sizes['length']:.6g}, log=True"
     elif quantity.kind == "number":
         more = "1.5, lower=0.05, upper=20.0, log=True"
     else:
-        more = "1.0"
+        more = f"1.0, spread={math.pi:.6g}"
     said = f'"{unit}", "{quantity.says}", {more}, symbol="{quantity.symbol}"'
     return f"    {quantity.name}: jax.Array = quantity({said})"
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.progress import Progress
+from fibrefit.core.time_limit import beyond_limits
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
 from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
 from fibrefit.discovery.engine.journal import Journal, digest, name_of, signature_of
@@ -143,7 +144,8 @@ class Search:
 
     def plain(self, fitted: LaplaceFit) -> Hypothesis:
         """A hypothesis at its posterior mode, with what it leaves in plain squares."""
-        cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
+        with beyond_limits():  # What was found is not lost for one simulation.
+            cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
         return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
 
     def shares_a_program(self, effect: type[Effect]) -> bool:
@@ -289,13 +291,10 @@ class Search:
         for effect in once:
             supermodel = self.supermodel_for(effect, parent.effects)
             groups.setdefault(id(supermodel), (supermodel, []))[1].append(effect)
-        screens = [
-            self.recalled(
-                "screened", parent, [effect.name for effect in some],
-                partial(self.inference.screened, parent, supermodel, some, slopes),
-            )
-            for supermodel, some in groups.values()
-        ]  # fmt: skip
+        screens = list[Callable[[], Any]]()
+        for supermodel, some in groups.values():
+            test = partial(self.inference.screened, parent, supermodel, some, slopes)
+            screens.append(self.recalled("screened", parent, [effect.name for effect in some], test))
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         known = {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
         more = {one: self.supermodel_for(one, parent.effects) for one in recurring if may_recur(one, known)}
@@ -306,8 +305,9 @@ class Search:
             )
             for effect, supermodel in more.items()
         ]  # fmt: skip
+        judged = recurring if all(screen is not None for screen in found) else []
+        nothing = {one: PredictedGain(-PRICE, {}, {}, {}) for one in judged if one not in more}
         found = fit_all(asked, lambda done: None)
-        nothing = dict.fromkeys(recurring, PredictedGain(-PRICE, {}, {}, {}))
         return known | nothing | {effect: one for effect, one in zip(more, found, strict=False) if one is not None}
 
     def _by_predicted_gain(

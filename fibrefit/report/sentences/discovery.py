@@ -99,6 +99,8 @@ def worded_separation(found: Separation) -> Separation:
 
 UNDONE = {
     "further": "a further effect",
+    "pairs": "effects in pairs",
+    "exchange": "others in place of the first effect",
     "curves": "free curves",
     "curves_instead": "free curves in place of effects",
     "law": "a law for the free curves",

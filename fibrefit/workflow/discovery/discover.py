@@ -228,8 +228,13 @@ WITH_A_PERSON = 86400.0
 
 def inputs_of(study: Study, options: SearchOptions) -> list[Path]:
     """Every file a search rests on: those of the study, and those with effects of the user's own."""
+    return list(dict.fromkeys([*study.input_files(), *own_laws(study, options)]))
+
+
+def own_laws(study: Study, options: SearchOptions) -> list[Path]:
+    """Files with effects of the user's own that a search is told to try."""
     files = [name.rpartition(":")[0] for name in (*options.only, *options.also) if ".py:" in name]
-    return list(dict.fromkeys([*study.input_files(), *map(study.path_of, files)]))
+    return list(dict.fromkeys(map(study.path_of, files)))
 
 
 def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySummary | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from fibrefit.core.environment import versions
 from fibrefit.store import ResultDirectory, Run
 from fibrefit.study import Study
-from fibrefit.workflow.discovery.discover import SearchOptions
+from fibrefit.workflow.discovery.discover import SearchOptions, own_laws
 from fibrefit.workflow.growing import growing_folder
 
 JOURNAL = "journal"
@@ -45,7 +45,7 @@ def journal_folder(
     """
     # How long a search may take is no part of what it finds out; the versions are, to the last bit.
     settings = f"{replace(options, seconds=0.0).as_settings()} {options.seed} {versions()}"
-    run = Run.of("discover", study, settings)
+    run = Run.of("discover", study, settings, own_laws(study, options))
     with growing_folder(out, (JOURNAL,), force=force, resume=resume, run=run) as directory:
         journal = directory.path / JOURNAL
         journal.mkdir(exist_ok=True)

@@ -1,0 +1,163 @@
+"""What a round adds: its ranking, and the candidate that is more than chance where readings are linearised about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.discovery.comparison import Comparison, compared_about
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, PRICE, SIMPLER, false_alarm, occam
+from fibrefit.discovery.search.inputs import Confirmation, confirmed
+from fibrefit.study.summaries.discovery import Candidate
+from fibrefit.study.summaries.summaries import ParameterSummary
+
+LISTED = 8
+"""Candidates whose parameters are shown with errors."""
+
+Choose = Callable[[Sequence[Candidate]], str | None]
+
+
+class Believed(NamedTuple):
+    """A comparison, what is added, and what that gains where readings are linearised about it."""
+
+    comparison: Comparison
+    chosen: LaplaceFit | None
+    seen: Confirmation | None = None
+
+
+def believed(comparison: Comparison, choose: Choose | None) -> Believed:
+    """What is added; what gains only where readings are linearised about another model is not.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    choose : callable, optional
+        Given a round's ranking, names the effect to add; what a person chooses is believed.
+    """
+    refused = set[tuple[str, ...]]()
+    while (chosen := chosen_of(comparison, choose, refused)) is not None:
+        # The first is asked about whatever the time: all that was found would be lost with it.
+        with nullcontext() if refused else beyond_limits():
+            ask = partial(confirmed, comparison.search, comparison.parent, chosen)
+            seen, came = in_time(ask, None)
+        if not came:
+            break
+        if choose is not None or (seen is None and _needs_no_confirmation(comparison, chosen)):
+            return Believed(comparison, chosen, seen)
+        if seen is not None and seen.gain > NAMED:
+            return _among_rivals(Believed(comparison, chosen, seen), choose)
+        refused.add(chosen.names)
+        less = chosen.with_log(comparison.parent.log + (0.0 if seen is None else seen.gain))
+        others = [one for one in comparison.found if one is not chosen]
+        comparison = replace(comparison, found=tuple(sorted([*others, less], key=lambda one: -one.log)))
+    return Believed(comparison, None)
+
+
+def _needs_no_confirmation(comparison: Comparison, chosen: LaplaceFit) -> bool:
+    """Whether a candidate is believed about which readings could not be linearised.
+
+    It is where inputs are exact, or its gain is beyond doubt. Where inputs have errors, a motion that is lost about a
+    candidate is no sign that it is what is missing.
+    """
+    return chosen.supermodel.sensitivities is None or comparison.gain(chosen) > BEYOND_DOUBT
+
+
+def _among_rivals(found: Believed, choose: Choose | None) -> Believed:
+    """The best where readings are linearised about itself, the others as seen from there.
+
+    Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
+    linearised about either of them.
+    """
+    compared_before: set[tuple[str, ...]] = set()
+    while (seen := found.seen) is not None and seen.gain > NAMED:
+        compared_before.add(seen.found.names)
+        if (there := compared_about(found.comparison, seen)) is None:
+            break
+        found, best = Believed(there, seen.found, seen), chosen_of(there, choose)
+        if best is None or best.names in compared_before:
+            break
+        further, _ = in_time(partial(confirmed, there.search, there.parent, best), None)
+        if further is None or further.gain <= NAMED:
+            break
+        found = Believed(there, best, further)
+    return found
+
+
+def chosen_of(
+    comparison: Comparison, choose: Choose | None, refused: Collection[tuple[str, ...]] = ()
+) -> LaplaceFit | None:
+    """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    choose : callable, optional
+        Given a round's ranking, names the effect to add.
+    refused : collection of tuple of str
+        Names of those that gain nothing about themselves.
+    """
+    if choose is not None:
+        name = choose(candidates(comparison)[:LISTED])
+        return next((one for one in comparison.found[:LISTED] if name in one.names), None)
+    # What was not followed says nothing but what slopes predict of it.
+    followed = [one for one in comparison.found if one.evidence.mode.steps and one.names not in refused]
+    # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
+    if not followed or comparison.gain(followed[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
+        return None
+    near = [one for one in followed if one.log > followed[0].log - SIMPLER]
+    return min(
+        near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log)
+    )
+
+
+def _new(one: LaplaceFit, comparison: Comparison) -> bool:
+    """Whether it is more than a mistake in what the study says: those come before any physics is invented."""
+    return any(
+        not effect.name.startswith("study.") for effect in one.effects if effect not in comparison.parent.effects
+    )
+
+
+def candidates(comparison: Comparison) -> tuple[Candidate, ...]:
+    """How the candidates of a round did over their parent, the most probable first."""
+    return tuple(candidate(comparison, one) for one in comparison.found)
+
+
+def candidate(comparison: Comparison, one: LaplaceFit) -> Candidate:
+    """How a hypothesis did over its parent; parameters with their standard errors.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    one : LaplaceFit
+    """
+    added = [effect for effect in one.effects if effect not in comparison.parent.effects]
+    shared, errors = one.shared, one.errors
+    parameters = {
+        name: ParameterSummary(value=shared[name], std_error=errors[name], unit=parameter.unit)
+        for effect in one.effects
+        for parameter in effect.parameters
+        for name in [f"{effect.name}.{parameter.name}"]
+        if np.isfinite(shared[name])
+    }
+    others = [
+        (sum(len(e.parameters) for e in o.effects if e not in comparison.parent.effects), o) for o in comparison.found
+    ]
+    # What was not compared in the same noise costs what is usual.
+    chances = [
+        (size, occam(comparison.parent.evidence, o.evidence) if o.names in comparison.compared else PRICE * size)
+        for size, o in others
+    ]
+    return Candidate(
+        effect=" + ".join(effect.name for effect in added) or "nothing",
+        gap_after=comparison.gap_of(one),
+        evidence=comparison.gain(one),
+        parameters=parameters,
+        false_alarm=false_alarm(comparison.gain(one), chances),
+    )
