@@ -198,7 +198,7 @@ def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray)
     """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
     if found.gls is not None:
         return cost_with_one_held(found.gls, index), "whitened"
-    return plain_cost(found.problem, index, width(), whole), "white"
+    return plain_cost(found.problem, found.values, index, width(), whole), "white"
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:

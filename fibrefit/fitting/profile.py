@@ -21,21 +21,29 @@ FARTHEST = 8.0
 
 
 Cost = Callable[[np.ndarray], float]
-"""Smallest sum of squares with one value held, from values ``(n_free,)`` in SI units to begin at."""
+"""Smallest deviance, twice a negative log likelihood, with one value held, from values ``(n_free,)`` in SI units to
+begin at."""
 
 
-def plain_cost(problem: Problem, index: int, width: np.ndarray, whole: np.ndarray) -> Cost:
-    """Cost of plain least squares with the value at `index` held.
+def plain_cost(problem: Problem, values: np.ndarray, index: int, width: np.ndarray, whole: np.ndarray) -> Cost:
+    """Cost of plain least squares with the value at `index` held: squares over the variance that the best fit leaves.
 
     Parameters
     ----------
+    values : (n_free,) in SI units
+        Of the best fit.
     width : (n_free,)
         Unit of the solver's steps, see `solve.widths`.
     whole : (1, n_record) int
         Samples of each record.
     """
     held = np.where(np.arange(len(width)) == index, 0.0, width)
-    return lambda values: float(descend(problem, problem.layout.free(values), held, whole).cost)
+
+    def squares(at: np.ndarray) -> float:
+        return float(descend(problem, problem.layout.free(at), held, whole).cost)
+
+    variance = squares(values) / problem.n_measured
+    return lambda at: squares(at) / variance
 
 
 def profile_interval(
@@ -50,7 +58,7 @@ def profile_interval(
     index : int
         The value's place.
     cost : callable
-        Sum of squares of the best fit with the value held.
+        Deviance of the best fit with the value held.
     own, reported : float
         Its standard error if the noise were what this cost takes it for, and for the noise as it is, in SI units.
 
@@ -60,7 +68,7 @@ def profile_interval(
         In SI units; infinite where the cost never rises enough within reach.
     """
     lowest = cost(values)
-    rise = CHI2_95 * (reported / own) ** 2 * lowest / problem.n_measured
+    rise = CHI2_95 * (reported / own) ** 2
 
     def excess(value: float) -> float:
         return cost(np.where(np.arange(len(values)) == index, value, values)) - lowest - rise

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import How, identify
@@ -118,6 +118,8 @@ def fit_study(
         If a record is not understood, or does not show what the rig's motion should.
     StudyError
         If the study and the model do not fit together, or nothing is free.
+    UsageError
+        If a profile is asked for of a rig that is led by a measured drive.
     KeyboardInterrupt
         If it is stopped before anything is known.
 
@@ -134,6 +136,11 @@ def fit_study(
     if progress:
         progress("reading records", None)
     records, task = prepared(study)
+    if profile and task.noisy_inputs:
+        raise UsageError(
+            "--profile", f"the {', '.join(task.noisy_inputs)} that leads the simulation is measured with noise",
+            "inputs that are exact", "Leave it out: intervals of the fit allow for that noise, a profile takes none.",
+        )  # fmt: skip
     if stop():
         stopped = KeyboardInterrupt()
         stopped.add_note("Nothing is known yet; nothing was written.")

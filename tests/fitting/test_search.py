@@ -282,7 +282,7 @@ def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -
 
 def plain_profile(task: Task, found: Identification, index: int, own: float, honest: float) -> tuple[float, float]:
     width = widths(task.problem, task.problem.layout.free(found.plain.values))
-    cost = plain_cost(task.problem, index, width, task.horizons[0, -1:])
+    cost = plain_cost(task.problem, found.plain.values, index, width, task.horizons[0, -1:])
     return profile_interval(task.problem, found.plain.values, index, cost, own, honest)
 
 
@@ -291,6 +291,20 @@ def test_a_profile_is_the_normal_interval_where_the_cost_is_a_parabola(task: Tas
     low, high = plain_profile(task, found, 0, found.parameters["stiffness"].std_errors["white"], error)
     assert low == pytest.approx(value - Z_95 * error, abs=0.1 * error)
     assert high == pytest.approx(value + Z_95 * error, abs=0.1 * error)
+
+
+@pytest.mark.parametrize("lowest", [1.0, 3.0e4])
+def test_how_much_the_best_fit_leaves_makes_no_interval_of_a_likelihood_narrower(
+    task: Task, found: Identification, lowest: float
+) -> None:
+    """Of coarse readings a likelihood leaves far less than one a reading; that rise is what it is all the same."""
+    values, own, reported = found.plain.values, 20.0, 30.0
+
+    def deviance(at: np.ndarray) -> float:
+        return lowest + float((at[0] - values[0]) / own) ** 2
+
+    low, high = profile_interval(task.problem, values, 0, deviance, own, reported)
+    assert (low, high) == pytest.approx((values[0] - Z_95 * reported, values[0] + Z_95 * reported), abs=1e-3 * reported)
 
 
 def test_a_profile_that_never_rises_ends_at_the_limits(task: Task, found: Identification) -> None:

@@ -20,6 +20,7 @@ from fibrefit.study import Study, load_study
 from fibrefit.workflow.fit import Fit, fit_study
 from fibrefit.workflow.prepare import task_of
 from tests.fitting import made
+from tests.reliability.studies import copied
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "fit.schema.json"
 NAMES = [f"drop_{1e3 * lift:g}mm.csv" for lift in made.LIFTS]
@@ -260,3 +261,9 @@ def test_a_record_that_is_not_a_record_is_refused_by_name(tmp_path: Path) -> Non
     (tmp_path / NAMES[0]).write_text("this is not a measurement\n", encoding="utf-8")
     with pytest.raises(DataError, match=r"drop_5mm\.csv"):
         task_of(study)
+
+
+def test_a_profile_of_a_measured_drive_is_refused_before_the_work(tmp_path: Path) -> None:
+    study = copied("drive_series", tmp_path, records=1)
+    with pytest.raises(UsageError, match=r"--profile: the \w+ that leads .*Leave it out: intervals of the fit"):
+        fit_study(study, profile=True)
