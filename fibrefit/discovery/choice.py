@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.core.time_limit import beyond_limits, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, compared_about
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, PRICE, SIMPLER, false_alarm, occam
@@ -35,6 +35,9 @@ class Believed(NamedTuple):
 def believed(comparison: Comparison, choose: Choose | None) -> Believed:
     """What is added; what gains only where readings are linearised about another model is not.
 
+    To ask a candidate about itself takes about as long as to compare them all. Where there is no time for that, what is
+    beyond doubt is believed.
+
     Parameters
     ----------
     comparison : Comparison
@@ -43,6 +46,8 @@ def believed(comparison: Comparison, choose: Choose | None) -> Believed:
     """
     refused = set[tuple[str, ...]]()
     while (chosen := chosen_of(comparison, choose, refused)) is not None:
+        if comparison.gain(chosen) > BEYOND_DOUBT and time_left() < comparison.seconds:
+            return Believed(comparison, chosen)
         # The first is asked about whatever the time: all that was found would be lost with it.
         with nullcontext() if refused else beyond_limits():
             ask = partial(confirmed, comparison.search, comparison.parent, chosen)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -55,6 +56,8 @@ class Comparison:
     shares : mapping of tuple of str to float
         Of those seen only with readings linearised about another model than the parent is: what they left there of
         the gap that the parent left there. Their own gap is counted in another noise.
+    seconds : float
+        Time it took, in s.
     """
 
     search: Search
@@ -64,6 +67,7 @@ class Comparison:
     untried: tuple[type[Effect], ...] = ()
     moved: bool = False
     shares: Mapping[tuple[str, ...], float] = field(default_factory=dict)
+    seconds: float = 0.0
 
     def gap_of(self, one: LaplaceFit) -> float:
         """Gap that one of them leaves, as the parent's is counted: Rms of residuals over the noise."""
@@ -97,11 +101,12 @@ def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparis
     first : Comparison, optional
         Of effects one by one: what gained most there is tried first, in case the time ends.
     """
+    began = time.monotonic()
     comparison = _looked_at(search, parent, what, first)
-    if not comparison.moved or not _all_left_behind(comparison):
-        return comparison
-    anew, _ = in_time(partial(_looked_at, comparison.search, comparison.parent, what, first), None)
-    return comparison if anew is None else replace(anew, moved=True)
+    if comparison.moved and _all_left_behind(comparison):
+        anew, _ = in_time(partial(_looked_at, comparison.search, comparison.parent, what, first), None)
+        comparison = comparison if anew is None else replace(anew, moved=True)
+    return replace(comparison, seconds=time.monotonic() - began)
 
 
 def _all_left_behind(comparison: Comparison) -> bool:
@@ -114,8 +119,10 @@ def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison 
     """A parent with each further effect, from where the parent is."""
     gains = {} if first is None else {one.effects[-1]: first.gain(one) for one in first.found}
     effects = sorted(search.extensions(parent), key=lambda effect: -gains.get(effect, 0.0))
-    swift = [effect for effect in effects if not is_costly(effect)]
-    costly = [effect for effect in effects if is_costly(effect)]
+    known = {one.effects[-1] for one in first.found if one.evidence.mode.steps} if first is not None else set()
+    # What explained much by itself does not wait for what did not.
+    costly = [each for each in effects if is_costly(each) and not (each in known and gains[each] > BEYOND_DOUBT)]
+    swift = [each for each in effects if each not in costly]
     with time_limit(LOOKING * time_left()):
         tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
     comparison = _in_one_noise(search, parent, tried)

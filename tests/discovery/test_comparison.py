@@ -69,6 +69,28 @@ def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: 
     assert asked == [(three, two, four, one), (one, two, three, four)]
 
 
+@pytest.mark.parametrize(("gain", "steps", "last"), [(240.0, 3, False), (60.0, 3, True), (240.0, 0, True)])
+def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
+    monkeypatch: pytest.MonkeyPatch, gain: float, steps: int, last: bool
+) -> None:
+    """What was not followed explained nothing, whatever slopes predict of it."""
+    asked: list[Any] = []
+
+    def tried(parent: Any, effects: Sequence[Any], *of: Any) -> Tried:
+        asked.append(tuple(effects))
+        return Tried([], tuple(effects))
+
+    one, costly, beside = EFFECTS[:3]
+    search: Any = SimpleNamespace(extensions=lambda parent: (one, costly), tried=tried)
+    monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is costly)
+    monkeypatch.setattr(comparison, "_in_one_noise", lambda *of: comparison.Comparison(search, of[1], ()))
+    monkeypatch.setattr(comparison, "_worth_following", lambda found: -1.0)
+    monkeypatch.setattr(Model, "evidence", SimpleNamespace(mode=SimpleNamespace(steps=steps)))
+    first = comparison.Comparison(search, cast(Any, BASE), cast(Any, (Model((costly,), gain), Model((one,), 5.0))))
+    comparison.comparison_of(search, cast(Any, Model((beside,), 200.0)), "trying", first)
+    assert asked == ([(one,), (costly,)] if last else [(costly, one)])
+
+
 @pytest.mark.parametrize(("moved", "gain", "begun"), [(True, -600.0, 2), (True, -3.0, 1), (False, -600.0, 1)])
 def test_candidates_begin_anew_where_the_parent_was_led_away_from_all_of_them(
     monkeypatch: pytest.MonkeyPatch, moved: bool, gain: float, begun: int

@@ -135,6 +135,23 @@ def test_when_the_time_is_over_the_first_is_asked_about_and_no_further_one(monke
         assert believed(first_round(), None).chosen is not None
 
 
+@pytest.mark.parametrize(("gain", "asks"), [(60.0, True), (130.0, False)])
+def test_what_is_beyond_doubt_is_not_asked_where_the_time_left_is_short_of_that(
+    monkeypatch: pytest.MonkeyPatch, gain: float, asks: bool
+) -> None:
+    asked = confirmation(monkeypatch, {A: gain})
+    ranked = first_round()
+    alone = replace(ranked.found[0], log=gain)
+    ranked = replace(ranked, found=(alone,), compared=frozenset({alone.names}), seconds=50.0)
+    with time_limit(20.0):
+        found = believed(ranked, None)
+    assert found.chosen is not None
+    assert bool(asked) is asks
+    with time_limit(80.0):
+        believed(ranked, None)
+    assert asked
+
+
 @pytest.mark.parametrize(("exact", "gain", "kept"), [(True, 60.0, True), (False, 60.0, False), (False, 130.0, True)])
 def test_where_a_motion_is_lost_about_a_candidate_its_gain_has_to_be_beyond_doubt(
     monkeypatch: pytest.MonkeyPatch, exact: bool, gain: float, kept: bool
