@@ -240,10 +240,18 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
     best = max(again, key=lambda one: one.log).names if again else ()
     factors = {names: max(factor, own[best]) for names, factor in own.items()}
     fitted = {one.names: overdispersion_corrected(parent, one, factors[one.names]) for one in again}
-    # The others keep what they were found to be behind.
-    others = [one.with_log(parent.log + behind[one.names]) for one in ranked if one.names not in fitted]
+    # The others keep what they were found to explain of what the best of these did, in the noise they were found in.
+    lead = max(fitted, key=lambda names: behind[names], default=())
+    kept = _share_left(behind[lead], fitted[lead].log - parent.log) if lead else 1.0
+    rest = [(one, behind[one.names]) for one in ranked if one.names not in fitted]
+    others = [one.with_log(parent.log + gain * (kept if gain > 0.0 else 1.0)) for one, gain in rest]
     ranked = sorted([*fitted.values(), *others], key=lambda one: -one.log)
     return Comparison(search, parent, tuple(ranked), frozenset(fitted), moved=moved)
+
+
+def _share_left(before: float, after: float) -> float:
+    """Share of a gain that is left in better known noise, both in nats; no more than it was."""
+    return float(np.clip(after / before, 0.0, 1.0)) if before > 0.0 else 1.0
 
 
 def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | None:

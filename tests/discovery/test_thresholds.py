@@ -173,6 +173,28 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     assert [found.effects for found in ranked.found] == [one.effects, other.effects]
 
 
+def test_what_was_not_followed_keeps_its_share_of_what_the_best_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its nats are those that slopes predicted in the noise of the parent, in which everything counts for more."""
+    best, other, worse = (fitted(log, (effect(number),)) for log, number in ((480.0, 1), (240.0, 2), (-3.0, 3)))
+    for each in (best, other, worse):
+        each.names = (each.effects[0].name,)
+        each.evidence.mode.steps = int(each is best)
+        each.with_log = lambda log, each=each: SimpleNamespace(**(vars(each) | {"log": log}))
+    inference: Any = SimpleNamespace(
+        again=lambda one: one.with_log(160.0) if one.effects == best.effects else one,
+        in_noise_of=lambda one: inference,
+        without=lambda one, kept: fitted(0.0),
+        overdispersion=lambda one, names: 1.0,
+    )
+    parent = fitted(0.0)
+    parent.evidence.mode.sigma = np.zeros(1)
+    search: Any = SimpleNamespace(context=None, inference=inference, with_inference=lambda inference: search)
+    ranked = comparison.in_same_noise(search, parent, [best, other, worse])
+    assert [(one.effects, one.log) for one in ranked.found] == [
+        (best.effects, 160.0), (other.effects, pytest.approx(80.0)), (worse.effects, -3.0),
+    ]  # fmt: skip
+
+
 def nothing_left(gap: float, objections: int = 0) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
     search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
