@@ -111,4 +111,5 @@ REASONS: dict[str, dict[str, str]] = {
     "workflow.sweep": {"1e-09": ROUNDING},
     "workflow.sweep_summary": {"1e-09": ROUNDING},
     "workflow.together.files": {"1e-09": ROUNDING},
+    "workflow.together.pooled": {"NOTHING_OWN": ROUNDING},
 }

@@ -84,6 +84,7 @@ def estimates(
         Where the intervals are from.
     """
     found, layout, errors = [], problem.layout, bars.errors
+    common = _due_to_priors(problem, values, bars.covariance)
     for i, (slot, record) in enumerate(layout.entries):
         value, error, limits = float(values[i]), float(errors[bars.method][i]), slot.range
         low, high = (value - Z_95 * error, value + Z_95 * error) if gls is None else gls.intervals[i]
@@ -100,6 +101,7 @@ def estimates(
             std_errors={name: float(column[i]) for name, column in errors.items()},
             plain_value=None if plain is None else float(plain.values[i]),
             plain_error=None if plain is None else float(plain.errors[i]),
+            common_error=None if common is None else float(common[i]),
             **(_prior(slot.belief, value) if record is None else {}),
         )
         found.append(Estimate(slot.name, None if record is None else layout.records[record], summary))
@@ -111,6 +113,21 @@ def _prior(belief: Belief | None, value: float) -> dict[str, float]:
     if belief is None:
         return {}
     return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(value))}
+
+
+def _due_to_priors(problem: Problem, values: np.ndarray, covariance: np.ndarray) -> np.ndarray | None:
+    """Standard errors ``(n_free,)`` that an error of the priors' centres makes; None without priors.
+
+    Law
+    ---
+    With H of the records and P of the priors, ``C = (H + P)^-1`` is ``C H C + C P C``: what noise makes and what the
+    centres do. Noise is another in every record, and the centres are the same.
+    """
+    if not problem.layout.believed:
+        return None
+    places = [i for i, _ in problem.layout.believed]
+    slopes = np.array([belief.slope(float(values[i])) for i, belief in problem.layout.believed])
+    return np.sqrt(np.sum((covariance[:, places] * slopes) ** 2, axis=1))
 
 
 def _shared(problem: Problem) -> list[int]:

@@ -61,13 +61,15 @@ class Population:
     logarithmic: bool
 
 
-def population(values: np.ndarray, errors: np.ndarray) -> Population | None:
+def population(values: np.ndarray, errors: np.ndarray, common: float = 0.0) -> Population | None:
     """Pool one parameter over records; None where fewer than two records tell of it.
 
     Parameters
     ----------
     values, errors : (n_record,) in SI units
         Of each record by itself; those that are not finite say nothing.
+    common : float in SI units
+        Standard error that all values share: of what is taken from elsewhere, such as a scale. More records leave it.
     """
     said = np.isfinite(values) & np.isfinite(errors) & (errors > 0.0)
     if said.sum() < 2:
@@ -75,14 +77,14 @@ def population(values: np.ndarray, errors: np.ndarray) -> Population | None:
     positive = bool(np.all(values[said] > 0.0))
     logarithmic = positive and float(np.median(errors[said] / np.abs(values[said]))) < LOGARITHMIC
     y, s = (np.log(values[said]), errors[said] / values[said]) if logarithmic else (values[said], errors[said])
-    found = _pooled(y, s)
+    found = _pooled(y, s, common / float(np.median(np.abs(values[said]))) if logarithmic else common)
     tell = np.exp if logarithmic else np.asarray
     shrunk, around = np.full(len(values), np.nan), np.full(len(values), np.nan)
     shrunk[said] = tell(found.shrunk)
     around[said] = found.around * (shrunk[said] if logarithmic else 1.0)
     return Population(
-        mean=float(tell(found.quantile(0.5))),
-        mean_interval=_pair(tell, found.quantile),
+        mean=float(tell(found.of_mean(0.5))),
+        mean_interval=_pair(tell, found.of_mean),
         sd=found.level(0.5),
         sd_interval=_profile(y, s),
         new_record=_pair(tell, found.of_new),
@@ -95,7 +97,7 @@ def population(values: np.ndarray, errors: np.ndarray) -> Population | None:
 
 @dataclass(frozen=True)
 class _Pooled:
-    """Posterior on the grid: tau, weights, mean of mu and its standard deviation, each ``(n_grid,)``."""
+    """Posterior on the grid: tau, weights, mean of mu and its error, each ``(n_grid,)``; and the error all share."""
 
     tau: np.ndarray
     weight: np.ndarray
@@ -103,19 +105,21 @@ class _Pooled:
     error: np.ndarray
     shrunk: np.ndarray
     around: np.ndarray
+    common: float
 
-    def quantile(self, share: float) -> float:
-        return mixture_quantile(self.weight, self.mu, self.error, share)
+    def of_mean(self, share: float) -> float:
+        return mixture_quantile(self.weight, self.mu, np.hypot(self.error, self.common), share)
 
     def of_new(self, share: float) -> float:
-        return mixture_quantile(self.weight, self.mu, np.hypot(self.error, self.tau), share)
+        around = np.hypot(np.hypot(self.error, self.tau), self.common)
+        return mixture_quantile(self.weight, self.mu, around, share)
 
     def level(self, share: float) -> float:
         cumulated = np.cumsum(self.weight) - 0.5 * self.weight
         return float(np.exp(np.interp(share, cumulated, np.log(self.tau))))
 
 
-def _pooled(y: np.ndarray, s: np.ndarray) -> _Pooled:
+def _pooled(y: np.ndarray, s: np.ndarray, common: float) -> _Pooled:
     spread = max(float(np.ptp(y)), float(s.min()))
     tau = np.geomspace(LOWEST * s.min(), HIGHEST * spread, POINTS)
     variance = tau[:, None] ** 2 + s**2
@@ -131,8 +135,8 @@ def _pooled(y: np.ndarray, s: np.ndarray) -> _Pooled:
     own = share * mu[:, None] + (1.0 - share) * y
     scatter = (1.0 - share) * s**2 + share**2 / total[:, None]
     shrunk = weight @ own
-    around = np.sqrt(weight @ (scatter + (own - shrunk) ** 2))
-    return _Pooled(tau, weight, mu, 1.0 / np.sqrt(total), shrunk, around)
+    around = np.sqrt(weight @ (scatter + (own - shrunk) ** 2) + common**2)
+    return _Pooled(tau, weight, mu, 1.0 / np.sqrt(total), shrunk, around, common)
 
 
 def _pair(tell: object, quantile: object) -> tuple[float, float]:

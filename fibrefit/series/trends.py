@@ -42,13 +42,16 @@ class Quantity:
     values : (n_record,) in `unit`
         NaN where nothing is known.
     errors : (n_record,) in `unit`
-        Standard errors; zero where it is known exactly.
+        Standard errors, each by itself; zero where it is known exactly.
+    common : float in `unit`
+        Standard error that all values share.
     """
 
     name: str
     unit: str
     values: np.ndarray
     errors: np.ndarray
+    common: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -78,6 +78,24 @@ def test_intervals_hold_as_often_as_they_say(tau: float, error: float) -> None:
     assert (held <= MOST * SERIES).all()
 
 
+@pytest.mark.parametrize(("told", "least", "most"), [(True, 0.9, 1.0), (False, 0.0, 0.6)])
+def test_an_error_that_all_records_share_is_not_averaged(told: bool, least: float, most: float) -> None:
+    """Of a scale that is known to 10 % twenty-five records leave 10 %; taken for errors of their own they would not."""
+    held = 0
+    for seed in range(SERIES):
+        values, errors, _ = drawn(seed, 0.01, 0.01, 25)
+        shared = 1.0 + 0.1 * np.random.default_rng(seed + 1000).standard_normal()
+        common = 0.1 * 2e4
+        own = errors if told else np.hypot(errors, common)
+        found = population(values * shared, own, common if told else 0.0)
+        assert found is not None
+        held += found.mean_interval[0] <= 2e4 <= found.mean_interval[1]
+        if told:
+            assert found.new_record[1] - found.new_record[0] > 2.0 * 1.9 * common
+            assert found.sd < 0.03
+    assert least * SERIES <= held <= most * SERIES
+
+
 def test_errors_that_are_told_too_small_are_found_out() -> None:
     """The negative control: intervals without scatter between records miss far too often."""
     missed = 0

@@ -42,6 +42,7 @@ class ParameterSummary(Part):
     plain_error: Known = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
     prior_centre: Known = Field(default=None, description="Centre of its normal prior; null where it has none.")
     prior_error: Known = Field(default=None, description="Standard deviation of that prior, at the value.")
+    common_error: Known = Field(default=None, description="Part of the error due to priors: alike in all records.")
 
 
 class ChannelGap(Part):

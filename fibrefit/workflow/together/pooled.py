@@ -16,6 +16,8 @@ MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""
 USABLE = ("ok", "suspect")
 SPEED_OF = "speed of "
+NOTHING_OWN = 1e-6
+"""Share of an error below which its record's own part is rounding: the record says nothing of that value."""
 
 
 def population_summary(one: Population, unit: str) -> PopulationSummary:
@@ -58,8 +60,17 @@ def varying(conditions: Sequence[Quantity]) -> tuple[Quantity, ...]:
 def _parameter(name: str, unit: str, items: Sequence[BatchItem]) -> Quantity:
     found = [item.parameters.get(name) for item in items]
     values = np.array([np.nan if one is None else one.value for one in found])
-    errors = np.array([np.nan if one is None or one.std_error is None else one.std_error for one in found])
-    return Quantity(name, unit, values, errors)
+    known = [(np.nan, 0.0) if one is None else (_or_nan(one.std_error), one.common_error or 0.0) for one in found]
+    errors, common = np.array(known).T
+    # Priors are those of the study: an error of theirs is no difference between records, and none of them averages it.
+    own = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
+    own = np.where(own > NOTHING_OWN * errors, own, np.nan)
+    told = common[np.isfinite(common)]
+    return Quantity(name, unit, values, own, float(np.median(told)) if len(told) else 0.0)
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
 
 
 def _condition(name: str, items: Sequence[BatchItem]) -> Quantity:
@@ -90,7 +101,7 @@ def pooled_batch(items: Mapping[str, BatchItem]) -> PooledBatch:
     """Population of each free parameter, and trends over all conditions."""
     parameters, conditions = quantities_of(items)
     names = [name for name, item in items.items() if item.status in USABLE]
-    all_of_them = [(one, population(one.values, one.errors)) for one in parameters]
+    all_of_them = [(one, population(one.values, one.errors, one.common)) for one in parameters]
     found = [(one, pooled) for one, pooled in all_of_them if pooled is not None]
     populations = {one.name: population_summary(pooled, one.unit) for one, pooled in found}
     shrunk = {
