@@ -62,7 +62,8 @@ def test_every_statement_has_a_sentence_and_every_sentence_a_statement() -> None
     assert made == set(discovery.SENTENCES)
     assert identifiers("sampling", "Statement") == set(posterior.REMARKS)
     parts = {node.args[0].value for node in calls("discovery/conclusion.py", "parts.take")}
-    assert {*parts, "further"} == set(discovery.UNDONE)
+    rounds = {node.args[0].value for node in calls("discovery/forward_selection.py", "at.took")}
+    assert {*parts, *rounds, "further"} == set(discovery.UNDONE)
 
 
 def test_a_channel_is_named_by_the_identifier() -> None:
