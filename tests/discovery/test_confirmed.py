@@ -51,6 +51,7 @@ def confirmation(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, float]) -> li
 
     def confirmed(search: Any, parent: Model, found: Model) -> Confirmation:
         asked.append(found.names[-1])
+        assert len(asked) < 10, "asked without end"
         gain = gains[found.effects[-1]]
         return Confirmation(search, replace(found, log=1000.0), replace(parent, log=1000.0 - gain))  # type: ignore[arg-type]
 
