@@ -136,17 +136,23 @@ def fit_study(
     if progress:
         progress("reading records", None)
     records, task = prepared(study)
-    if profile and task.noisy_inputs:
-        raise UsageError(
-            "--profile", f"the {', '.join(task.noisy_inputs)} that leads the simulation is measured with noise",
-            "inputs that are exact", "Leave it out: intervals of the fit allow for that noise, a profile takes none.",
-        )  # fmt: skip
+    if profile:
+        _refuse_measured_drive(task)
     if stop():
         stopped = KeyboardInterrupt()
         stopped.add_note("Nothing is known yet; nothing was written.")
         raise stopped
     found = identify(task, starts, seed, How(robust, profile), progress=progress, stop=stop)
     return Fit(study, records, found, seed)
+
+
+def _refuse_measured_drive(task: Task) -> None:
+    """Refuse a profile where inputs have errors: it takes them for exact."""
+    if task.noisy_inputs:
+        raise UsageError(
+            "--profile", f"the {', '.join(task.noisy_inputs)} that leads the simulation is measured with noise",
+            "inputs that are exact", "Leave it out: intervals of the fit allow for that noise, a profile takes none.",
+        )  # fmt: skip
 
 
 def prepared(study: Study) -> tuple[tuple[Record, ...], Task]:
