@@ -117,6 +117,17 @@ def test_a_drive_with_play_loses_it_at_each_reversal() -> None:
     assert np.all(passed[102:110] == 0.0)
 
 
+def test_a_play_does_not_swallow_the_noise_of_a_drive_that_rests() -> None:
+    """What a reading does at rest is no motion: it reaches the fibre as without play."""
+    noise = 2e-5 * np.random.default_rng(1).standard_normal(100)
+    course = np.concatenate([np.linspace(0, 1e-2, 101), 1e-2 + noise, np.linspace(1e-2, 0, 101)])
+    rates = np.concatenate([np.full(101, 0.2), 50.0 * noise, np.full(101, -0.2)])
+    end, passed = (np.asarray(x) for x in Play(jnp.asarray(5e-5)).passed_on(jnp.asarray(course), jnp.asarray(rates)))
+    np.testing.assert_allclose(end[:201], course[:201], atol=1e-15)
+    np.testing.assert_array_equal(passed[101:201], rates[101:201])
+    np.testing.assert_allclose(end[-90:], course[-90:] + 5e-5, atol=1e-12)
+
+
 def test_play_shows_in_the_motion_of_the_weight() -> None:
     effects, values = of("drive.play", play=5e-4)
     record = drive(2401, TRAPEZOID)
