@@ -7,10 +7,6 @@ import jax.numpy as jnp
 
 from fibrefit.laws.law import DriveLaw, quantity
 
-RESTS = 0.02
-"""Share of its largest rate below which a drive rests: the noise of a smoothed drive is a tenth of that, at slow
-strokes up to half. Of a sine it leaves a five-thousandth of the amplitude beside each turning point."""
-
 
 class Play(DriveLaw):
     """A drive with play: after each reversal it runs free before it takes the fibre along.
@@ -33,11 +29,14 @@ class Play(DriveLaw):
     remembers: ClassVar[bool] = True
     # Without play the end of the fibre lies at both ends of it, and a derivative would be half of what it is.
     singular: ClassVar[float] = 0.1
+    # Share of its largest rate below which a drive rests: the noise of a smoothed drive is a tenth of that, at slow
+    # strokes up to half. Of a sine it leaves a five-thousandth of the amplitude beside each turning point.
+    rests: ClassVar[float] = 0.02
     play: jax.Array = quantity("m", "lost motion of the drive", 2e-4, lower=0.0, upper=0.02, symbol="g")
 
     def passed_on(self, course: jax.Array, rates: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Y and its rate."""
-        moves = jnp.abs(rates) > RESTS * jnp.max(jnp.abs(rates))
+        moves = jnp.abs(rates) > self.rests * jnp.max(jnp.abs(rates))
 
         def follow(before: tuple, now: tuple) -> tuple[tuple, tuple]:
             (ahead, last), (here, moving) = before, now
