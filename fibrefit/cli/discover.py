@@ -55,7 +55,7 @@ def command(terminal: Terminal, request: Request, seconds: float, interactive: b
     interrupted.
     """
     from fibrefit.workflow.discovery.discover import SearchOptions, discover_study, finished
-    from fibrefit.workflow.discovery.journal import journal_folder
+    from fibrefit.workflow.discovery.journal import forgotten, journal_folder
 
     study, seed, force = request.study, request.seed, request.force
     options = SearchOptions(seed=seed, seconds=seconds, **tried)
@@ -71,6 +71,8 @@ def command(terminal: Terminal, request: Request, seconds: float, interactive: b
         )
         progress("drawing and writing", None)
         found.write(directory)
+        if not (found.finding.untried or found.finding.undone):
+            forgotten(journal)
     summary = found.summary()
     code = _answered(terminal, summary)
     for text in person.remarks(summary.added) if person else ():

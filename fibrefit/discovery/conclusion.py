@@ -22,7 +22,8 @@ from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls,
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.forward_selection import Limits, Selection
-from fibrefit.discovery.laws.propose import described, proposed
+from fibrefit.discovery.laws.propose import proposed
+from fibrefit.discovery.laws.told import described, holding, told_by_fit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import curves_beyond
@@ -40,6 +41,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
+from fibrefit.laws.law import Effect
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
 
 FINAL_STARTS = 3
@@ -98,6 +100,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
     law = at.law or (parts.take("law", partial(_law, search, best, readings), None) if readings else None)
+    stays = bool(readings) and law is None and "law" not in parts.undone
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
@@ -108,12 +111,13 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at))
     verdict, reason = _of_whole_records(*_verdict(best, alarms, readings, cut, tried), after)
     verdict, reason = _after_refusal(verdict, reason, best is not wanted)
+    law = None if verdict == "not_trusted" else law
     known = tried or not cut or bool(readings)
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *small, *(refused or _taken_out(at, found))),
+        reason=(*reason, *small, *(refused or _taken_out(at, found)), *([Statement("curve_stays")] if stays else ())),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
@@ -132,14 +136,46 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     )
     more = (*(("further",) if at.cut_short else ()), *at.undone)
     if law is not None:
-        finding = replace(finding, after=_final(search, law[0], FINAL_STARTS, limits.seed, budget))
+        gone = tuple(effect for effect in found.effects if effect not in best.effects)
+        finding = _with_law(search, finding, _without(search, law, gone), limits.seed, budget)
+        unseen = law[1].summary.gap_left_out is None and len(search.context.whole) > 1
+        more = (*more, *(("left_out",) if unseen else ()))
     return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
 
 
+def _without(
+    search: Search, law: tuple[LaplaceFit, ProposedLaw], gone: tuple[type[Effect], ...]
+) -> tuple[LaplaceFit, ProposedLaw]:
+    """A model with a law, without effects that are not kept."""
+    fit, told = law
+    kept = tuple(effect for effect in fit.effects if effect not in gone)
+    return (search.inference.without(fit, kept) if len(kept) < len(fit.effects) else fit), told
+
+
+def _with_law(
+    search: Search, finding: Finding, law: tuple[LaplaceFit, ProposedLaw], seed: int, budget: Budget
+) -> Finding:
+    """A finding whose final fit is that with a law, told as that has it; without the law where that loses a motion.
+
+    Where inputs are exact it is the fit that ended in a wrong minimum, as of an effect (see `_fitted`).
+    """
+    (fit, told), said = law, list[Statement]()
+    after = _final(search, fit, FINAL_STARTS, seed, budget)
+    gaps = total(finding.after.gap), total(after.gap)
+    if motion_lost(*gaps):
+        if fit.supermodel.sensitivities is not None:
+            lost = Statement("lost", {"effect": fit.names[-1], "gaps": gaps})
+            return replace(finding, proposed_law=None, reason=(*finding.reason, lost))
+        said.append(Statement("fit_in_wrong_minimum", {"gaps": (search.gap(search.plain(fit)), gaps[1])}))
+    told = told_by_fit(told, fit.names[-1], after)
+    return replace(finding, after=after, proposed_law=told, reason=(*finding.reason, *said))
+
+
 def _law(search: Search, best: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
-    """The best law for free curves on top of a model; None where they do better."""
+    """The best law for free curves on top of a model; None where they do better, or it does not hold."""
     proposal = proposed(search, best, readings)
-    return None if proposal is None else (proposal.best, described(search, proposal))
+    held = None if proposal is None else holding(search, proposal)
+    return None if held is None else (held.fit, described(search, best, held))
 
 
 def _takes_longer(search: Search, best: LaplaceFit, before: Identification) -> float:

@@ -17,7 +17,8 @@ from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposi
 from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
-from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, described, proposed
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
+from fibrefit.discovery.laws.told import described, holding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING
 from fibrefit.discovery.residuals.innovations import Alarm
@@ -214,9 +215,10 @@ def _law_of(
 ) -> Unnamed | None:
     """The same of curves that were drawn; where no effect is `chosen`, beside the parent."""
     proposal = proposed(search, parent, curves) if curves else None
-    if proposal is None:
+    held = None if proposal is None else holding(search, proposal)
+    if held is None:
         return None
-    law = proposal.best
+    law = held.fit
     others = () if chosen is None else (chosen,)
     here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
     # What the time does not suffice to compare in better known noise is compared in the noise at hand.
@@ -225,4 +227,5 @@ def _law_of(
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
     if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):
         return None
-    return Unnamed(there.search, there.parent, curves, (fitted, described(search, proposal)))
+    told = described(there.search, there.parent, held._replace(fit=fitted))
+    return Unnamed(there.search, there.parent, curves, (fitted, told))

@@ -44,7 +44,8 @@ def from_file(name: str, directory: Path) -> object:
 
 
 def _load(path: Path, name: str) -> ModuleType:
-    title = f"fibrefit_user_{path.stem}_{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+    digest = hashlib.sha256(str(path).encode() + path.read_bytes()).hexdigest()
+    title = f"fibrefit_user_{path.stem}_{digest[:12]}"
     if title in sys.modules:
         # A second class of the same file must be of the same module: JAX tells pytrees apart by their class.
         return sys.modules[title]

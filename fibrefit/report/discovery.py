@@ -21,6 +21,7 @@ from fibrefit.study.summaries.discovery import (
     Detectable,
     DiscoverySummary,
     ListedCandidates,
+    ProposedLawSummary,
     listed,
 )
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary
@@ -157,16 +158,26 @@ def _law(summary: DiscoverySummary) -> list[str]:
     law = summary.proposed_law
     if law is None:
         return []
+    rows = [(one.symbol, one.name, *with_error(one.value, one.std_error, one.unit)) for one in law.parameters]
+    shown = [f"    {law.expression}", "", *table(("", "", "value", "+/-", "unit"), rows, right={2, 3}), ""]
+    first, *others = law_sentences(law)
+    return [paragraph(first), "", *shown, *map(paragraph, others)]
+
+
+def law_sentences(law: ProposedLawSummary) -> list[str]:
+    """What is said of a law that was composed: how it does first, then what its equation and its file are."""
     said = f"No catalogued effect does it. {law.says} With it, the gap falls from {law.gap_before:.3g} to "
     said += f"{law.gap_after:.3g} (logarithm of the Bayes factor {law.evidence:.3g})"
-    if law.gap_left_out is not None:
-        said += f"; predicted from the others, the records leave {law.gap_left_out:.3g}"
-    rows = [(one.name, *with_error(one.value, one.std_error, one.unit)) for one in law.parameters]
-    next_best = law.runners_up[:1]
-    others = [paragraph(f"Next: {one.says} It is {-one.evidence:.3g} nats behind.") for one in next_best]
+    if law.gap_left_out is not None and law.gap_left_out_before is not None:
+        said += f"; records predicted from the others leave {law.gap_left_out:.3g}, without it "
+        said += f"{law.gap_left_out_before:.3g}"
+    where = f"x is the {law.variable}"
+    if law.valid_range is not None:
+        low, high = law.valid_range
+        where += f", which the records saw from {low:.3g} to {high:.3g} {law.variable_unit}; beyond that it is a guess"
+    nearest = [f"Next: {one.says} It is {-one.evidence:.3g} nats behind." for one in law.runners_up[:1]]
     file = f"As an effect of your own: {law.effect}, used by study.toml beside this result (--trust runs it)."
-    law_and_numbers = [f"    {law.expression}", "", *table(("", "value", "+/-", "unit"), rows, right={1, 2}), ""]
-    return [paragraph(f"{said}."), "", *law_and_numbers, *others, paragraph(file)]
+    return [f"{said}.", f"{where}.", *nearest, file]
 
 
 def _curves(summary: DiscoverySummary) -> list[str]:

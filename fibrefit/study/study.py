@@ -261,13 +261,15 @@ class Study(Shown, StudyTable):
             elif expression(unit) is None:
                 raise StudyError(where, f'unit "{unit}"', "a known unit", did_you_mean(unit, SUGGESTED))
 
-    def resolved_toml(self, relative_to: Path | None = None) -> str:
+    def resolved_toml(self, relative_to: Path | None = None, growing: Path | None = None) -> str:
         """The study as a TOML file that reads back as the same study.
 
         Parameters
         ----------
         relative_to : pathlib.Path, optional
             Folder the text will be written to; the files it names are then relative to it.
+        growing : pathlib.Path, optional
+            Folder that is about to take its place: laws in it are told by what they are there.
 
         Returns
         -------
@@ -292,8 +294,10 @@ class Study(Shown, StudyTable):
                 effect if ":" not in effect else _moved_effect(effect, self, relative_to)
                 for effect in content["model"]["effects"]
             ]
-            laws = {path for path in self.own_effects().values() if path.is_file()}
-            content["model"]["laws"] = {_relative(path, relative_to): sha256_of(path) for path in sorted(laws)}
+            laws = {path: _written_to(path, relative_to, growing) for path in self.own_effects().values()}
+            content["model"]["laws"] = {
+                _relative(path, relative_to): sha256_of(laws[path]) for path in sorted(laws) if laws[path].is_file()
+            }
         if not content["model"].get("laws"):
             content["model"].pop("laws", None)
         return to_toml({key: value for key, value in content.items() if value not in ({}, [])})
@@ -319,6 +323,13 @@ def _unit_of(field: FieldInfo) -> str:
 def _moved_effect(effect: str, study: Study, folder: Path) -> str:
     file, _, name = effect.rpartition(":")
     return f"{_relative(study.path_of(file), folder)}:{name}"
+
+
+def _written_to(path: Path, folder: Path, growing: Path | None) -> Path:
+    """Where the content of a file is that will be at `path` once `growing` has taken the place of `folder`."""
+    if growing is None or not path.resolve().is_relative_to(folder.resolve()):
+        return path
+    return growing / path.resolve().relative_to(folder.resolve())
 
 
 def _relative(path: Path, folder: Path) -> str:

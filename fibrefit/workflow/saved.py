@@ -100,7 +100,7 @@ def write_parts(
 
     write_summary(directory.path, summary)
     write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
-    resolved = study.resolved_toml(relative_to=directory.out)
+    resolved = study.resolved_toml(relative_to=directory.out, growing=directory.path)
     (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
 
 

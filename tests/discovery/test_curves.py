@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from typing import Any, cast
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, shape_errors
 from fibrefit.discovery.curves.probes import FINE_KNOTS, KNOTS, PROBES, FrictionOfPosition, TensionOfRate
+from fibrefit.laws.catalogue import suits
+from fibrefit.laws.law import SensorLaw
 from fibrefit.report.sentences.discovery import discovery_sentence
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.rigs.rig import Rig
+
+
+def each(rig: Rig) -> list[Rig]:
+    """A rig and all its variants."""
+    return [rig, *(one for variant in rig.variants.values() for one in each(variant))]
+
 
 PLACES = np.linspace(-0.02, 0.01, FINE_KNOTS)
 
@@ -32,6 +43,19 @@ def test_a_curve_passes_through_its_heights_and_is_level_beyond(probe: type) -> 
     np.testing.assert_allclose([curve.at(x) for x in knots], heights, atol=1e-12)
     np.testing.assert_allclose([curve.at(x) for x in middles], 0.5 * (heights[1:] + heights[:-1]), atol=1e-12)
     assert (curve.at(-1.0), curve.at(3.0)) == (heights[0], heights[-1])
+
+
+@pytest.mark.parametrize(
+    "rig", [pytest.param(one, id=f"{kind}-{i}") for kind, rig in RIGS.items() for i, one in enumerate(each(rig))]
+)
+def test_a_curve_of_readings_suits_only_rigs_that_have_them(rig: Rig) -> None:
+    channels = {channel: jnp.linspace(-1.0, 1.0, 5) for channel in rig.channels}
+    for probe in (probe for probe in PROBES if suits(probe, rig) and issubclass(probe, SensorLaw)):
+        changed = probe(-1.0, 1.0, *np.ones(probe.knots)).measure(channels, jnp.arange(5.0))
+        assert set(changed) == set(channels)
+        assert any(
+            np.ptp(changed[name] - channels[name]) < 1e-12 < changed[name][0] - channels[name][0] for name in channels
+        )
 
 
 def test_knots_over_the_position_are_finer() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -18,6 +19,7 @@ from fibrefit.rigs.catalogue import RIGS
 LOW, HIGH = 0.02, 0.11
 KNOTS = np.linspace(LOW, HIGH, 40)
 NOISE = 0.02
+RATE = next(probe for probe in PROBES if probe.variable == "stretch rate")
 TRUE: dict[str, tuple[float, ...]] = {
     "linear": (30.0,),
     "knee_above": (40.0, 0.07),
@@ -52,6 +54,51 @@ def test_a_form_is_found_by_its_curve(name: str) -> None:
     found = forms_of(KNOTS, heights, np.full(len(KNOTS), NOISE), 0)
     assert found[0].form.name == name
     assert found[0].values == pytest.approx(TRUE[name], rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), [("saturating", (20.0, 0.05)), ("peak", (12.0, 0.1)), ("power", (9.0, 2.0))]
+)
+def test_a_form_of_a_variable_with_two_signs_begins_at_zero_and_is_odd(name: str, values: tuple[float, ...]) -> None:
+    """A tension that saturates with the rate of stretch does so both ways."""
+    rates = np.linspace(-0.4, 0.4, 10)
+    law = composed(RATE, FittedForm(BY_NAME[name], values, 0.0), rates)
+    heights = np.asarray(effect_of_law(law)(*values)._at(rates))  # type: ignore[attr-defined]
+    np.testing.assert_allclose(heights, -heights[::-1], atol=1e-12)
+    found = forms_of(rates, heights + 0.3, np.full(10, 1e-3), 1, signed=True)
+    assert found[0].form.name == name
+    assert found[0].values == pytest.approx(values, rel=0.05)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+@pytest.mark.parametrize(("probe", "low", "high"), [(0, 0.02, 0.11), (0, -0.03, 0.05), (5, -0.4, 0.4)])
+def test_the_equation_that_is_told_is_the_law(form: Form, probe: int, low: float, high: float) -> None:
+    """With the numbers of its parameters by their symbols, and nothing else to look up."""
+    knots = np.linspace(low, high, 12)
+    span = high - low
+    by_kind = {"height": 1.5, "slope": 3.0, "place": low + 0.4 * span, "length": 0.2 * span, "number": 2.0, "turn": 0.7}
+    values = [by_kind[term.kind] for term in form.quantities]
+    law = composed(PROBES[probe], FittedForm(form, tuple(values), 0.0), knots)
+    said = re.sub(r"(\d|\bpi|\b[a-z]|\)) (?=[a-z(|\d])", r"\1 * ", law.expression.replace("^", " ** "))
+    said = re.sub(r"\|x\|", "abs(x)", said).replace("pi", "np.pi").replace("max(", "np.maximum(")
+    functions = {"np": np, "exp": np.exp, "sin": np.sin, "tanh": np.tanh, "sign": np.sign, "abs": np.abs}
+    symbols = {term.symbol: value for term, value in zip(form.quantities, values, strict=True)}
+    told = eval(said, functions | symbols | {"x": knots})
+    np.testing.assert_allclose(
+        np.asarray(effect_of_law(law)(*values)._at(knots)),  # type: ignore[attr-defined]
+        told * np.ones(12), rtol=1e-3, atol=2e-3,
+    )  # fmt: skip
+    assert law.expression in law.source
+
+
+def test_a_law_is_numbered_where_there_is_one_of_its_name() -> None:
+    """As where a search goes on from a study that holds one."""
+    form = FittedForm(BY_NAME["sine"], TRUE["sine"], 0.0)
+    first = composed(PROBES[0], form, KNOTS)
+    second = composed(PROBES[0], form, KNOTS, {first.name})
+    assert (second.name, second.title, second.file) == (f"{first.name}_2", f"{first.title}2", f"{first.file[:-3]}_2.py")
+    assert composed(PROBES[0], form, KNOTS, {first.name, second.name}).name == f"{first.name}_3"
+    assert effect_of_law(second).name == second.name
 
 
 def test_noise_has_no_form() -> None:

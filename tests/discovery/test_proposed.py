@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
@@ -9,8 +12,9 @@ from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.free_form import proposing
 from fibrefit.discovery.curves.probes import FrictionOfSpeed, TensionOfRate
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.laws import propose
-from fibrefit.discovery.laws.propose import described, proposed
+from fibrefit.discovery.laws import propose, told
+from fibrefit.discovery.laws.propose import Proposal, proposed
+from fibrefit.discovery.laws.told import described, holding
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
 from fibrefit.problem.task import Task
@@ -42,7 +46,38 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     assert proposal is not None
     assert set(taken) == {route}
     assert search.gap(search.plain(proposal.best)) == pytest.approx(1.0, abs=0.02)
-    law = described(search, proposal)
+    held = holding(search, proposal)
+    assert held is not None
+    without, with_it = held.left_out
+    assert with_it < without
+    law = described(search, parent, held)
     assert (law.summary.port, law.summary.variable) == ("guide", "speed")
+    assert law.summary.gap_left_out == with_it
     # The rise over the range that the records saw is that which was planted, whatever the form.
     assert np.ptp(law.heights) == pytest.approx(rise, rel=0.25)
+
+
+def test_of_laws_that_are_not_distinguished_the_one_that_predicts_left_out_records_best_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told_of = {"parent": [2.0, 2.0], "first": [2.2, 2.0], "second": [1.5, 1.0], "far": [0.1, 0.1]}
+    assert _held(monkeypatch, told_of, {"first": 30.0, "second": 27.0, "far": 20.0}) == "second"
+
+
+@pytest.mark.parametrize(("left", "there"), [(2.09, "first"), (2.11, None)])
+def test_a_law_that_does_not_hold_on_left_out_records_is_not_told(
+    monkeypatch: pytest.MonkeyPatch, left: float, there: str | None
+) -> None:
+    """As of one record with a fault, which a law of one place imitates."""
+    assert _held(monkeypatch, {"parent": [2.0, 2.0], "first": [left, left]}, {"first": 30.0}) == there
+
+
+def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: dict[str, float]) -> str | None:
+    """The law that is told, each with what it leaves of two records that are predicted from each other."""
+    monkeypatch.setattr(told, "cv_residuals", lambda search, model: np.array(left[model]))
+    fits = [(SimpleNamespace(log=log, name=name), name) for name, log in logs.items()]
+    proposal = Proposal(cast(Any, SimpleNamespace(log=0.0, name="parent")), cast(Any, fits), ())
+    layout = SimpleNamespace(records=("one", "other"))
+    task = SimpleNamespace(problem=SimpleNamespace(layout=layout))
+    found = holding(cast(Any, SimpleNamespace(task=task, plain=lambda one: one.name)), proposal)
+    return None if found is None else str(found.law)

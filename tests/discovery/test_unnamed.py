@@ -16,6 +16,7 @@ from fibrefit.discovery.curves.probes import PROBES
 from fibrefit.discovery.engine.effort import PROMISING
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
+from fibrefit.discovery.laws.told import Held
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.unnamed import unnamed
@@ -55,9 +56,10 @@ class Bench:
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "proposing", self.curves)
         monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
-        proposal = SimpleNamespace(best=Model((LAW,), WORTH))
-        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: proposal)
-        monkeypatch.setattr(module, "described", lambda search, proposal: "told")
+        self.held: Held | None = Held(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
+        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: "a proposal")
+        monkeypatch.setattr(module, "holding", lambda search, proposal: self.held)
+        monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
         monkeypatch.setattr(module, "is_costly", lambda effect: False)
@@ -245,6 +247,12 @@ def test_two_effects_are_compared_in_the_noise_of_the_first_look_before_a_law_ta
     bench.elsewhere = 40_000.0
     assert bench.asked(Model((TOE,), 60.0 - 40_000.0), Model((TOE, HARDENING), WORTH - 1.0 - 40_000.0)) is None
     assert bench.asked(Model((TOE,), 60.0 - 40_000.0), Model((TOE, HARDENING), WORTH - 50.0 - 40_000.0)) is not None
+
+
+def test_a_law_that_does_not_hold_on_left_out_records_takes_no_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch)
+    bench.held = None
+    assert bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), 80.0)) is None
 
 
 def test_a_law_that_leaves_more_than_noise_takes_no_place(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from fibrefit.store.manifest import MARKER
 from fibrefit.store.summary import provenance
 from fibrefit.study import load_study
 from fibrefit.workflow.discovery.discover import SearchOptions
-from fibrefit.workflow.discovery.journal import journal_folder
+from fibrefit.workflow.discovery.journal import forgotten, journal_folder
 from fibrefit.workflow.growing import growing_folder
 from fibrefit.workflow.prepare import read_records
 from fibrefit.workflow.sampling import sample
@@ -112,6 +112,17 @@ def test_force_forgets_a_search_that_was_cut_short(tmp_path: Path) -> None:
     assert list((tmp_path / "out.partial").rglob("a.job"))
     with journal_folder(tmp_path / "out", study, SearchOptions(), force=True) as (_, folder):
         assert not list(folder.iterdir())
+
+
+def test_a_search_whose_time_ended_goes_on_from_what_it_found(tmp_path: Path) -> None:
+    """With more time it is the same search."""
+    study, out = load_study(copied("drop_series", tmp_path, records=1)), tmp_path / "out"
+    with journal_folder(out, study, SearchOptions(seconds=1.0)) as (_, folder):
+        Journal(folder).recall("a", lambda: 1.0)
+    with journal_folder(out, study, SearchOptions(seconds=600.0), resume=True) as (_, folder):
+        assert Journal(folder).recall("a", lambda: 2.0) == 1.0
+        forgotten(folder)
+    assert not list(out.rglob("*.job"))
 
 
 def test_a_search_does_not_go_on_with_another_law_in_a_file_of_the_user(tmp_path: Path) -> None:

@@ -325,11 +325,11 @@ def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]
     moving = (found.motion.phase != HELD) & (np.arange(times.shape[1]) < counts[:, None])
     steps = np.diff(times, append=times[:, -1:])[moving]
     states = found.motion.states
-    known = {"position": states["position"], "speed": np.abs(states["speed"])}
-    if "tension" in states:
-        stretch = states["tension"] / found.parameters["stiffness"].value
-        rate = np.gradient(stretch, axis=1) / np.gradient(times, axis=1)
-        known |= {"tension": states["tension"], "stretch": stretch, "stretch rate": rate}
+    known = states | {"speed": np.abs(states["speed"])}
+    if "stretch" in states:
+        # A slack fibre has neither.
+        taut = states["stretch"] > 0.0
+        known |= {name: np.where(taut, states[name], 0.0) for name in ("stretch", "stretch rate")}
     there = {variable: (values[moving], steps) for variable, values in known.items()}
     forces = [values[moving] for channel, values in found.readings.items() if channel in FORCES]
     if forces:

@@ -174,7 +174,7 @@ class PositionErrorOfPosition(Curve, SensorLaw):
     """A displacement gauge that is not linear."""
 
     name: ClassVar[str] = "probe.position_error_of_position"
-    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE})
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.PLACE})
     variable: ClassVar[str] = "position"
     says: ClassVar[str] = "an error of the displacement gauge that depends on the position"
     unit: ClassVar[str] = "m"

@@ -66,6 +66,10 @@ class Form:
         Heights and shape as the form's quantities, given the left end and length of the range.
     periodic : bool
         Whether the shape is a period.
+    begins : bool
+        Whether it begins at the left end of the range; of a variable with two signs it begins at zero, and is odd.
+    odd : bool
+        Whether there is such a form of a variable with two signs.
     """
 
     name: str
@@ -77,6 +81,19 @@ class Form:
     grid: tuple[tuple[float, ...], ...]
     named: Callable[[np.ndarray, Shape, float, float], tuple[float, ...]]
     periodic: bool = False
+    begins: bool = False
+    odd: bool = True
+
+    def ends(self, low: float, high: float, signed: bool) -> tuple[float, float]:
+        """Where it begins, and the length that its shape is told in."""
+        return (0.0, high) if signed and self.begins else (low, high - low)
+
+    def columns_at(self, x: np.ndarray, shape: Shape, ends: tuple[float, float], signed: bool) -> np.ndarray:
+        """Columns at values of the variable, ``(n, n_height)``, see `columns`."""
+        u = (x - ends[0]) / ends[1]
+        if signed and self.begins:
+            return np.sign(u)[:, None] * self.columns(np.abs(u), shape)
+        return self.columns(u, shape)
 
     def resolved_grid(self, places: np.ndarray) -> tuple[tuple[float, ...], ...]:
         """The grid without shapes that knots at `places` do not resolve: periods below two distances (Nyquist)."""
@@ -121,28 +138,29 @@ FORMS: tuple[Form, ...] = (
         "self.amplitude * jnp.maximum((x - LOW) / SPAN, 1e-9) ** self.exponent",
         (_AMPLITUDE, Term("exponent", "exponent", "number", "n")),
         lambda u, shape: _one(np.maximum(u, 1e-9) ** shape[0]), (tuple(np.geomspace(0.2, 6.0, 30)),),
-        lambda heights, shape, low, span: (heights[0], shape[0]),
+        lambda heights, shape, low, span: (heights[0], shape[0]), begins=True,
     ),
     Form(
         "saturating", "saturates with", "a (x - x0) / (x - x0 + s)",
         "self.amplitude * jnp.maximum(x - LOW, 0.0) / (jnp.maximum(x - LOW, 0.0) + self.scale)",
         (_AMPLITUDE, Term("scale", "where half of it is reached", "length", "s")),
         lambda u, shape: _one(u / (u + shape[0])), (_LENGTHS,),
-        lambda heights, shape, low, span: (heights[0], span * shape[0]),
+        lambda heights, shape, low, span: (heights[0], span * shape[0]), begins=True,
     ),
     Form(
         "exponential", "decays exponentially with", "a exp(-(x - x0) / s)",
-        "self.amplitude * jnp.exp(-(x - LOW) / self.scale)",
+        "self.amplitude * jnp.exp(-jnp.maximum(x - LOW, 0.0) / self.scale)",
         (_AMPLITUDE, Term("scale", "over which it falls to 1/e", "length", "s")),
         lambda u, shape: _one(np.exp(-u / shape[0])), (_LENGTHS,),
-        lambda heights, shape, low, span: (heights[0], span * shape[0]),
+        lambda heights, shape, low, span: (heights[0], span * shape[0]), begins=True, odd=False,
     ),
     Form(
         "peak", "rises to a peak and falls beyond it with", "2 a ((x - x0) / s) / (1 + ((x - x0) / s)^2)",
-        "2.0 * self.amplitude * ((x - LOW) / self.scale) / (1.0 + ((x - LOW) / self.scale) ** 2)",
+        "2.0 * self.amplitude * self.scale * jnp.maximum(x - LOW, 0.0)"
+        " / (self.scale**2 + jnp.maximum(x - LOW, 0.0) ** 2)",
         (_AMPLITUDE, Term("scale", "where the peak lies", "length", "s")),
         lambda u, shape: _one(2.0 * (u / shape[0]) / (1.0 + (u / shape[0]) ** 2)), (_LENGTHS,),
-        lambda heights, shape, low, span: (heights[0], span * shape[0]),
+        lambda heights, shape, low, span: (heights[0], span * shape[0]), begins=True,
     ),
     Form(
         "bump", "has a bump at a place in", "a exp(-((x - b) / w)^2 / 2)",
@@ -164,7 +182,7 @@ FORMS: tuple[Form, ...] = (
         periodic=True,
     ),
     Form(
-        "step", "steps at a place in", "a (1 + tanh((x - b) / w)) / 2",
+        "step", "steps at a place in", "a (1 + tanh((x - b) / W)) / 2",
         f"self.amplitude * (1.0 + jnp.tanh((x - self.place) / ({STEEP} * SPAN))) / 2.0",
         (_AMPLITUDE, Term("place", "place of the step", "place", "b")),
         lambda u, shape: _one((1.0 + np.tanh((u - shape[0]) / STEEP)) / 2.0), (_PLACES,),
@@ -190,7 +208,9 @@ class FittedForm(NamedTuple):
     score: float
 
 
-def forms_of(knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbed: int) -> list[FittedForm]:
+def forms_of(
+    knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbed: int, signed: bool = False
+) -> list[FittedForm]:
     """Every form at its best for a curve, the best first.
 
     Parameters
@@ -198,29 +218,28 @@ def forms_of(knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbe
     knots, heights, errors : (n_knot,) in SI units
     absorbed : int
         Degree of the polynomial in the variable that base parameters take up of any curve.
+    signed : bool
+        Whether the variable has two signs, so that a form which begins at its null is odd about zero.
     """
-    low, span = float(knots[0]), float(knots[-1] - knots[0])
-    places = (knots - low) / span
     weight = 1.0 / np.maximum(errors, 1e-3 * float(np.max(errors)) + 1e-300)
+    places = (knots - knots[0]) / (knots[-1] - knots[0])
     level = places[:, None] ** np.arange(absorbed + 1)
-    found = [_fit(form, places, heights, weight, level, (low, span)) for form in FORMS]
+    forms = [form for form in FORMS if not (signed and form.begins) or form.odd]
+    found = [_fit(form, knots, heights, weight, level, signed) for form in forms]
     return sorted((one for one in found if one is not None), key=lambda one: one.score)
 
 
 def _fit(
-    form: Form,
-    places: np.ndarray,
-    heights: np.ndarray,
-    weight: np.ndarray,
-    level: np.ndarray,
-    ends: tuple[float, float],
+    form: Form, knots: np.ndarray, heights: np.ndarray, weight: np.ndarray, level: np.ndarray, signed: bool
 ) -> FittedForm | None:
+    ends = form.ends(float(knots[0]), float(knots[-1]), signed)
+
     def left(shape: Shape) -> tuple[float, np.ndarray]:
-        columns = np.column_stack([form.columns(places, shape), level]) * weight[:, None]
+        columns = np.column_stack([form.columns_at(knots, shape, ends, signed), level]) * weight[:, None]
         found = np.linalg.lstsq(columns, heights * weight, rcond=1e-10)[0]
         return float(np.sum((heights * weight - columns @ found) ** 2)), found
 
-    grid = form.resolved_grid(places)
+    grid = form.resolved_grid((knots - knots[0]) / (knots[-1] - knots[0]))
 
     def inside(shape: np.ndarray) -> float:
         bounds = [(min(steps), max(steps)) for steps in grid]
@@ -232,10 +251,10 @@ def _fit(
     if shape:
         shape = tuple(minimize(inside, shape, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-6}).x)
     squares, found = left(shape)
-    size = found[: form.columns(places, shape).shape[1]]
-    number = len(size) + len(shape) + level.shape[1]
-    identifiable = np.linalg.matrix_rank(np.column_stack([form.columns(places, shape), level])) == len(found)
-    if len(places) <= number + 1 or not np.isfinite(squares) or not identifiable:
+    columns = form.columns_at(knots, shape, ends, signed)
+    number = len(found) + len(shape)
+    identifiable = np.linalg.matrix_rank(np.column_stack([columns, level])) == len(found)
+    if len(knots) <= number + 1 or not np.isfinite(squares) or not identifiable:
         return None
-    score = len(places) * np.log(max(squares, 1e-12) / len(places)) + number * np.log(len(places))
-    return FittedForm(form, form.named(size, shape, *ends), float(score))
+    score = len(knots) * np.log(max(squares, 1e-12) / len(knots)) + number * np.log(len(knots))
+    return FittedForm(form, form.named(found[: columns.shape[1]], shape, *ends), float(score))

@@ -1,4 +1,4 @@
-"""A law for a free curve: proposed by regressions, decided by the likelihood, held to records it was not fitted to.
+"""A law for a free curve: proposed by regressions, decided by the likelihood.
 
 Free curves show where something acts and on what it depends. A handful of forms that follow them best are written as
 effects and fitted in full, with all base parameters, in the likelihood of the search. How many forms were looked at is
@@ -13,10 +13,8 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.time_limit import beyond_limits, in_time
 from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import (
     BLOWN,
@@ -35,11 +33,8 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
-from fibrefit.discovery.model.law import LAWS, ProposedLaw
-from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
-from fibrefit.study.summaries.discovery import HeldOut, LawParameter, OtherLaw, ProposedLawSummary
 
 CURVES = 3
 """Free curves that laws are looked for in, the best ones."""
@@ -83,7 +78,7 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
     readings : sequence of Reading
         Free curves on top of it, the best first.
     """
-    laws = _composed(readings)
+    laws = _composed(search, parent, readings)
     if not laws:
         return None
     search.tell("fitting laws to the free curves", None)
@@ -106,18 +101,18 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
     return Proposal(parent, ranked, readings)
 
 
-def _composed(readings: Sequence[Reading]) -> list[Composed]:
+def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> list[Composed]:
     """The laws worth a fit: of each of the best curves the forms that follow it best.
 
     A law says hardly more than its curve: what is far behind the best one leads to none.
     """
-    found = []
+    found, taken = [], {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
     for reading in [one for one in readings[:CURVES] if one.gain > readings[0].gain - FAR_BEHIND]:
         place = PLACES.get(reading.probe.name)
         if place is None:
             continue
-        forms = forms_of(reading.knots, shape_of(reading), reading.errors, place.absorbed)
-        found.append([composed(reading.probe, form, reading.knots) for form in forms[:TRIED]])
+        forms = forms_of(reading.knots, shape_of(reading), reading.errors, place.absorbed, place.signed)
+        found.append([composed(reading.probe, form, reading.knots, taken) for form in forms[:TRIED]])
     # The best form of each curve comes before the second of any.
     turns = [law for turn in range(TRIED) for laws in found for law in laws[turn : turn + 1]]
     return turns[:TRIED]
@@ -167,56 +162,3 @@ def _start(search: Search, supermodel: Supermodel, parent: LaplaceFit, law: Comp
             break
         goal = strengthened(supermodel, goal, [effect], SMALL)
     return start
-
-
-def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
-    """The law at places along its variable, without the median."""
-    found = np.asarray(effect_of_law(law)(*map(jnp.asarray, values))._at(jnp.asarray(knots)))  # type: ignore[attr-defined]
-    return found - np.median(found)
-
-
-def described(search: Search, proposal: Proposal) -> ProposedLaw:
-    """The best law of a proposal, with the gap of each record predicted from the others as far as the time goes.
-
-    Parameters
-    ----------
-    search : Search
-    proposal : Proposal
-    """
-    parent, ranked, readings = proposal
-    best, law = ranked[0]
-    knots = next(reading.knots for reading in readings if reading.probe is law.probe)
-    with beyond_limits():
-        kept, before = search.plain(best), search.plain(parent)
-    none: tuple[HeldOut, ...] = ()
-    left_out, _ = in_time(partial(held_out, search, before, kept), none)
-    shared, errors = best.shared, best.errors
-    names = [f"{law.name}.{quantity.name}" for quantity in law.fitted.form.quantities]
-    units = {name: best.supermodel.declared[name].unit for name in names}
-    rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps)))) if gaps else float("nan")  # noqa: E731
-    return ProposedLaw(
-        ProposedLawSummary(
-            effect=f"{LAWS}/{law.file}:{law.title}",
-            says=law.says,
-            port=law.name.partition(".")[0],
-            variable=law.probe.variable,
-            form=law.fitted.form.name,
-            expression=law.fitted.form.law,
-            parameters=tuple(
-                LawParameter(name=name.rpartition(".")[2], value=shared[name], std_error=errors[name], unit=units[name])
-                for name in names
-            ),
-            evidence=best.log - parent.log - PRICE_OF_LOOKS,
-            gap_before=search.gap(before),
-            gap_after=search.gap(kept),
-            gap_left_out_before=rms([held.gap_before for held in left_out]),
-            gap_left_out=rms([held.gap_after for held in left_out]),
-            runners_up=tuple(
-                OtherLaw(name=other.name, says=other.says, evidence=end.log - best.log) for end, other in ranked[1:]
-            ),
-        ),
-        file=law.file,
-        source=law.source,
-        probe=law.probe.name,
-        heights=_heights(law, [shared[name] for name in names], knots),
-    )

@@ -6,13 +6,16 @@ import hashlib
 import math
 import sys
 import types
+from collections.abc import Collection
+from itertools import count
+from textwrap import indent
 from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.roles import ROLES, STATES
 from fibrefit.discovery.curves.probes import Curve
-from fibrefit.discovery.laws.forms import FittedForm, Form, Term
+from fibrefit.discovery.laws.forms import STEEP, FittedForm, Form, Term
 from fibrefit.laws.law import Effect
 from fibrefit.laws.template import class_name
 
@@ -34,6 +37,8 @@ class PortPlace(NamedTuple):
         Degree of the polynomial in the variable that base parameters take up.
     more : str
         A further line of the class; empty for most.
+    signed : bool
+        Whether the variable has two signs.
     """
 
     port: str
@@ -42,6 +47,7 @@ class PortPlace(NamedTuple):
     variable: str
     absorbed: int = 0
     more: str = ""
+    signed: bool = False
 
 
 _ON = "    acts_on: ClassVar[frozenset[Capability]] = frozenset({{Capability.{}}})\n"
@@ -74,7 +80,7 @@ PLACES: dict[str, PortPlace] = {
     "probe.friction_of_speed": PortPlace("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
     "probe.friction_of_tension": PortPlace("guide", "GuideLaw", _method(_FRICTION), "tension"),
     "probe.tension_of_stretch": PortPlace("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
-    "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", 1),
+    "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", 1, signed=True),
     "probe.damping_of_stretch": PortPlace(
         "fibre", "FibreLaw",
         _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
@@ -92,7 +98,7 @@ PLACES: dict[str, PortPlace] = {
         "sensor", "SensorLaw",
         _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of position."""'),
                 'channels | {"position": channels["position"] + self._at(channels["position"])}'),
-        "position", 1, _ON.format("GUIDE"),
+        "position", 1, _ON.format("PLACE"),
     ),
 }  # fmt: skip
 """Of each probe: a law that is composed acts where a free curve does."""
@@ -134,7 +140,7 @@ class {cls}({base}):
 
     def _at(self, x: jax.Array) -> jax.Array:
         """The law at `x`, in {unit}."""
-        return {code}
+{code}
 
 {hook}'''
 
@@ -150,6 +156,8 @@ class Composed(NamedTuple):
     name : str
         Of the effect, ``port.effect``.
     says : str
+    expression : str
+        Its equation, x the variable in SI units.
     source : str
         Of the file.
     """
@@ -158,6 +166,7 @@ class Composed(NamedTuple):
     fitted: FittedForm
     name: str
     says: str
+    expression: str
     source: str
 
     @property
@@ -166,12 +175,17 @@ class Composed(NamedTuple):
         return class_name(self.name.partition(".")[2])
 
     @property
+    def variable_unit(self) -> str:
+        """SI unit of the variable."""
+        return (ROLES | STATES)[self.probe.variable]
+
+    @property
     def file(self) -> str:
         """Name of the file."""
         return f"{self.name.partition('.')[2]}.py"
 
 
-def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray) -> Composed:
+def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray, taken: Collection[str] = ()) -> Composed:
     """Source of a law.
 
     Parameters
@@ -181,23 +195,50 @@ def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray) -> Compose
     form : FittedForm
     knots : (n_knot,) in SI units
         Range of the variable that the records saw.
+    taken : collection of str
+        Names of effects that it must not have.
     """
     place, low, high = PLACES[probe.name], float(knots[0]), float(knots[-1])
-    unit = (ROLES | STATES)[probe.variable]
-    effect = f"{probe.name.partition('.')[2]}_{form.form.name}"
+    unit, effect = (ROLES | STATES)[probe.variable], _name(probe, form.form, place.port, taken)
     says = f"{probe.says[0].upper()}{probe.says[1:]}: it {form.form.says} {probe.variable}."
     sizes = {"height": probe.size, "slope": probe.size / (high - low), "place": high - low, "length": high - low}
     fields = [_field(quantity, probe.unit, unit, sizes, (low, high)) for quantity in form.form.quantities]
     kinds = [word for word in ("ALWAYS_LEFT", "Channels", "Memory", "of_force") if word in place.hook]
+    ends, mirrored = form.form.ends(low, high, place.signed), place.signed and form.form.begins
+    expression = _expression(form.form, ends, mirrored)
     source = _SOURCE.format(
         says=says, imports=", ".join(sorted([*kinds, place.base, "quantity"], key=str.lower)),
-        cls=class_name(effect), base=place.base, law=form.form.law, unit=probe.unit, variable=probe.variable,
+        cls=class_name(effect), base=place.base, law=expression, unit=probe.unit, variable=probe.variable,
         variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high,
         name=f"{place.port}.{effect}", more=place.more, fields="\n".join(fields),
-        code=form.form.code.replace("LOW", f"{low:.9g}").replace("SPAN", f"{high - low:.9g}"),
-        hook=place.hook.replace("VARIABLE", place.variable),
+        code=_code(form.form, ends, mirrored), hook=place.hook.replace("VARIABLE", place.variable),
     )  # fmt: skip
-    return Composed(probe, form, f"{place.port}.{effect}", says, source)
+    return Composed(probe, form, f"{place.port}.{effect}", says, expression, source)
+
+
+def _name(probe: type[Curve], form: Form, port: str, taken: Collection[str]) -> str:
+    """Name of a law within its port; numbered where there is such a law already, as where a search goes on from one."""
+    plain = f"{probe.name.partition('.')[2]}_{form.name}"
+    names = (plain if number == 1 else f"{plain}_{number}" for number in count(1))
+    return next(name for name in names if f"{port}.{name}" not in taken)
+
+
+def _code(form: Form, ends: tuple[float, float], mirrored: bool) -> str:
+    """Body of the law as a method."""
+    low, span = ends
+    code = f"return {form.code}".replace("LOW", f"{low:.9g}").replace("SPAN", f"{span:.9g}")
+    if mirrored:
+        code = f"side, x = jnp.sign(x), jnp.abs(x)\n{code.replace('return ', 'return side * ', 1)}"
+    return indent(code, " " * 8)
+
+
+def _expression(form: Form, ends: tuple[float, float], mirrored: bool) -> str:
+    """Equation of a form with all that is not fitted as numbers."""
+    low, span = ends
+    begins = "|x|" if mirrored else "x" if low == 0.0 else f"x {'-' if low > 0.0 else '+'} {abs(low):.6g}"
+    law = form.law.replace("(x - x0)", f"({begins})" if " " in begins else begins).replace("x - x0", begins)
+    law = law.replace("X", f"{span:.6g}").replace("W", f"{STEEP * span:.3g}")
+    return f"sign(x) {law}" if mirrored else law
 
 
 def _unit(quantity: Term, height: str, variable: str) -> str:

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.report.discovery import EVIDENCE, UNFINISHED, evidence_text, others_listed, unfinished_parts, verdict_line
+from fibrefit.report.discovery import (
+    EVIDENCE,
+    UNFINISHED,
+    evidence_text,
+    law_sentences,
+    others_listed,
+    unfinished_parts,
+    verdict_line,
+)
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Step, Story, TableBlock, Words
 from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
@@ -31,6 +39,7 @@ def discovery_page(result: Result) -> PageContent:
         Words(UNFINISHED, unfinished_parts(summary), listed=True),
         Words("What it amounts to", [found.says for found in summary.weights]),
         Words("What to do next", summary.advice, listed=True),
+        _law(summary),
         _alike(summary),
         parameters_table(summary.parameters, before.parameters if before else None),
         _story(summary, keys),
@@ -66,6 +75,16 @@ def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:
 
 def _total(gap: Gap | None) -> float | None:
     return None if gap is None else gap.total
+
+
+def _law(summary: DiscoverySummary) -> TableBlock | None:
+    """The law that was composed for what no effect accounts for."""
+    law = summary.proposed_law
+    if law is None:
+        return None
+    rows = [(one.symbol, one.name, *with_error(one.value, one.std_error, one.unit)) for one in law.parameters]
+    note = " ".join([f"{law.expression}.", *law_sentences(law)])
+    return TableBlock("What is missing, as a law", ("", "", "value", "±", "unit"), rows, frozenset({2, 3}), note)
 
 
 def _alike(summary: DiscoverySummary) -> Block | None:

@@ -252,6 +252,10 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     ),
     "curve_gains": lambda facts: f"{_curve(facts)} gains {facts['gain']:.3g} nats.",
     "curve_left": _curve_left,
+    "curve_stays": lambda facts: (
+        "No law over one state, of a handful of forms, says as much as the free curve and holds on records it was not "
+        "fitted to: the curve stays."
+    ),
     "event": _event,
     "events": _events,
     "unknown": _unknown,

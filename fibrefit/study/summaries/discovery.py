@@ -180,6 +180,7 @@ class LawParameter(Part):
     """One number of a proposed law."""
 
     name: str
+    symbol: str = Field(default="", description="In the expression.")
     value: float
     std_error: Known = None
     unit: str
@@ -200,8 +201,10 @@ class ProposedLawSummary(Part):
     says: str
     port: str
     variable: str
+    variable_unit: str = ""
+    valid_range: tuple[float, float] | None = Field(default=None, description="Of the variable: where records saw it.")
     form: str
-    expression: str
+    expression: str = Field(description="x the variable; the symbols are those of the parameters.")
     parameters: tuple[LawParameter, ...]
     evidence: float = Field(description="Logarithm of the Bayes factor, the number of laws looked at paid for.")
     gap_before: float

@@ -25,7 +25,7 @@ def next_steps(finding: Finding, narrowed: bool) -> tuple[str, ...]:
     if finding.verdict == "named":
         return (*_named(finding), *rest)
     if finding.verdict == "unexplained":
-        return (*_unexplained(narrowed), *rest)
+        return (*_unexplained(narrowed, finding.proposed_law is not None), *rest)
     return rest
 
 
@@ -51,13 +51,19 @@ def _named(finding: Finding) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _unexplained(narrowed: bool) -> tuple[str, ...]:
+def _unexplained(narrowed: bool, composed: bool) -> tuple[str, ...]:
     said = [
         "Look at the figures of places, states and spectrum: they show where the residuals exceed noise, on which "
         "state they depend, and at which frequencies."
     ]
     if narrowed:
         said.insert(0, "Let the whole catalogue be tried: effects were left out of this search by --only or --exclude.")
+    if composed:
+        said.append(
+            "The law that was composed says what the records show, not why: ask what on the rig could do this, and "
+            "take a record beyond the range that they saw to test it."
+        )
+        return tuple(said)
     said.append(
         "If you can write down a law that would do it, put it in a Python file and try it beside the catalogue with "
         "--also my_effects.py:MyEffect."

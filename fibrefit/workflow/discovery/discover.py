@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING
 
 from fibrefit.core.environment import versions
@@ -123,7 +126,18 @@ class Discovery(Predicts):
     @cached_property
     def final(self) -> Study:
         """Study of the final model: with what was added, starting at the values that were found."""
-        return final_study(self.study, self.finding, self.added)
+        if self.finding.proposed_law is None:
+            return final_study(self.study, self.finding, self.added)
+        # A study names a law by its file, which is there as long as this result is.
+        folder = Path(mkdtemp(prefix="fibrefit-"))
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        _write_law(self.finding, folder)
+        return final_study(self.study, self.finding, self._effects(folder))
+
+    def _effects(self, folder: Path) -> tuple[str, ...]:
+        """What was added, with the law that was composed, a file in a folder."""
+        law = self.finding.proposed_law
+        return self.added if law is None else (*self.added, str(folder / law.summary.effect))
 
     def summary(self) -> DiscoverySummary:
         """Content of ``summary.json``."""
@@ -147,13 +161,16 @@ class Discovery(Predicts):
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json``, ``result.h5``, ``study.toml`` of the final model."""
-        added = self.added
-        if (law := self.finding.proposed_law) is not None:
-            folder = directory.path / LAWS
-            folder.mkdir(exist_ok=True)
-            (folder / law.file).write_text(law.source, encoding="utf-8")
-            added = (*added, str(directory.out / law.summary.effect))
-        write_parts(directory, self.summary(), self.groups(), final_study(self.study, self.finding, added))
+        _write_law(self.finding, directory.path)
+        study = final_study(self.study, self.finding, self._effects(directory.out))
+        write_parts(directory, self.summary(), self.groups(), study)
+
+
+def _write_law(finding: Finding, folder: Path) -> None:
+    """Write the law that was composed, if any, where the study of the final model names it."""
+    if (law := finding.proposed_law) is not None:
+        (folder / LAWS).mkdir(exist_ok=True)
+        (folder / LAWS / law.file).write_text(law.source, encoding="utf-8")
 
 
 @one_blas_thread

@@ -21,7 +21,7 @@ JOURNAL = "journal"
 def journal_folder(
     out: Path, study: Study, options: SearchOptions, *, force: bool = False, resume: bool = False
 ) -> Iterator[tuple[ResultDirectory, Path]]:
-    """Folder of a result, and the one in it where a search keeps what it has found so far.
+    """Folder of a result, and the one in it where a search keeps what it has found so far, until `forgotten`.
 
     Parameters
     ----------
@@ -55,4 +55,8 @@ def journal_folder(
             if not any(journal.glob("*.job")):
                 shutil.rmtree(journal)  # nothing to go on from
             raise
-        shutil.rmtree(journal)
+
+
+def forgotten(journal: Path) -> None:
+    """Remove what a search has kept that came to its end; one whose time ended goes on from it."""
+    shutil.rmtree(journal)

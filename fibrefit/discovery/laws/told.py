@@ -1,0 +1,167 @@
+"""Which of the laws for a free curve is told, held to records it was not fitted to, and what is told of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.thresholds import APART, HOLDS
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal
+from fibrefit.discovery.laws.source import Composed, effect_of_law
+from fibrefit.discovery.model.law import LAWS, ProposedLaw
+from fibrefit.discovery.search.cross_validation import cv_residuals
+from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.result import Identification, total
+from fibrefit.study.summaries.discovery import LawParameter, OtherLaw, ProposedLawSummary
+
+
+class Held(NamedTuple):
+    """A law that is told.
+
+    Parameters
+    ----------
+    fit : LaplaceFit
+        The model with it.
+    law : Composed
+    proposal : Proposal
+        That it is from.
+    left_out : (float, float)
+        Normalised residual RMS of records predicted from the others, without it and with it; nan where the time did not
+        suffice to predict any, or there is but one.
+    """
+
+    fit: LaplaceFit
+    law: Composed
+    proposal: Proposal
+    left_out: tuple[float, float] = (np.nan, np.nan)
+
+
+def holding(search: Search, proposal: Proposal) -> Held | None:
+    """Of laws that are not distinguished, the one that predicts left-out records best; None where none holds on them.
+
+    Parameters
+    ----------
+    search : Search
+    proposal : Proposal
+    """
+    best = Held(*proposal.ranked[0], proposal)
+    if len(search.task.problem.layout.records) == 1:
+        return best
+    found, came = in_time(partial(_by_left_out, search, proposal), best)
+    return found if found is None or not came or holds(*found.left_out) else None
+
+
+def holds(without: float, with_it: float) -> bool:
+    """Whether records that a law was not fitted to are predicted with it about as well as without it, or better."""
+    return with_it <= HOLDS * without
+
+
+def _by_left_out(search: Search, proposal: Proposal) -> Held:
+    near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
+    rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps))))  # noqa: E731
+    with beyond_limits():
+        before, *models = (search.plain(one) for one in (proposal.parent, *(end for end, _ in near)))
+    without = rms(cv_residuals(search, before))
+    found = [
+        Held(end, law, proposal, (without, rms(cv_residuals(search, model))))
+        for (end, law), model in zip(near, models, strict=True)
+    ]
+    return min(found, key=lambda one: one.left_out[1])
+
+
+def described(search: Search, parent: LaplaceFit, held: Held) -> ProposedLaw:
+    """What is told of a law.
+
+    Parameters
+    ----------
+    search : Search
+        That decided for it.
+    parent : LaplaceFit
+        The model without it there.
+    held : Held
+        Its fit is that there.
+    """
+    fit, law, proposal, (without, with_it) = held
+    knots = next(one.knots for one in proposal.readings if one.probe is law.probe)
+    with beyond_limits():
+        gaps = [search.gap(search.plain(one)) for one in (parent, fit)]
+    first = next(end for end, other in proposal.ranked if other is law)
+    return ProposedLaw(
+        ProposedLawSummary(
+            effect=f"{LAWS}/{law.file}:{law.title}",
+            says=law.says,
+            port=law.name.partition(".")[0],
+            variable=law.probe.variable,
+            variable_unit=law.variable_unit,
+            valid_range=(float(knots[0]), float(knots[-1])),
+            form=law.fitted.form.name,
+            expression=law.expression,
+            parameters=_parameters(law, fit),
+            evidence=fit.log - parent.log - PRICE_OF_LOOKS,
+            gap_before=gaps[0],
+            gap_after=gaps[1],
+            gap_left_out_before=without,
+            gap_left_out=with_it,
+            runners_up=tuple(
+                OtherLaw(name=other.name, says=other.says, evidence=end.log - first.log)
+                for end, other in proposal.ranked
+                if other is not law
+            ),
+        ),
+        file=law.file,
+        source=law.source,
+        probe=law.probe.name,
+        heights=_heights(law, _values(law, fit), knots),
+    )
+
+
+def told_by_fit(law: ProposedLaw, effect: str, after: Identification) -> ProposedLaw:
+    """A law with the numbers of the final fit, as study.toml has them.
+
+    Parameters
+    ----------
+    law : ProposedLaw
+    effect : str
+        Name of the law in the model.
+    after : Identification
+        The final fit, of the model with it.
+    """
+    there = {one.name: after.parameters[f"{effect}.{one.name}"] for one in law.summary.parameters}
+    parameters = tuple(
+        one.model_copy(update={"value": there[one.name].value, "std_error": there[one.name].std_error})
+        for one in law.summary.parameters
+    )
+    summary = law.summary.model_copy(update={"parameters": parameters, "gap_after": total(after.gap)})
+    return ProposedLaw(summary, law.file, law.source, law.probe, law.heights)
+
+
+def _parameters(law: Composed, fit: LaplaceFit) -> tuple[LawParameter, ...]:
+    """Numbers of a law in SI units."""
+    declared, errors = fit.supermodel.declared, fit.errors
+    return tuple(
+        LawParameter(
+            name=term.name,
+            symbol=term.symbol,
+            value=value,
+            std_error=errors[f"{law.name}.{term.name}"],
+            unit=declared[f"{law.name}.{term.name}"].unit,
+        )
+        for term, value in zip(law.fitted.form.quantities, _values(law, fit), strict=True)
+    )
+
+
+def _values(law: Composed, fit: LaplaceFit) -> list[float]:
+    shared = fit.shared
+    return [shared[f"{law.name}.{term.name}"] for term in law.fitted.form.quantities]
+
+
+def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
+    """The law at places along its variable, without the median."""
+    found = np.asarray(effect_of_law(law)(*map(jnp.asarray, values))._at(jnp.asarray(knots)))  # type: ignore[attr-defined]
+    return found - np.median(found)
