@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,6 +17,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.laws import propose, told
 from fibrefit.discovery.laws.propose import Proposal, proposed
 from fibrefit.discovery.laws.told import described, holding
+from fibrefit.discovery.search import cross_validation
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
 from fibrefit.problem.task import Task
@@ -29,7 +32,7 @@ def found(task: Task) -> Identification:
 
 @pytest.mark.parametrize(("rise", "route"), [(2.0, "_far"), (0.15, "_near")])
 def test_a_planted_law_is_found_however_much_of_it_is_missing(
-    task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, rise: float, route: str
+    task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rise: float, route: str
 ) -> None:
     """A friction that is proportional to speed: where it is strong, bounces come at other times."""
     monkeypatch.setattr(free_form, "PROBES", (FrictionOfSpeed, TensionOfRate))
@@ -38,6 +41,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
         way = getattr(propose, name)
         monkeypatch.setattr(propose, name, lambda *of, name=name, way=way: (taken.append(name), way(*of))[1])
     search = begun_at(planted(task, found, FrictionOfSpeed, rise * np.linspace(0.0, 1.0, FrictionOfSpeed.knots)))
+    search = replace(search, folder=tmp_path)
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
     parent = search.inference.fitted(base, (), fit.local)
@@ -55,6 +59,19 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     assert law.summary.gap_left_out == with_it
     # The rise over the range that the records saw is that which was planted, whatever the form.
     assert np.ptp(law.heights) == pytest.approx(rise, rel=0.25)
+
+    def done_again(*of: Any) -> None:
+        raise AssertionError("a search that is resumed takes it from its journal")
+
+    monkeypatch.setattr(propose, route, done_again)
+    monkeypatch.setattr(type(search.inference), "with_curve", done_again)
+    monkeypatch.setattr(cross_validation, "_cv_residual", done_again)
+    resumed = proposed(search, parent, proposing(search, parent, found, tuple(PORTS)))
+    assert resumed is not None
+    assert [end.log for end, _ in resumed.ranked] == [end.log for end, _ in proposal.ranked]
+    kept = holding(search, resumed)
+    assert kept is not None
+    assert described(search, parent, kept).summary == law.summary
 
 
 def test_of_laws_that_are_not_distinguished_the_one_that_predicts_left_out_records_best_is_told(

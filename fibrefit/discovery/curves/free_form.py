@@ -14,6 +14,7 @@ from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import may_be_worth
+from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import SecantGram, Seed
@@ -266,9 +267,13 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[_Predicted
         # As many as run side by side; the next ones only if they may still do better.
         now, left = left[:THREADS], left[THREADS:]
         jobs = [
-            partial(search.inference.with_curve, parent, one.supermodel, one.start, one.probe, one.curve, one.gram)
+            search.recalled(
+                "curve", parent, (one.probe.name, one.curve, digest(one.start)),
+                partial(search.inference.with_curve, parent, one.supermodel, one.start, one.probe, one.curve, one.gram),
+                one.supermodel,
+            )
             for one in now
-        ]
+        ]  # fmt: skip
         ends = fit_all(jobs, lambda done: None)
         found += [_End(one.probe, end, one.curve) for one, end in zip(now, ends, strict=True) if end is not None]
         search.tell("probing for what has no name", 1.0 - len(left) / len(predicted))

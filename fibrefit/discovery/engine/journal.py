@@ -63,6 +63,34 @@ def name_of(thing: Any) -> str | None:
     return None
 
 
+def known_by_name(
+    effects: Sequence[type[Effect]],
+    supermodel_with: Callable[[Sequence[type[Effect]]], Supermodel],
+    own: Supermodel | None,
+) -> Callable[[str], Any]:
+    """Finds what `name_of` named.
+
+    Parameters
+    ----------
+    effects : sequence of Effect class
+        Of a search.
+    supermodel_with : callable
+        The supermodel of some of them.
+    own : Supermodel or None
+        One with other effects too.
+    """
+    by_name = {effect.name: effect for effect in (*effects, *(own.effects if own else ()))}
+
+    def found(name: str) -> Any:
+        if own is not None and name == name_of(own):
+            return own
+        kind, _, names = name.partition(":")
+        some = tuple(by_name[one] for one in names.split(",") if one)
+        return some[0] if kind == "effect" else supermodel_with(some)
+
+    return found
+
+
 @dataclass(frozen=True)
 class Journal:
     """Results of jobs in a folder.

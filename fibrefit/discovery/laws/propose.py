@@ -87,7 +87,8 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
     plain = search.plain(parent)
     near = little_is_missing(search.gap(plain), readings[0].gain)
     follow = partial(_near, search, supermodel, parent) if near else partial(_far, search, supermodel, parent, plain)
-    jobs = [partial(follow, law) for law in laws]
+    sources = [law.source for law in laws]
+    jobs = [search.recalled("law", parent, (sources, law.name, near), partial(follow, law), supermodel) for law in laws]
     ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
     ranked = sorted(
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),

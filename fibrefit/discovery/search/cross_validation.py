@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,7 @@ def cv_residuals(search: Search, hypothesis: Hypothesis) -> np.ndarray:
     found = []
     for r in range(len(search.context.whole)):
         search.tell("predicting each record from the others", r / len(search.context.whole))
-        found.append(_cv_residual(search, hypothesis, r))
+        found.append(search.recalled("left_out", hypothesis, r, partial(_cv_residual, search, hypothesis, r))())
     return np.array(found)
 
 

@@ -15,7 +15,7 @@ from fibrefit.core.progress import Progress
 from fibrefit.core.time_limit import beyond_limits
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
 from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
-from fibrefit.discovery.engine.journal import Journal, digest, name_of, signature_of
+from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.recurring import may_recur, predicted_recurrence
@@ -96,17 +96,6 @@ class Search:
     lock: Lock = field(default_factory=Lock, repr=False)
     folder: Path | None = None
 
-    @cached_property
-    def journal(self) -> Journal:
-        """Results of jobs, kept for a search that is cut short; models and effects are kept by their names."""
-        return Journal(self.folder, name_of, self._named)
-
-    def _named(self, name: str) -> Any:
-        by_name = {effect.name: effect for effect in (*self.task.problem.model.effects, *self.effects)}
-        kind, _, names = name.partition(":")
-        found = tuple(by_name[one] for one in names.split(",") if one)
-        return found[0] if kind == "effect" else self.supermodel_with(found)
-
     def signature(self, parent: LaplaceFit | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
         common = self.inference.common_noise
@@ -114,9 +103,10 @@ class Search:
         return signature_of(parent, [*noise, *(repr((c, float(np.mean(of.noise)))) for c, of in common.steps.items())])
 
     def recalled(
-        self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any]
-    ) -> Callable[[], Any]:
-        """A job that asks the journal first.
+        self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any],
+        own: Supermodel | None = None,
+    ) -> Callable[[], Any]:  # fmt: skip
+        """A job that asks the journal first, for a search that was cut short.
 
         Parameters
         ----------
@@ -126,8 +116,12 @@ class Search:
         about : object
             What else its result depends on, identified by its `repr`.
         job : callable
+        own : Supermodel, optional
+            That of the result where it is none of the search: with free curves, or composed laws.
         """
-        return partial(self.journal.recall, digest(what, self.signature(parent), about), job)
+        effects = (*self.task.problem.model.effects, *self.effects)
+        journal = Journal(self.folder, name_of, known_by_name(effects, self.supermodel_with, own))
+        return partial(journal.recall, digest(what, self.signature(parent), about), job)
 
     @cached_property
     def samples(self) -> float:
