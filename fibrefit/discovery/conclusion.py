@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
@@ -22,13 +22,11 @@ from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls,
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.forward_selection import Limits, Selection
-from fibrefit.discovery.laws.propose import proposed
-from fibrefit.discovery.laws.told import described, holding, told_by_fit
+from fibrefit.discovery.laws.told import law_for, law_over_course, told_by_fit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import curves_beyond
 from fibrefit.discovery.residuals import where
-from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.effect_sizes import effect_sizes
@@ -90,17 +88,8 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     budget : Budget
         Of time.
     """
-    search, best, parts = at.search, at.best, _Parts(budget, _takes_longer(at.search, at.best, before))
-    search.tell("testing the innovations", None)
-    alarms = alarms_of(search, best)
-    draw = partial(curves_beyond, search, best, before)
-    readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
-    complete = not alarms and not readings
-    if not complete and best.effects and at.law is None:
-        instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
-        best, readings = instead or (best, readings)
-    law = at.law or (parts.take("law", partial(_law, search, best, readings), None) if readings else None)
-    stays = bool(readings) and law is None and "law" not in parts.undone
+    search, parts = at.search, _Parts(budget, _takes_longer(at.search, at.best, before))
+    alarms, best, law, readings = _left_beside(parts, at, base, before)
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
@@ -117,7 +106,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *small, *(refused or _taken_out(at, found)), *([Statement("curve_stays")] if stays else ())),
+        reason=(*reason, *small, *(refused or _taken_out(at, found)), *_curve_stays(parts, law, readings)),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
@@ -136,15 +125,14 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     )
     more = (*(("further",) if at.cut_short else ()), *at.undone)
     if law is not None:
-        gone = tuple(effect for effect in found.effects if effect not in best.effects)
+        gone = set(found.effects) - set(best.effects)
         finding = _with_law(search, finding, _without(search, law, gone), limits.seed, budget)
-        unseen = law[1].summary.gap_left_out is None and len(search.context.whole) > 1
-        more = (*more, *(("left_out",) if unseen else ()))
+        more = (*more, *_not_predicted(search, law[1]))
     return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
 
 
 def _without(
-    search: Search, law: tuple[LaplaceFit, ProposedLaw], gone: tuple[type[Effect], ...]
+    search: Search, law: tuple[LaplaceFit, ProposedLaw], gone: Collection[type[Effect]]
 ) -> tuple[LaplaceFit, ProposedLaw]:
     """A model with a law, without effects that are not kept."""
     fit, told = law
@@ -171,11 +159,42 @@ def _with_law(
     return replace(finding, after=after, proposed_law=told, reason=(*finding.reason, *said))
 
 
-def _law(search: Search, best: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
-    """The best law for free curves on top of a model; None where they do better, or it does not hold."""
-    proposal = proposed(search, best, readings)
-    held = None if proposal is None else holding(search, proposal)
-    return None if held is None else (held.fit, described(search, best, held))
+def _left_beside(
+    parts: _Parts, at: Selection, base: LaplaceFit, before: Identification
+) -> tuple[list[Alarm], LaplaceFit, tuple[LaplaceFit, ProposedLaw] | None, list[Reading]]:
+    """Tests that object to what was selected, that or what a curve does better, and a law and free curves beside it.
+
+    The law is over a state or else over the course of a record.
+    """
+    search, best, law = at.search, at.best, at.law
+    search.tell("testing the innovations", None)
+    alarms = alarms_of(search, best)
+    draw = partial(curves_beyond, search, best, before)
+    readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
+    if law is not None or not (alarms or readings):
+        return alarms, best, law, readings
+    if best.effects:
+        instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
+        best, readings = instead or (best, readings)
+    if readings:
+        law = parts.take("law", partial(law_for, search, best, readings), None)
+    if law is None and "law" not in parts.undone:
+        over_course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
+        law, readings = over_course or (None, readings)
+    return alarms, best, law, readings
+
+
+def _curve_stays(
+    parts: _Parts, law: tuple[LaplaceFit, ProposedLaw] | None, readings: Sequence[Reading]
+) -> list[Statement]:
+    """Said where laws for free curves were fitted and none does better."""
+    return [Statement("curve_stays")] if readings and law is None and "law" not in parts.undone else []
+
+
+def _not_predicted(search: Search, law: ProposedLaw) -> tuple[str, ...]:
+    """What is left undone where no record was predicted from the others with a law."""
+    several = len(search.context.whole) > 1
+    return ("left_out",) if several and law.summary.gap_left_out is None else ()
 
 
 def _takes_longer(search: Search, best: LaplaceFit, before: Identification) -> float:
@@ -345,20 +364,11 @@ def _looks_like(
     """
     whole = max(kept.fit.cost - search.samples, 1.0)
     share = 0.0 if not readings else min((kept.fit.cost - readings[0].hypothesis.fit.cost) / whole, 1.0)
-    if share < TELLS and (event := _event(found)):
+    if share < TELLS and (event := where.event_of(found.residual_set)):
         return event
     if not readings:
         return Statement("unknown", {"lies": where.most_of(found.residual_set), "cut": cut})
     return Statement("curve_left", curve_facts(readings[0]) | {"share": max(share, 0.0)})
-
-
-def _event(found: Identification) -> Statement | None:
-    """Records that depart from the model at some instant and go on so; None where none does."""
-    if (one := where.onset(found.residual_set)) is not None:
-        others = len(found.problem.layout.records) > 1
-        return Statement("event", {"record": one[0], "instant": one[1], "others": others})
-    departing = tuple(events(found.residual_set))
-    return Statement("events", {"departing": departing}) if departing else None
 
 
 def _final(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Budget) -> Identification:

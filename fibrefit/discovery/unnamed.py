@@ -14,6 +14,7 @@ from typing import NamedTuple
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, alarms_of, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
+from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
@@ -205,9 +206,15 @@ def _law_instead(
 def _law_about(
     search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
 ) -> Unnamed | None:
-    """A law that gains what an effect does and what is left beside it, and leaves nothing itself."""
-    curves = proposing(search, parent, before, ports)
-    return _law_of(search, parent, chosen, curves, left)
+    """A law that gains what an effect does and what is left beside it, and leaves nothing itself.
+
+    One over the course of a record is looked for where none over a state does.
+    """
+    for probes in (PROBES, COURSES):
+        found = _law_of(search, parent, chosen, proposing(search, parent, before, ports, probes), left)
+        if found is not None:
+            return found
+    return None
 
 
 def _law_of(

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.discovery.curves.probes import PROBES
+from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.priors import _line
 from fibrefit.discovery.laws.forms import FORMS, FittedForm, Form, forms_of
 from fibrefit.discovery.laws.source import PLACES, composed, effect_of_law, start_of_law
@@ -127,10 +127,10 @@ def test_no_period_is_shorter_than_two_knots() -> None:
 
 
 def test_every_probe_has_a_place() -> None:
-    assert set(PLACES) == {probe.name for probe in PROBES}
+    assert set(PLACES) == {probe.name for probe in (*PROBES, *COURSES)}
 
 
-@pytest.mark.parametrize("probe", PROBES, ids=lambda probe: probe.name)
+@pytest.mark.parametrize("probe", [*PROBES, *COURSES], ids=lambda probe: probe.name)
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_what_is_written_is_an_effect(probe: type, form: Form) -> None:
     law = composed(probe, FittedForm(form, TRUE[form.name], 0.0), KNOTS)

@@ -12,11 +12,11 @@ import pytest
 from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import unnamed as module
 from fibrefit.discovery.comparison import Comparison
-from fibrefit.discovery.curves.probes import PROBES
+from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import PROMISING
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
-from fibrefit.discovery.laws.told import Held
+from fibrefit.discovery.laws.told import HeldLaw
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.unnamed import unnamed
@@ -51,14 +51,15 @@ class Bench:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
         self.left, self.ports, self.searches = left, list[Any](), list[Any]()
-        self.elsewhere = 0.0
+        self.elsewhere, self.courses = 0.0, list[str]()
         self.gap, self.predicted = 1.0, 0.0
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "proposing", self.curves)
         monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
-        self.held: Held | None = Held(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
-        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: "a proposal")
-        monkeypatch.setattr(module, "holding", lambda search, proposal: self.held)
+        self.held_by: dict[str, HeldLaw | None] = {}
+        self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
+        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: curves[0])
+        monkeypatch.setattr(module, "holding", lambda search, proposal: self.held_by.get(str(proposal), self.held))
         monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
@@ -70,7 +71,9 @@ class Bench:
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
-    def curves(self, search: Any, parent: Any, before: Any, ports: Any) -> list[str]:
+    def curves(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any) -> list[str]:
+        if probes is COURSES:
+            return list(self.courses)
         self.ports.append(set(ports))
         return ["a curve"]
 
@@ -253,6 +256,16 @@ def test_a_law_that_does_not_hold_on_left_out_records_takes_no_place(monkeypatch
     bench = Bench(monkeypatch)
     bench.held = None
     assert bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), 80.0)) is None
+
+
+def test_a_law_over_the_course_of_a_record_is_looked_for_where_none_over_a_state_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bench = Bench(monkeypatch)
+    bench.held_by, bench.courses = {"a curve": None}, ["over time"]
+    found = bench.asked(Model((TOE,), 60.0), Model((TOE, HARDENING), 80.0))
+    assert found is not None
+    assert found.curves == ["over time"]
 
 
 def test_a_law_that_leaves_more_than_noise_takes_no_place(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import FORCES, HELD, ROLES, STATES
+from fibrefit.core.roles import FORCES, HELD, HISTORY, ROLES, STATES
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
@@ -27,9 +27,9 @@ from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
 from fibrefit.laws.ports import PORTS, port_of
 
-SI = ROLES | STATES
+SI = ROLES | STATES | HISTORY
 """SI unit of each variable."""
-FROM_ZERO = ("speed", "tension", "stretch")
+FROM_ZERO = ("speed", "tension", "stretch", *HISTORY)
 """Variables whose range begins at zero."""
 
 
@@ -82,7 +82,10 @@ def probe_all(
     return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
 
 
-def proposing(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> list[Reading]:
+def proposing(
+    search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
+    probes: Sequence[type[Curve]] = PROBES,
+) -> list[Reading]:  # fmt: skip
     """Probes that explain more than a hypothesis does where readings are linearised about that, best first.
 
     They propose laws, which are compared themselves: to linearise readings about a curve takes as long as all curves.
@@ -94,13 +97,14 @@ def proposing(search: Search, parent: LaplaceFit, found: Identification, ports: 
     found : Identification
         Of the model before the search.
     ports : collection of str
+    probes : sequence of Curve class
 
     Raises
     ------
     OutOfTimeError
         If not all could be drawn.
     """
-    looks = _looks(search, parent, found, ports)
+    looks = _looks(search, parent, found, ports, probes)
     worthy = _worthy(search, parent, looks, NAMED, NAMED)
     check_time()
     return [_read(search, end, parent.log + looks.price, looks.ranges) for end in worthy]
@@ -133,11 +137,14 @@ class _Looks(NamedTuple):
         return float(np.log(max(len(self.probes), 1) * len(WALKS)))
 
 
-def _looks(search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str]) -> _Looks:
+def _looks(
+    search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
+    asked: Sequence[type[Curve]] = PROBES,
+) -> _Looks:  # fmt: skip
     """What slopes of a hypothesis predict of free curves on top of it."""
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
-    probes = [one for one in PROBES if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
+    probes = [one for one in asked if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
     if not probes:
         return _Looks((), (), ranges)
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
@@ -330,7 +337,10 @@ def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]
     moving = (found.motion.phase != HELD) & (np.arange(times.shape[1]) < counts[:, None])
     steps = np.diff(times, append=times[:, -1:])[moving]
     states = found.motion.states
-    known = states | {"speed": np.abs(states["speed"])}
+    speed = np.abs(states["speed"])
+    known = states | {"speed": speed, "time": times - times[:, :1]}
+    ahead = np.where(found.motion.phase[:, :-1] != HELD, speed[:, :-1] * np.diff(times, axis=1), 0.0)
+    known["path"] = np.cumsum(np.pad(ahead, ((0, 0), (1, 0))), axis=1)
     if "stretch" in states:
         # A slack fibre has neither.
         taut = states["stretch"] > 0.0

@@ -6,7 +6,8 @@ and so tells a wrong name that merely helps from a missing one.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+import dataclasses
+from typing import Any, ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +20,7 @@ from fibrefit.laws.law import (
     FibreLaw,
     GuideLaw,
     Memory,
+    Moment,
     SensorLaw,
     of_force,
     quantity,
@@ -185,6 +187,78 @@ class PositionErrorOfPosition(Curve, SensorLaw):
         return channels | {"position": channels["position"] + self.at(channels["position"])}
 
 
+class CurveOverCourse(Curve):
+    """A curve over the course of a record: over the time in it, or over the path that the weight has travelled.
+
+    The first of the heights is the height of the curve at a moment.
+    """
+
+    timed: ClassVar[bool] = True
+
+    def as_of(self, moment: Moment) -> Self:
+        """The height of the curve by then."""
+        height = self.at(getattr(moment, self.variable))
+        return dataclasses.replace(self, **{self.heights[0]: height})
+
+    @property
+    def now(self) -> jax.Array:
+        """That height."""
+        return getattr(self, self.heights[0])
+
+
+class FrictionOfTime(CurveOverCourse, GuideLaw):
+    """A friction of the guide that changes while a record lasts."""
+
+    name: ClassVar[str] = "probe.friction_of_time"
+    variable: ClassVar[str] = "time"
+    says: ClassVar[str] = "a friction in the guide that changes with the time in a record"
+
+    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+        """Height of the curve."""
+        return self.now
+
+
+class FrictionOfPath(CurveOverCourse, GuideLaw):
+    """A friction of the guide that changes with the path travelled."""
+
+    name: ClassVar[str] = "probe.friction_of_path"
+    worn: ClassVar[bool] = True
+    variable: ClassVar[str] = "path"
+    says: ClassVar[str] = "a friction in the guide that changes with the path that the weight has travelled"
+
+    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+        """Height of the curve."""
+        return self.now
+
+
+class StiffnessOfTime(CurveOverCourse, FibreLaw):
+    """A stiffness of the fibre that changes while a record lasts."""
+
+    name: ClassVar[str] = "probe.stiffness_of_time"
+    variable: ClassVar[str] = "time"
+    says: ClassVar[str] = "a stiffness of the fibre that changes with the time in a record"
+    unit: ClassVar[str] = "-"
+    size: ClassVar[float] = 0.03
+
+    def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
+        """One and the height of the curve."""
+        return jnp.maximum(1.0 + self.now, ALWAYS_LEFT)
+
+
+class DampingOfTime(CurveOverCourse, FibreLaw):
+    """A damping of the fibre that changes while a record lasts."""
+
+    name: ClassVar[str] = "probe.damping_of_time"
+    variable: ClassVar[str] = "time"
+    says: ClassVar[str] = "a damping of the fibre that changes with the time in a record"
+    unit: ClassVar[str] = "-"
+    size: ClassVar[float] = 0.3
+
+    def damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
+        """One and the height of the curve."""
+        return jnp.maximum(1.0 + self.now, ALWAYS_LEFT)
+
+
 PROBES: tuple[type[Curve], ...] = (
     ForceOfPosition,
     FrictionOfPosition,
@@ -196,3 +270,8 @@ PROBES: tuple[type[Curve], ...] = (
     ForceErrorOfForce,
     PositionErrorOfPosition,
 )
+"""Curves over states of the rig."""
+
+COURSES: tuple[type[Curve], ...] = (FrictionOfTime, FrictionOfPath, StiffnessOfTime, DampingOfTime)
+"""Curves over the course of a record. A rig with them takes longer to simulate: they are asked where no law over a
+state accounts for what tests or curves object to."""

@@ -13,11 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import ROLES, STATES
+from fibrefit.core.roles import HISTORY, ROLES, STATES
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.laws.forms import STEEP, FittedForm, Form, Term
 from fibrefit.laws.law import Effect
 from fibrefit.laws.template import class_name
+
+SI = ROLES | STATES | HISTORY
+"""SI unit of each variable."""
 
 
 class PortPlace(NamedTuple):
@@ -61,6 +64,17 @@ _TENSION = (
 )
 
 
+_NOW = "self.STRENGTH"
+_TIMED = "    timed: ClassVar[bool] = True\n"
+_WORN = f"{_TIMED}    worn: ClassVar[bool] = True\n"
+_AS_OF = '''    def as_of(self, moment: Moment) -> Self:
+        """The law by then, as its strength."""
+        return dataclasses.replace(self, STRENGTH=self._at(moment.VARIABLE))
+
+'''
+"""A law over the course of a record."""
+
+
 def _method(head: tuple[str, str], answer: str = "self._at(VARIABLE)") -> str:
     return f"    def {head[0]}:\n        {head[1]}\n        return {answer}\n"
 
@@ -100,6 +114,22 @@ PLACES: dict[str, PortPlace] = {
                 'channels | {"position": channels["position"] + self._at(channels["position"])}'),
         "position", 1, _ON.format("PLACE"),
     ),
+    "probe.friction_of_time": PortPlace("guide", "GuideLaw", _method(_FRICTION, _NOW), "time", more=_TIMED),
+    "probe.friction_of_path": PortPlace("guide", "GuideLaw", _method(_FRICTION, _NOW), "path", more=_WORN),
+    "probe.stiffness_of_time": PortPlace(
+        "fibre", "FibreLaw",
+        _method(("stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
+                 '"""Factor on the elastic tension."""'),
+                f"jnp.maximum(1.0 + {_NOW}, ALWAYS_LEFT)"),
+        "time", more=_TIMED,
+    ),
+    "probe.damping_of_time": PortPlace(
+        "fibre", "FibreLaw",
+        _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
+                 '"""Factor on the viscous tension."""'),
+                f"jnp.maximum(1.0 + {_NOW}, ALWAYS_LEFT)"),
+        "time", more=_TIMED,
+    ),
 }  # fmt: skip
 """Of each probe: a law that is composed acts where a free curve does."""
 
@@ -110,7 +140,7 @@ Composed by `fibrefit discover`: nothing of the catalogue accounted for what the
 
 from __future__ import annotations
 
-from typing import ClassVar
+{head}
 
 import jax
 import jax.numpy as jnp
@@ -177,7 +207,7 @@ class Composed(NamedTuple):
     @property
     def variable_unit(self) -> str:
         """SI unit of the variable."""
-        return (ROLES | STATES)[self.probe.variable]
+        return SI[self.probe.variable]
 
     @property
     def file(self) -> str:
@@ -199,19 +229,21 @@ def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray, taken: Col
         Names of effects that it must not have.
     """
     place, low, high = PLACES[probe.name], float(knots[0]), float(knots[-1])
-    unit, effect = (ROLES | STATES)[probe.variable], _name(probe, form.form, place.port, taken)
+    unit, effect = SI[probe.variable], _name(probe, form.form, place.port, taken)
     says = f"{probe.says[0].upper()}{probe.says[1:]}: it {form.form.says} {probe.variable}."
     sizes = {"height": probe.size, "slope": probe.size / (high - low), "place": high - low, "length": high - low}
     fields = [_field(quantity, probe.unit, unit, sizes, (low, high)) for quantity in form.form.quantities]
-    kinds = [word for word in ("ALWAYS_LEFT", "Channels", "Memory", "of_force") if word in place.hook]
+    hook = f"{_AS_OF if probe.timed else ''}{place.hook}".replace("STRENGTH", form.form.quantities[0].name)
+    kinds = [word for word in ("ALWAYS_LEFT", "Channels", "Memory", "Moment", "of_force") if word in hook]
     ends, mirrored = form.form.ends(low, high, place.signed), place.signed and form.form.begins
     expression = _expression(form.form, ends, mirrored)
     source = _SOURCE.format(
         says=says, imports=", ".join(sorted([*kinds, place.base, "quantity"], key=str.lower)),
+        head="import dataclasses\nfrom typing import ClassVar, Self" if probe.timed else "from typing import ClassVar",
         cls=class_name(effect), base=place.base, law=expression, unit=probe.unit, variable=probe.variable,
         variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high,
         name=f"{place.port}.{effect}", more=place.more, fields="\n".join(fields),
-        code=_code(form.form, ends, mirrored), hook=place.hook.replace("VARIABLE", place.variable),
+        code=_code(form.form, ends, mirrored), hook=hook.replace("VARIABLE", place.variable),
     )  # fmt: skip
     return Composed(probe, form, f"{place.port}.{effect}", says, expression, source)
 

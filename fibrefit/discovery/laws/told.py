@@ -10,18 +10,21 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.discovery.curves.free_form import Reading, proposing
+from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import APART, HOLDS
-from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal
+from fibrefit.discovery.engine.thresholds import APART, LEFT_OUT_WORSE
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal, proposed
 from fibrefit.discovery.laws.source import Composed, effect_of_law
 from fibrefit.discovery.model.law import LAWS, ProposedLaw
 from fibrefit.discovery.search.cross_validation import cv_residuals
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification, total
+from fibrefit.laws.ports import PORTS
 from fibrefit.study.summaries.discovery import LawParameter, OtherLaw, ProposedLawSummary
 
 
-class Held(NamedTuple):
+class HeldLaw(NamedTuple):
     """A law that is told.
 
     Parameters
@@ -42,7 +45,7 @@ class Held(NamedTuple):
     left_out: tuple[float, float] = (np.nan, np.nan)
 
 
-def holding(search: Search, proposal: Proposal) -> Held | None:
+def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
     """Of laws that are not distinguished, the one that predicts left-out records best; None where none holds on them.
 
     Parameters
@@ -50,7 +53,7 @@ def holding(search: Search, proposal: Proposal) -> Held | None:
     search : Search
     proposal : Proposal
     """
-    best = Held(*proposal.ranked[0], proposal)
+    best = HeldLaw(*proposal.ranked[0], proposal)
     if len(search.task.problem.layout.records) == 1:
         return best
     found, came = in_time(partial(_by_left_out, search, proposal), best)
@@ -59,23 +62,52 @@ def holding(search: Search, proposal: Proposal) -> Held | None:
 
 def holds(without: float, with_it: float) -> bool:
     """Whether records that a law was not fitted to are predicted with it about as well as without it, or better."""
-    return with_it <= HOLDS * without
+    return with_it <= LEFT_OUT_WORSE * without
 
 
-def _by_left_out(search: Search, proposal: Proposal) -> Held:
+def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
     near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
     rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps))))  # noqa: E731
     with beyond_limits():
         before, *models = (search.plain(one) for one in (proposal.parent, *(end for end, _ in near)))
     without = rms(cv_residuals(search, before))
     found = [
-        Held(end, law, proposal, (without, rms(cv_residuals(search, model))))
+        HeldLaw(end, law, proposal, (without, rms(cv_residuals(search, model))))
         for (end, law), model in zip(near, models, strict=True)
     ]
     return min(found, key=lambda one: one.left_out[1])
 
 
-def described(search: Search, parent: LaplaceFit, held: Held) -> ProposedLaw:
+def law_for(search: Search, best: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
+    """The best law for free curves on top of a model; None where they do better, or it does not hold."""
+    proposal = proposed(search, best, readings)
+    held = None if proposal is None else holding(search, proposal)
+    return None if held is None else (held.fit, described(search, best, held))
+
+
+def law_over_course(
+    search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]
+) -> tuple[tuple[LaplaceFit, ProposedLaw], list[Reading]] | None:
+    """The best law over the course of a record, and its curves, where it gains what the best curve of a state does.
+
+    Parameters
+    ----------
+    search : Search
+    best : LaplaceFit
+        The model that lacks something.
+    before : Identification
+        Of the model the search began with.
+    readings : sequence of Reading
+        Free curves over states on top of it, the best first.
+    """
+    curves = proposing(search, best, before, tuple(PORTS), COURSES)
+    law = law_for(search, best, curves) if curves else None
+    if law is None or (readings and law[1].summary.evidence <= readings[0].gain):
+        return None
+    return law, [*curves, *readings]
+
+
+def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
     """What is told of a law.
 
     Parameters
@@ -84,7 +116,7 @@ def described(search: Search, parent: LaplaceFit, held: Held) -> ProposedLaw:
         That decided for it.
     parent : LaplaceFit
         The model without it there.
-    held : Held
+    held : HeldLaw
         Its fit is that there.
     """
     fit, law, proposal, (without, with_it) = held

@@ -150,6 +150,16 @@ def _ways(found: ResidualSet, channel: int, phase: int) -> tuple[tuple[str, str]
     )
 
 
+def event_of(found: ResidualSet) -> Statement | None:
+    """Records that depart from the model at some instant and go on so; None where none does."""
+    if (one := onset(found)) is not None:
+        return Statement(
+            "event", {"record": one[0], "instant": one[1], "others": len(found.problem.layout.records) > 1}
+        )
+    departing = tuple(events(found))
+    return Statement("events", {"departing": departing}) if departing else None
+
+
 def onset(found: ResidualSet) -> tuple[str, float] | None:
     """Record and instant [s] from which one record alone departs from the model; None if others do too.
 
