@@ -10,7 +10,7 @@ from pathlib import Path
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
 from fibrefit.discovery.choice import Believed, Choose, believed, candidates
-from fibrefit.discovery.comparison import Comparison, comparison_of
+from fibrefit.discovery.comparison import Comparison, alarms_of, comparison_of
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED
@@ -187,13 +187,18 @@ def _ended_by(law: Unnamed, at: Selection) -> Selection:
 
 
 def _where_it_is(at: Selection, found: Believed) -> tuple[Selection, Believed]:
-    """Where no effect is added, a model that was led elsewhere is tested, and curves are drawn, about where it is."""
+    """Where no effect is added, a model that was led elsewhere is tested, and curves are drawn, about where it is.
+
+    So is one that a test objects to: what readings linearised in errors of their inputs miss looks like a change.
+    """
     comparison = found.comparison
-    if (
-        found.chosen is not None
-        or not comparison.moved
-        or (anew := relinearised(comparison.search, comparison.parent)) is None
-    ):
+    search, parent = comparison.search, comparison.parent
+    if found.chosen is not None or parent.supermodel.sensitivities is None:
+        return at, found
+    with beyond_limits():
+        doubted = comparison.moved or alarms_of(search, parent)
+        anew = relinearised(search, parent) if doubted else None
+    if anew is None:
         return at, found
     there = found._replace(comparison=replace(comparison, search=anew[0], parent=anew[1]))
     return replace(at, search=anew[0], best=anew[1]), there

@@ -227,6 +227,8 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
     there, searched = Model((), 5.0), SimpleNamespace(inference=None)
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: first_round(moved))
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: (searched, there))
+    monkeypatch.setattr(forward_selection, "alarms_of", lambda search, one: [])
+    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities="some"))
     tested: list[Any] = []
 
     def incomplete(ranked: Any, before: Any) -> tuple[bool, list[Any]]:
@@ -284,3 +286,21 @@ def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     longer = conclusion._takes_longer(cast(Any, None), best, before)
     conclusion._fitted(cast(Any, None), best, before, Limits(), Budget.of(60.0), longer)
     assert [bool(starts) for starts in asked] == [searched]
+
+
+@pytest.mark.parametrize(
+    ("moved", "objects", "anew"), [(False, True, True), (True, False, True), (False, False, False)]
+)
+def test_a_model_that_a_test_objects_to_is_tested_about_itself(
+    monkeypatch: pytest.MonkeyPatch, moved: bool, objects: bool, anew: bool
+) -> None:
+    """What readings linearised in errors of their inputs miss looks like a change of the parameters."""
+    first = first_round(moved)
+    parent: Any = SimpleNamespace(supermodel=SimpleNamespace(sensitivities="some"), names=())
+    first = replace(first, parent=parent)
+    monkeypatch.setattr(forward_selection, "alarms_of", lambda search, one: ["constancy"] if objects else [])
+    monkeypatch.setattr(forward_selection, "relinearised", lambda search, one: ("there", one))
+    at = Selection(search=first.search, best=parent)
+    found = SimpleNamespace(chosen=None, comparison=first, _replace=lambda comparison: comparison)
+    after, _ = forward_selection._where_it_is(at, cast(Any, found))
+    assert (after.search == "there") is anew

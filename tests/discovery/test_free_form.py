@@ -269,3 +269,15 @@ def test_curves_whose_gain_is_gone_about_themselves_are_none(gains: tuple[float 
     assert "".join(cast(Any, _held(cast(Any, "ab"), 5.0, gain))) == kept
     # The first that holds is enough.
     assert asked == (["a"] if kept == "ab" else ["a", "b"])
+
+
+@pytest.mark.parametrize(("gain", "loss", "there"), [(20.0, 7.0, True), (20.0, 9.0, False), (200.0, 9.0, True)])
+def test_a_curve_that_a_record_speaks_against_is_none(
+    monkeypatch: pytest.MonkeyPatch, gain: float, loss: float, there: bool
+) -> None:
+    """As an effect: where it acts, it makes no record far less probable."""
+    parent: Any = SimpleNamespace(log=0.0)
+    fitted = SimpleNamespace(log=gain, largest_loss_to=lambda other: loss)
+    monkeypatch.setattr(free_form, "_followed", lambda search, parent, promising: [SimpleNamespace(fitted=fitted)])
+    looks = cast(Any, SimpleNamespace(predicted=(), price=0.0))
+    assert bool(free_form._worthy(cast(Any, None), parent, looks, NAMED, NAMED)) is there

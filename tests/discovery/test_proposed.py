@@ -12,11 +12,19 @@ import pytest
 
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.free_form import proposing
-from fibrefit.discovery.curves.probes import FrictionOfSpeed, TensionOfRate
+from fibrefit.discovery.curves.probes import (
+    Curve,
+    DampingOfTime,
+    FrictionOfPath,
+    FrictionOfSpeed,
+    FrictionOfTime,
+    StiffnessOfTime,
+    TensionOfRate,
+)
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.laws import propose, told
 from fibrefit.discovery.laws.propose import Proposal, proposed
-from fibrefit.discovery.laws.told import described, holding
+from fibrefit.discovery.laws.told import described, holding, law_over_course
 from fibrefit.discovery.search import cross_validation
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
@@ -98,3 +106,29 @@ def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: d
     task = SimpleNamespace(problem=SimpleNamespace(layout=layout))
     found = holding(cast(Any, SimpleNamespace(task=task, plain=lambda one: one.name)), proposal)
     return None if found is None else str(found.law)
+
+
+@pytest.mark.parametrize(
+    ("probe", "height"), [(FrictionOfTime, 0.5), (FrictionOfPath, 0.15), (StiffnessOfTime, 0.01), (DampingOfTime, 0.3)]
+)
+def test_a_law_over_the_course_of_a_record_is_found(
+    task: Task, found: Identification, probe: type[Curve], height: float
+) -> None:
+    """What grows in proportion to the time, or to the path."""
+    search = begun_at(planted(task, found, probe, height * np.linspace(0.0, 1.0, probe.knots)))
+    base, context = search.base.supermodel, search.context
+    fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
+    parent = search.inference.fitted(base, (), fit.local)
+    law = law_over_course(search, parent, found, ())
+    assert law is not None
+    (_, told_of), curves = law
+    assert (told_of.probe, curves[0].probe) == (probe.name, probe)
+    assert told_of.summary.gap_after == pytest.approx(1.0, abs=0.03)
+    # A curve over a state that gains more comes first.
+    assert law_over_course(search, parent, found, [cast(Any, SimpleNamespace(gain=np.inf))]) is None
+
+
+def test_records_without_it_have_no_law_over_their_course(task: Task, found: Identification) -> None:
+    search = begun_at(planted(task, found, FrictionOfTime, np.zeros(FrictionOfTime.knots)))
+    parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
+    assert law_over_course(search, parent, found, ()) is None

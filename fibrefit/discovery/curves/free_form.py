@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import ACTS, NAMED
-from fibrefit.discovery.search.inputs import linearised_about
+from fibrefit.discovery.search.inputs import linearised_about, objected
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
@@ -157,7 +157,8 @@ def _worthy(search: Search, parent: LaplaceFit, looks: _Looks, worth: float, lea
     """Free curves that gain so many nats, their number paid for, of those that are predicted `least`, best first."""
     promising = [one for one in looks.predicted if may_be_worth(one.gain, least)]
     ends = sorted(_followed(search, parent, promising), key=lambda end: -end.fitted.log)
-    return [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
+    more = [end for end in ends if end.fitted.log - parent.log - looks.price > worth]
+    return [end for end in more if not objected(parent, end.fitted)]
 
 
 def _held(ends: Sequence[_End], worth: float, gain: Callable[[_End], float | None]) -> Sequence[_End]:

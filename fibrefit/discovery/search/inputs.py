@@ -173,10 +173,20 @@ def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion
     gain = one.log - parent.log
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
-    if one.largest_loss_to(parent) > OBJECTS:
+    if objected(parent, one):
         return one.with_log(parent.log)
     cost = max(occam(parent.evidence, one.evidence), 0.0)
     return one.with_log(parent.log + (gain + cost) / overdispersion - cost)
+
+
+def objected(parent: LaplaceFit, one: LaplaceFit) -> bool:
+    """Whether a record speaks against an effect or a curve that is not beyond doubt: it becomes far less probable.
+
+    Parameters
+    ----------
+    parent, one : LaplaceFit
+    """
+    return one.log - parent.log < BEYOND_DOUBT and one.largest_loss_to(parent) > OBJECTS
 
 
 def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit) -> Confirmation | None:
