@@ -52,10 +52,17 @@ def identified(
     measured = {c: np.asarray(data.measured[c]) for c in channels}
     readings = {c: measured[c] + noise[c] * residuals[:, i] for i, c in enumerate(channels)}
     speed = np.gradient(measured["position"], axis=1) / 5e-4
+    stretch = measured["force"] / BASE["stiffness"]
     phase = np.where(measured["force"] > 5.0, np.where(speed > 0.0, LOADING, UNLOADING), SLACK)
     motion = Motion(
         np.where(times < RELEASE, HELD, phase),
-        {"position": measured["position"], "speed": speed, "tension": measured["force"]},
+        {
+            "position": measured["position"],
+            "speed": speed,
+            "tension": measured["force"],
+            "stretch": stretch,
+            "stretch rate": np.gradient(stretch, axis=1) / 5e-4,
+        },
         np.zeros(len(count), dtype=bool),
         readings,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -42,6 +42,7 @@ from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.inputs import About
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
@@ -244,13 +245,18 @@ def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:
     gains = {"a": 900.0, "b": 800.0, "c": 700.0, "d": 120.0}
     followed: list[str] = []
 
-    def with_curve(parent: Any, supermodel: Any, start: Any, probe: str, *rest: Any) -> Any:
-        followed.append(probe)
-        return SimpleNamespace(log=gains[probe])
+    def with_curve(parent: Any, supermodel: Any, start: Any, probe: Any, *rest: Any) -> Any:
+        followed.append(probe.name)
+        return SimpleNamespace(log=gains[probe.name])
 
     inference = SimpleNamespace(with_curve=with_curve)
     search = cast(Any, SimpleNamespace(inference=inference, tell=lambda what, share: None))
-    predicted = [_Predicted(gain, cast(Any, name), *cast(Any, [None] * 4)) for name, gain in gains.items()]
+    search.recalled = lambda what, parent, about, job, own: job
+    named = {name: cast(Any, SimpleNamespace(name=name)) for name in gains}
+    predicted = [
+        _Predicted(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), cast(Any, None))
+        for name, gain in gains.items()
+    ]
     ends = _followed(search, cast(Any, SimpleNamespace(log=0.0)), predicted[::-1])
     assert sorted(followed) == ["a", "b", "c"]
     assert sorted(end.fitted.log for end in ends) == [700.0, 800.0, 900.0]
@@ -271,13 +277,35 @@ def test_curves_whose_gain_is_gone_about_themselves_are_none(gains: tuple[float 
     assert asked == (["a"] if kept == "ab" else ["a", "b"])
 
 
-@pytest.mark.parametrize(("gain", "loss", "there"), [(20.0, 7.0, True), (20.0, 9.0, False), (200.0, 9.0, True)])
-def test_a_curve_that_a_record_speaks_against_is_none(
-    monkeypatch: pytest.MonkeyPatch, gain: float, loss: float, there: bool
+@pytest.mark.parametrize(
+    ("gain", "loss", "ratio", "there"),
+    [(20.0, 7.0, 1.0, True), (20.0, 9.0, 1.0, False), (200.0, 9.0, 1.0, True), (20.0, 0.0, 5.0, False)],
+)
+def test_a_curve_that_a_record_or_the_scatter_of_the_scores_speaks_against_is_none(
+    monkeypatch: pytest.MonkeyPatch, gain: float, loss: float, ratio: float, there: bool
 ) -> None:
     """As an effect: where it acts, it makes no record far less probable."""
-    parent: Any = SimpleNamespace(log=0.0)
-    fitted = SimpleNamespace(log=gain, largest_loss_to=lambda other: loss)
-    monkeypatch.setattr(free_form, "_followed", lambda search, parent, promising: [SimpleNamespace(fitted=fitted)])
+    parent = Ended(0.0, 0.0, ratio)
+    end = free_form._End(ForceErrorOfForce, cast(Any, Ended(gain, loss, ratio)), cast(Any, None))
+    monkeypatch.setattr(free_form, "_followed", lambda search, parent, promising: [end])
+    monkeypatch.setattr(inputs, "occam", lambda before, after: 0.0)
     looks = cast(Any, SimpleNamespace(predicted=(), price=0.0))
-    assert bool(free_form._worthy(cast(Any, None), parent, looks, NAMED, NAMED)) is there
+    search: Any = SimpleNamespace(inference=SimpleNamespace(overdispersion=lambda one, names: one.ratio))
+    assert bool(free_form._worthy(search, cast(Any, parent), looks, NAMED, NAMED)) is there
+
+
+@dataclass(frozen=True)
+class Ended:
+    """Where a curve led."""
+
+    log: float
+    loss: float
+    ratio: float
+    effects: tuple[Any, ...] = ()
+    evidence: Any = None
+
+    def largest_loss_to(self, other: Any) -> float:
+        return self.loss
+
+    def with_log(self, log: float) -> Ended:
+        return replace(self, log=log)

@@ -26,7 +26,9 @@ class Slopes(NamedTuple):
 
     def grams(self, sensitivities: InputSensitivities | None) -> np.ndarray:
         """Products ``(n_record, n_column + 1, n_column + 1)``, errors of inputs eliminated; residuals come last."""
-        grams = self.rows @ np.swapaxes(self.rows, 1, 2)
+        # A motion that runs away has slopes beyond all numbers; what is made of them is not finite, and not believed.
+        with np.errstate(over="ignore", invalid="ignore"):
+            grams = self.rows @ np.swapaxes(self.rows, 1, 2)
         if self.pulled is not None and sensitivities is not None:
             grams = sensitivities.eliminated(grams, self.pulled)
         keep = np.r_[1 : grams.shape[1], 0]

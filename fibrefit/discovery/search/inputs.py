@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from threading import Lock
 from typing import NamedTuple
@@ -150,7 +151,9 @@ class Confirmation:
         return self.found.log - self.parent.log
 
 
-def overdispersion_of(inference: LaplaceInference, parent: LaplaceFit, one: LaplaceFit) -> float:
+def overdispersion_of(
+    inference: LaplaceInference, parent: LaplaceFit, one: LaplaceFit, names: Sequence[str] = ()
+) -> float:
     """Overdispersion of the scores of what a candidate adds; 1 where its gain is none, or beyond doubt.
 
     Parameters
@@ -158,11 +161,14 @@ def overdispersion_of(inference: LaplaceInference, parent: LaplaceFit, one: Lapl
     inference : LaplaceInference
         Of both.
     parent, one : LaplaceFit
+    names : sequence of str
+        Of the values that it adds; the strengths of its effects unless said.
     """
     if not 0.0 < one.log - parent.log < BEYOND_DOUBT:
         return 1.0
     added = [effect for effect in one.effects if effect not in parent.effects]
-    return inference.overdispersion(one, [f"{effect.name}.{name}" for effect in added for name in effect.strength])
+    strengths = [f"{effect.name}.{name}" for effect in added for name in effect.strength]
+    return inference.overdispersion(one, names or strengths)
 
 
 def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion: float) -> LaplaceFit:
@@ -173,20 +179,10 @@ def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion
     gain = one.log - parent.log
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
-    if objected(parent, one):
+    if one.largest_loss_to(parent) > OBJECTS:
         return one.with_log(parent.log)
     cost = max(occam(parent.evidence, one.evidence), 0.0)
     return one.with_log(parent.log + (gain + cost) / overdispersion - cost)
-
-
-def objected(parent: LaplaceFit, one: LaplaceFit) -> bool:
-    """Whether a record speaks against an effect or a curve that is not beyond doubt: it becomes far less probable.
-
-    Parameters
-    ----------
-    parent, one : LaplaceFit
-    """
-    return one.log - parent.log < BEYOND_DOUBT and one.largest_loss_to(parent) > OBJECTS
 
 
 def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit) -> Confirmation | None:
