@@ -162,7 +162,8 @@ def _worth(search: Search, grams: np.ndarray, further: np.ndarray, choice: Choic
     (norms, unique, _), (norms_then, unique_then, _) = likeness(grams, context), likeness(whole, context)
     names, known, shows = [effect.name for effect in search.effects], np.isfinite(before), unique > UNIQUE
     # What was seen is seen still where far more of a change is imitated in a further record.
-    less = norms / np.maximum(norms, np.where(unique_then > UNIQUE, norms_then, norms))
+    most = np.maximum(norms, np.where(unique_then > UNIQUE, norms_then, norms))
+    less = np.divide(norms, most, out=np.ones_like(norms), where=shows)
     return Worth(
         choice,
         {name: float(after[i] / before[i]) for i, name in enumerate(context.base) if known[i]},
