@@ -15,7 +15,19 @@ pytest.importorskip("numba", reason="the second simulator is compiled with numba
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.study import load_study
 from tests.validation.tables import append, read
-from tests.validation.validate_plan import PAIRS, TOLD, Bench, Outcome, Trial, _nothing, _row, lines_of, trials
+from tests.validation.validate_plan import (
+    ALIKE,
+    PAIRS,
+    STRENGTH,
+    TOLD,
+    Bench,
+    Outcome,
+    Trial,
+    _nothing,
+    _row,
+    lines_of,
+    trials,
+)
 
 TRIAL = Trial("made here", 0, PAIRS[0])
 
@@ -24,6 +36,15 @@ def test_every_pair_has_its_turn_and_another_release_draws_other_trials() -> Non
     first = list(itertools.islice(trials("a"), len(PAIRS)))
     assert {trial.pair for trial in first} == set(PAIRS)
     assert len({trial.seed for trial in (*first, *itertools.islice(trials("b"), len(PAIRS)))}) == 2 * len(PAIRS)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_what_is_hidden_can_be_found_and_hardly_be_told_from_its_rival(pair: tuple[str, str]) -> None:
+    bench = Bench(replace(TRIAL, pair=pair))
+    alone, beside = (bench.ideal.noncentrality([bench.truth], known) for known in ((), bench.rivals))
+    assert beside < 1.05 * ALIKE
+    assert 15.0 < alone < 1.05 * STRENGTH
+    assert max(alone / STRENGTH, beside / ALIKE) > 0.95
 
 
 def test_a_further_record_is_taken_under_the_conditions_of_the_plan(tmp_path: Path) -> None:
