@@ -5,7 +5,7 @@ RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
 .PHONY: demo real test bench bench-series validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
-        validate-population lint format schemas docs notebooks dist release-check clean
+        validate-population validate-plan lint format schemas docs notebooks dist release-check clean
 
 demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --figures png --force
@@ -48,6 +48,10 @@ validate-speed-laws: .venv/installed-bench
 # ARGS="--release LABEL --series 25" pools the records of twenty-five further series.
 validate-population: .venv/installed-bench
 	$(RUN) -m tests.validation.validate_population $(ARGS)
+
+# ARGS="--release LABEL --trials 20" takes the record that a plan proposes, and a random one, in twenty further series.
+validate-plan: .venv/installed-bench
+	$(RUN) -m tests.validation.validate_plan $(ARGS)
 
 # DATA=folder holds clones of the public repositories that docs/real_records.md names; none is part of this project.
 real: .venv/installed-test

@@ -20,6 +20,13 @@ from fibrefit.cli.terminal import Terminal
 @click.option(
     "--cost", "costs", multiple=True, metavar="WHAT=MINUTES", help='Of a changed condition, or a "record"; repeatable.'
 )
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="EFFECT",
+    help='Detection limits of this effect or pattern ("guide.*"), repeatable.',
+)
+@click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
 def command(terminal: Terminal, request: Request, **options: object) -> None:
     """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
 
@@ -30,7 +37,7 @@ def command(terminal: Terminal, request: Request, **options: object) -> None:
 
     costs = _costs(options["costs"])  # type: ignore[arg-type]
     rivals = tuple(filter(None, str(options["rivals"] or "").replace(" ", "").split(",")))
-    aim = Aim(options["purpose"], rivals, costs)  # type: ignore[arg-type]
+    aim = Aim(options["purpose"], rivals, costs, options["only"], options["exclude"])  # type: ignore[arg-type]
     with request.reserved("plan", repr(aim)) as folder, shown_progress(terminal) as progress:
         found = plan_study(request.study, aim, progress=progress)
         found.save(folder, force=request.force)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 from fibrefit.report.checks import GLOSSARY
-from fibrefit.report.layout import items, numbered, paragraph, section, table, titled
+from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table, titled
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 
 MOST = 6
@@ -36,15 +38,22 @@ def plan_report(summary: PlanSummary) -> str:
 
 
 def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
-    names = list(best[0].errors)
-    head = ("", "cost", "resolved", *(f"error of {name}" for name in names))
+    """One row a quantity, one column a record: names are long, and records few."""
     rows = [
-        (
-            f"{i}.",
-            f"{one.minutes:g} min",
-            "" if one.probability_distinguished is None else f"{100.0 * one.probability_distinguished:.0f} %",
-            *(f"x {one.errors[name]:.2f}" if name in one.errors else "" for name in names),
-        )
-        for i, one in enumerate(best, 1)
+        ("cost / min", *(f"{one.minutes:g}" for one in best)),
+        ("resolved / %", *(_percent(one.probability_distinguished) for one in best)),
+        *((f"error of {name}", *(f"x {one.errors[name]:.2f}" for one in best)) for name in best[0].errors),
+        ("detection limits", *(f"x {_mean(one.limits):.2f}" if one.limits else "" for one in best)),
     ]
-    return table(head, rows, right=set(range(1, len(head))))
+    head = ("", *(f"{number}." for number in range(1, len(best) + 1)))
+    room = WIDTH - sum(2 + max(len(row[column]) for row in rows) for column in range(1, len(head)))
+    kept = [(shortened(row[0], room), *row[1:]) for row in rows if any(row[1:])]
+    return table(head, kept, right=set(range(1, len(head))))
+
+
+def _percent(probability: float | None) -> str:
+    return "" if probability is None else f"{100.0 * probability:.0f}"
+
+
+def _mean(factors: dict[str, float]) -> float:
+    return math.exp(sum(math.log(factor) for factor in factors.values()) / len(factors))

@@ -181,7 +181,9 @@ class Rig:
         freed = replace(freed, lower=freed.lower if value > freed.lower else -math.inf)
         freed = replace(freed, upper=freed.upper if value < freed.upper else math.inf)
         conditions = tuple(freed if condition.name == name else condition for condition in self.conditions)
-        return replace(self, parameters=(*self.parameters, freed), conditions=conditions)
+        # What all records share is the same in a further one.
+        further = tuple(variation for variation in self.further if variation.condition != name)
+        return replace(self, parameters=(*self.parameters, freed), conditions=conditions, further=further)
 
     def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
         """Conditions that further records could be measured under: all combinations of the `further` ones.

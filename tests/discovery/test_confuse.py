@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -12,7 +13,9 @@ import numpy as np
 import pytest
 
 import fibrefit
-from fibrefit.discovery.design.distinguish import _driven, best_split, detectable
+from fibrefit.discovery.design import distinguish as module
+from fibrefit.discovery.design.distinguish import best_split, detectable, menu_grams
+from fibrefit.discovery.design.menu import _driven
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
 from fibrefit.discovery.model.finding import Choice, separation
@@ -109,7 +112,9 @@ def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None
     # Slow and fast motion together separate a friction that is linear in speed from one that is not: of slow drops, the
     # fastest that can be asked for is missing, upright and from twice the height.
     stated = laid.task.problem.observations.experiment.conditions
-    assert found.conditions["inclination"] == pytest.approx(np.max(np.asarray(stated["inclination"])))
+    own = float(np.asarray(stated["inclination"])[laid.task.problem.layout.records.index(found.record)])
+    steepest = np.max(np.asarray(stated["inclination"]))
+    assert found.conditions.get("inclination", own) == pytest.approx(steepest)
     assert found.conditions["lift"] == pytest.approx(2.0 * np.max(np.asarray(stated["lift"])))
     assert worded_separation(found).says.startswith(
         f"To tell {viscous.name} from {drag.name}, the best further record is one like"
@@ -139,3 +144,30 @@ def test_a_record_of_a_menu_is_said_in_words() -> None:
         "fast, its input run half as far: the |cosine| of their sensitivities "
         "falls from 0.990 to 0.980. That is little: it takes another kind of test."
     )
+
+
+def test_a_record_that_hides_an_effect_or_cannot_be_simulated_is_not_proposed(
+    laid: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = best_split(laid, laid.effects[:2])
+    assert usual is not None
+    grams = menu_grams(*_asked(laid))
+    known = grams[0]
+    # All of what the first effect does is imitated, many times over, by the first base parameter.
+    hiding, size, first = np.zeros_like(known), len(known), len(known) - 2
+    hiding[np.ix_([0, first], [0, first])] = 1e12 * np.diag(known).max()
+    broken = [np.full((size, size), np.nan), hiding]
+    monkeypatch.setattr(module, "menu_grams", lambda *given: [*broken, *grams[2:]])
+    found = best_split(laid, laid.effects[:2])
+    assert found is not None
+    assert 0.0 < found.cosine_after < found.cosine_before
+    monkeypatch.setattr(module, "menu_grams", lambda *given: [broken[i % 2] for i in range(len(grams))])
+    assert best_split(laid, laid.effects[:2]) is None
+
+
+def _asked(laid: Search) -> tuple[Any, ...]:
+    """What `menu_grams` is asked for a pair."""
+    pair = laid.effects[:2]
+    supermodel, local, context = laid.base.supermodel, laid.base.fit.local, laid.context
+    given = module.changed_values(supermodel, context, local, module.strengths_of(pair), module.little_sizes(pair))
+    return supermodel, context, local, *given, module.menu_of(laid.task)

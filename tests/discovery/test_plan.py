@@ -3,22 +3,43 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError, UsageError
-from fibrefit.discovery.design.plan import Worth, _errors, probability_distinguished
+from fibrefit.discovery.design import plan as module
+from fibrefit.discovery.design.distinguish import detectable, menu_grams
+from fibrefit.discovery.design.plan import (
+    Explanation,
+    Worth,
+    _errors,
+    _worth,
+    just_found,
+    options_of,
+    probability_distinguished,
+    worths,
+)
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.model.finding import Choice
+from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.setup import set_up
+from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.plots.plan import plan_figures
+from fibrefit.problem.task import Task
 from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.study.summaries.design import PlanSummary
 from fibrefit.study.summaries.files import summary_of
-from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, plan_study
+from fibrefit.workflow.design import plan as workflow
+from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, _order, _sentence, plan_study
+from tests.discovery.made import BASE
 
+RIVALS = (CATALOGUE["guide.viscous_friction"], CATALOGUE["guide.quadratic_drag"])
 PLANNED = """
 schema = "fibrefit/study/1"
 name = "two drops"
@@ -137,3 +158,131 @@ def test_a_choice_in_words() -> None:
     assert further_record("a.csv", Choice(0, {})) == "a.csv once more"
     assert further_record("a.csv", Choice(0, {}, pace=2.0)) == "A record like a.csv with its input run twice as fast"
     assert Worth(Choice(0, {}), {"a": 0.5, "b": 2.0}, {}).error == pytest.approx(1.0)
+
+
+def test_a_parameter_beside_another_that_does_the_same_is_not_determined() -> None:
+    rng = np.random.default_rng(2)
+    a, b = rng.standard_normal((2, 40))
+    found = _errors(np.stack([np.stack([a, a, b]) @ np.stack([a, a, b]).T]), 3, 0)
+    assert np.isinf(found[:2]).all()
+    assert np.isfinite(found[2])
+
+
+def of_grams(at_hand: np.ndarray, further: np.ndarray) -> Worth:
+    """What a record adds, of Gram matrices of one base parameter and two effects."""
+    context = SimpleNamespace(base=("stiffness",), each=())
+    search: Any = SimpleNamespace(context=context, effects=(SimpleNamespace(name="a"), SimpleNamespace(name="b")))
+    return _worth(search, at_hand[None], further, Choice(0, {}))
+
+
+def test_what_a_record_first_shows_or_determines_is_told_apart_from_what_it_shows_better() -> None:
+    seen = np.diag([4.0, 1.0, 0.0])
+    found = of_grams(seen, np.diag([4.0, 3.0, 2.0]))
+    assert found.limits == {"a": pytest.approx(0.5)}
+    assert (found.shown, found.determined) == (("b",), ())
+    assert found.errors == {"stiffness": pytest.approx(math.sqrt(0.5))}
+    blind = of_grams(np.diag([0.0, 1.0, 0.0]), np.diag([4.0, 0.0, 0.0]))
+    assert (blind.errors, blind.determined, blind.shown) == ({}, ("stiffness",), ())
+
+
+def test_what_is_shown_at_hand_is_still_shown_where_a_further_record_can_imitate_it() -> None:
+    like = np.array([[1e6, 1e6, 0.0], [1e6, 1e6, 0.0], [0.0, 0.0, 1.0]])
+    found = of_grams(np.diag([4.0, 1.0, 1.0]), like)
+    assert set(found.limits) == {"a", "b"}
+    assert found.limits["a"] == 1.0
+
+
+def test_a_record_that_first_shows_an_effect_comes_first() -> None:
+    better, first = Worth(Choice(0, {}), {}, {"b": 0.85}), Worth(Choice(1, {}), {}, {"b": 0.9}, shown=("a",))
+    assert sorted([(better, 1.0), (first, 1.0)], key=_order("power"))[0][0] is first
+    lower, known = Worth(Choice(0, {}), {"k": 0.5}, {}), Worth(Choice(1, {}), {"k": 0.9}, {}, determined=("c",))
+    assert sorted([(lower, 1.0), (known, 1.0)], key=_order("errors"))[0][0] is known
+    said = _sentence(first, 2.0, "a.csv", ())
+    assert "it shows a, which the records at hand do not" in said
+    assert "it determines c, which the records at hand do not" in _sentence(known, 2.0, "a.csv", ())
+
+
+def test_an_effect_of_the_added_mass_shows_in_a_record_with_one(folder: Path) -> None:
+    planned = plan_study(folder, Aim(purpose="power", only=("study.added_mass", "guide.viscous_friction")))
+    assert planned.further[0][0].shown == ("study.added_mass",)
+    assert planned.best.conditions["added_mass"] > 0.0
+    assert set(planned.further[-1][0].limits) == {"guide.viscous_friction"}
+
+
+def test_a_record_that_cannot_be_simulated_is_left_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = {0}
+
+    def some(*args: Any) -> list[np.ndarray]:
+        return [np.full_like(gram, np.nan) if i in broken else gram for i, gram in enumerate(menu_grams(*args))]
+
+    monkeypatch.setattr(module, "menu_grams", some)
+    aim = Aim(only=("guide.viscous_friction",))
+    planned = plan_study(folder, aim)
+    offered = len(planned.further) + 1
+    assert f"1 of {offered} records that could be taken cannot be simulated" in planned.summary().remarks[0]
+    assert not any(worth.choice == Choice(0, {}) for worth, _ in planned.further)
+    broken |= set(range(offered))
+    with pytest.raises(StudyError, match="none of which can be simulated"):
+        plan_study(folder, aim)
+
+
+def test_what_is_believed_counts_as_a_record(folder: Path, tmp_path: Path) -> None:
+    text = (folder / "study.toml").read_text(encoding="utf-8")
+    told = text.replace('initial = "25 N s/m"', 'initial = "25 N s/m"\nprior = "25 +/- 0.001 N s/m"')
+    (tmp_path / "study.toml").write_text(told, encoding="utf-8")
+    aim = Aim(only=("guide.viscous_friction",))
+    free, believed = (plan_study(place, aim).further[0][0] for place in (folder, tmp_path))
+    assert believed.errors["damping"] == pytest.approx(1.0, abs=3e-3)
+    assert free.errors["damping"] < 0.95
+
+
+def test_a_report_of_many_long_names_stays_within_its_columns(plan: RecordPlan) -> None:
+    summary = plan.summary()
+    names = [f"guide.function_of_speed_with_a_long_name.parameter_with_one_{i}" for i in range(9)]
+    further = tuple(one.model_copy(update={"errors": dict.fromkeys(names, 0.5)}) for one in summary.further)
+    text = report_of(summary.model_copy(update={"further": further}))
+    table = text.partition("What each would add")[2].partition("What to doubt")[0]
+    assert max(map(len, table.splitlines())) <= 80
+    assert sum(line.count("x 0.50") for line in table.splitlines()) == 9 * 6
+
+
+@pytest.fixture(scope="module")
+def search(task: Task) -> Search:
+    """Over the measured drops, with the rivals; nothing is fitted."""
+    layout = task.problem.layout
+    start = layout.pack({name: np.full(len(layout.records), BASE[name]) for name in layout.names})
+    return set_up(replace(task, start=start), None, RIVALS, lambda what, share: None)
+
+
+def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be_found(search: Search) -> None:
+    base: Any = SimpleNamespace(supermodel=search.base.supermodel, local=search.base.fit.local)
+    found = [just_found(search, base, effect) for effect in RIVALS]
+    for one, known in zip(found, detectable(search), strict=True):
+        assert one is not None
+        strength = one.values[f"{known.effect}.{known.parameter}"]
+        assert strength == pytest.approx(np.full(2, known.smallest_detectable), rel=0.3)
+    ranked, now = worths(search, [one for one in found if one is not None], options_of(search.task))
+    assert now > 0.0
+    assert max(worth.nats for worth in ranked) > 2.0 * now
+    absent: Any = Explanation(RIVALS[0], dict(zip(base.supermodel.names, base.local.T, strict=True)))
+    assert worths(search, [absent, found[1]], options_of(search.task)[:1])[1] < 1e-3 * now
+
+
+@pytest.mark.parametrize(("shown", "says"), [(True, "would just be found"), (False, "they cannot show it")])
+def test_rivals_without_evidence_are_given_a_strength_and_remarked_on(
+    task: Task, monkeypatch: pytest.MonkeyPatch, shown: bool, says: str
+) -> None:
+    weak = SimpleNamespace(effects=(RIVALS[0],), log=4.9)
+    tried = SimpleNamespace(tried=lambda base, effects, what: SimpleNamespace(found=[weak]))
+    monkeypatch.setattr(workflow, "prepared_search", lambda *given: (tried, SimpleNamespace(log=0.0)))
+    monkeypatch.setattr(workflow, "just_found", lambda search, base, one: Explanation(one, {}) if shown else None)
+    fit: Any = SimpleNamespace(plain=SimpleNamespace(values=task.start))
+    found, remarks = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
+    assert [one.effect for one in found] == list(RIVALS)
+    assert len(remarks) == 2
+    assert all(says in remark for remark in remarks)
+    weak.log = 5.1
+    monkeypatch.setattr(workflow, "_as_found", lambda one: "as found")
+    found, remarks = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
+    assert found[0] == "as found"
+    assert len(remarks) == 1

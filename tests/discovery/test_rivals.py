@@ -72,7 +72,11 @@ def test_what_cannot_be_simulated_is_not_proposed(
     search: Search, monkeypatch: pytest.MonkeyPatch, broken: range, proposed: bool
 ) -> None:
     assert len(search.task.problem.layout.records) == 2
-    apart = lambda models, each, choices: np.where(np.isin(np.arange(len(choices)), broken), np.nan, 0.1)  # noqa: E731
+
+    def apart(models: object, each: object, menu: list[Choice]) -> tuple[np.ndarray, np.ndarray]:
+        found = np.where(np.isin(np.arange(2 + len(menu)), broken), np.nan, 0.1)
+        return found[:2], found[2:]
+
     monkeypatch.setattr(module, "_apart", apart)
     found = separating_experiment(search, Rivals(("a", "b"), (search.base, search.base)))
     assert (found is not None) == proposed

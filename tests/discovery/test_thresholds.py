@@ -13,6 +13,7 @@ from fibrefit.discovery import choice, comparison, conclusion, forward_selection
 from fibrefit.discovery import discover as search
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.design import distinguish, plan
+from fibrefit.discovery.design import thresholds as of_design
 from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
@@ -231,6 +232,19 @@ def visible(share: float) -> bool:
     return bool(distinguish.likeness(grams, context)[2][0, 1] > 0.5)
 
 
+def determined(share: float) -> bool:
+    """Whether two parameters are, with so much of the largest information where both change alike."""
+    turned = np.array([[1.0, 1.0], [1.0, -1.0]])
+    return bool(np.isfinite(plan._errors((turned * [1.0, share] @ turned)[None], 2, 0)).all())
+
+
+def unconcerned(share: float) -> bool:
+    """Whether a parameter is determined that has such a share in what two others imitate of each other."""
+    a, c = np.eye(2)
+    columns = np.stack([a, a + np.sqrt(2.0 * share) * c, c])
+    return bool(np.isfinite(plan._errors((columns @ columns.T)[None], 3, 0))[2])
+
+
 def told_apart(cosine: float) -> bool:
     """Whether records distinguish two effects so much alike."""
     both = tuple(
@@ -321,6 +335,8 @@ CASES = (
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
     Bracket("FEWEST_ORDINATES", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
+    Bracket("UNKNOWN", plan, determined, 1.5e-12, 0.7e-12),
+    Bracket("CONCERNED", plan, unconcerned, 0.7e-10, 1.5e-10),
     Bracket("APART", plan, lambda x: plan.probability_distinguished(x) > 0.5, 6.0, 4.0),
     Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
     Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
@@ -342,4 +358,4 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
 
 def test_no_threshold_is_without_a_case() -> None:
     """`PRICE` is no verdict of its own: it makes the gate, which is tested above."""
-    assert names_in(thresholds) == ({case.name for case in CASES} | {"PRICE"}) - {"BESIDE_MAINS"}
+    assert names_in(thresholds) | names_in(of_design) == ({case.name for case in CASES} | {"PRICE"}) - {"BESIDE_MAINS"}

@@ -133,6 +133,9 @@ def _study(series: Series, records: Sequence[Recording], what: str) -> str:
         if series.rig == DROP:
             degrees = math.degrees(held.inclination)
             lines += [f'lift = "{1e3 * held.lift:g} mm"', f'inclination = "{degrees:g} deg"']
+            # A study of drops states the whole weight of a record.
+            whole = held.weight_mass + held.added_mass
+            lines += [f'weight_mass = "{whole:g} kg"'] if held.added_mass else []
         else:
             lines += [f'added_mass = "{held.added_mass:g} kg"', f'excitation = "{held.excitation.shape}"']
     return "\n".join(lines) + "\n"

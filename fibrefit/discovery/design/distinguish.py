@@ -8,18 +8,17 @@ the worst pair follows Hunter and Reiner, Technometrics 7 (1965).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import check_time
+from fibrefit.discovery.design.menu import batches, menu_of, records_of
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext, fit_all, transferred
 from fibrefit.discovery.engine.effort import strengths_converged
 from fibrefit.discovery.engine.refit import difference_steps
@@ -30,8 +29,6 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.problem.statement.layout import assembled, gathered, scale_of
 from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.task import Task
-from fibrefit.simulation.inputs import Signals
 from fibrefit.study.summaries.discovery import Detectable, Separation
 
 ROUNDS = 4
@@ -110,11 +107,10 @@ def confusion(
     strengths = strengths_of(effects)
     gates = np.array([limit(len(effect.parameters)) for effect in effects])
     most = sizes = sizes_of(strengths)
-    # Where the model changes its kind at the null, weaker effects than this do the same and mean nothing.
-    floor = np.array([effect.singular for effect in effects]) * most / SMALL
+    floor = least_sizes(effects)
     for _ in range(ROUNDS):
         columns, targets = changed_values(supermodel, context, local, strengths, sizes)
-        norms, unique, cosine = likeness(supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1], context)
+        norms, unique, cosine = likeness(grams_at_hand(supermodel, context, local, columns, targets), context)
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is requested.
@@ -160,20 +156,6 @@ def _detectable_in(search: Search, plain: Supermodel, effects: Sequence[type[Eff
     return confusion(supermodel, search.context, local, effects, gate).directions
 
 
-FACTORS = (0.5, 2.0)
-"""On pace and size of an input."""
-
-
-def menu_of(task: Task) -> list[Choice]:
-    """Records that could be measured: all combinations of conditions, each input faster, slower, larger and smaller."""
-    rig = task.problem.model.rig
-    menu = [Choice(0, conditions) for conditions in rig.menu(task.problem.observations.experiment.conditions)]
-    for record in range(len(task.problem.layout.records) if rig.inputs else 0):
-        menu += [Choice(record, {}, pace=factor) for factor in FACTORS]
-        menu += [Choice(record, {}, size=factor) for factor in FACTORS]
-    return menu
-
-
 def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | None:
     """The record of the menu that splits a pair of effects best; None where the rig has no menu.
 
@@ -190,18 +172,61 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
     held = next((supermodel for supermodel in search.supermodels if supermodel.holds(pair)), None)
     supermodel = supermodel_of(search.task, pair) if held is None else replace(held, sensitivities=None, whitening=None)
     local = transferred(supermodel, search.base.supermodel, search.base.fit.local)
-    columns, targets = changed_values(
-        supermodel, search.context, local, strengths_of(pair), LITTLE * sizes_of(strengths_of(pair))
+    columns, targets = changed_values(supermodel, search.context, local, strengths_of(pair), little_sizes(pair))
+    grams = grams_at_hand(
+        as_simulated(supermodel, local, search.context.whole), search.context, local, columns, targets
     )
-    at_hand = as_simulated(supermodel, local, search.context.whole)
-    grams = at_hand.grams(local, columns, targets, search.context.whole)[:, :-1, :-1]
     before = float(likeness(grams, search.context)[2][0, 1])
     further = menu_grams(supermodel, search.context, local, columns, targets, menu)
-    after = [float(likeness(np.concatenate([grams, gram[None]]), search.context)[2][0, 1]) for gram in further]
-    best = int(np.argmin(after))
+    after = np.array([_cosine_with(grams, gram, search.context) for gram in further])
+    if not np.isfinite(after).any():
+        return None
+    best = int(np.nanargmin(after))
     record = search.task.problem.layout.records[menu[best].record]
     names = (pair[0].name, pair[1].name)
-    return separation(names, menu[best], record, cosine_before=before, cosine_after=after[best])
+    return separation(names, menu[best], record, cosine_before=before, cosine_after=float(after[best]))
+
+
+def _cosine_with(grams: np.ndarray, further: np.ndarray, context: SearchContext) -> float:
+    """Cosine of two effects with a further record; nan where it cannot be simulated, or one of them is hidden then."""
+    if not np.isfinite(further).all():
+        return float("nan")
+    _, unique, cosine = likeness(np.concatenate([grams, further[None]]), context)
+    return float(cosine[0, 1]) if (unique > UNIQUE).all() else float("nan")
+
+
+def grams_at_hand(
+    supermodel: Supermodel, context: SearchContext, local: np.ndarray, columns: np.ndarray, targets: np.ndarray
+) -> np.ndarray:
+    """Gram matrices of the records of a study, and as of one more record what is believed of shared values.
+
+    Parameters
+    ----------
+    supermodel : Supermodel
+    context : SearchContext
+    local : (n_record, n_local) in SI units
+    columns, targets : as of `changed_values`
+
+    Returns
+    -------
+    (n_record + 1, n_column, n_column)
+    """
+    grams = supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1]
+    beliefs = _belief_row(supermodel, context, local, targets)
+    whole = np.zeros((1, *grams.shape[1:]))
+    whole[0, : len(beliefs), : len(beliefs)] = np.diag(beliefs**2)
+    return np.concatenate([grams, whole])
+
+
+def _belief_row(supermodel: Supermodel, context: SearchContext, local: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Change of the residual that each shared value's belief is, ``(n_base,)``; zero where nothing is believed."""
+    slots = {slot.name: slot for slot in supermodel.problem.layout.slots}
+    row = np.zeros(len(context.base))
+    for i, name in enumerate(context.base):
+        if (belief := slots[name].belief) is not None:
+            value = local[0, supermodel.names.index(name)]
+            row[i] = belief.slope(value) * (targets[0, i] - value)
+    return row
 
 
 def menu_grams(
@@ -212,17 +237,25 @@ def menu_grams(
     targets: np.ndarray,
     menu: Sequence[Choice],
 ) -> list[np.ndarray]:
-    """Gram matrix of each record of a menu; in batches as long as the study, for which the program is compiled."""
+    """Gram matrix of each record of a menu; in batches as long as the study, for which the program is compiled.
+
+    Not finite where it cannot be simulated.
+    """
     found: list[np.ndarray] = []
     for batch in batches(menu, len(local)):
         rows = [choice.record for choice in batch]
-        data = records_of(supermodel.problem.observations, batch)
-        problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
-        elsewhere = replace(supermodel, task=replace(supermodel.task, problem=problem))
-        elsewhere = as_simulated(elsewhere, local[rows], context.whole[rows])
-        same = local[rows], columns, targets[rows], context.whole[rows]
-        found += list(elsewhere.grams(*same)[:, :-1, :-1])
+        data, values = records_of(supermodel.problem, local, batch)
+        elsewhere = as_simulated(with_records(supermodel, data), values, context.whole[rows])
+        goals, shifted = targets[rows], (values != local[rows])[:, columns]
+        goals[shifted] += values[:, columns][shifted] - local[rows][:, columns][shifted]
+        found += list(elsewhere.grams(values, columns, goals, context.whole[rows])[:, :-1, :-1])
     return found[: len(menu)]
+
+
+def with_records(supermodel: Supermodel, data: Observations) -> Supermodel:
+    """A supermodel with other records."""
+    problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
+    return replace(supermodel, task=replace(supermodel.task, problem=problem))
 
 
 def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Supermodel:
@@ -245,56 +278,7 @@ def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) 
         weight = np.asarray(data.weight[channel])
         away = np.divide(rows[:, c], weight, out=np.zeros_like(rows[:, c]), where=weight > 0.0)
         measured[channel] = jnp.asarray(np.asarray(data.measured[channel]) + away)
-    problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data._replace(measured=measured))
-    return replace(supermodel, task=replace(supermodel.task, problem=problem))
-
-
-def batches(menu: Sequence[Choice], records: int) -> Iterator[list[Choice]]:
-    """Records of a menu, as many at a time as a study has; the last one fills the end."""
-    for start in range(0, len(menu), records):
-        yield [menu[min(start + r, len(menu) - 1)] for r in range(records)]
-
-
-def records_of(observations: Observations, batch: Sequence[Choice]) -> Observations:
-    """Observations ``(n_choice, ...)`` as records of a menu would be taken; what they measure is not known.
-
-    Parameters
-    ----------
-    observations : Observations
-        Of the study.
-    batch : sequence of Choice
-    """
-    rows = np.array([choice.record for choice in batch])
-    data: Observations = jax.tree.map(lambda leaf: leaf[rows], observations)
-    experiment = data.experiment._replace(
-        conditions=_conditions(data.experiment.conditions, batch), inputs=_driven(data.experiment, batch)
-    )
-    return data._replace(experiment=experiment)
-
-
-def _conditions(stated: Mapping[str, Any], batch: Sequence[Choice]) -> dict[str, Any]:
-    changed = {name: np.array(values) for name, values in stated.items()}
-    for r, choice in enumerate(batch):
-        for name, value in choice.conditions.items():
-            changed[name][r] = value
-    return {name: jnp.asarray(values) for name, values in changed.items()}
-
-
-def _driven(experiment: Any, batch: Sequence[Choice]) -> dict[str, Signals]:
-    """Inputs of records run at another pace and size, about where they begin; held where they end."""
-    times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
-    driven = {}
-    for name, signals in experiment.inputs.items():
-        values, slopes = np.array(signals.values), np.array(signals.slopes)
-        for r, choice in enumerate(batch):
-            known = slice(0, counts[r])
-            there = times[r, 0] + choice.pace * (times[r] - times[r, 0])
-            moved = np.interp(there, times[r, known], values[r, known])
-            values[r] = values[r, 0] + choice.size * (moved - values[r, 0])
-            steep = np.interp(there, times[r, known], slopes[r, known], right=0.0)
-            slopes[r] = choice.size * choice.pace * steep
-        driven[name] = Signals(jnp.asarray(values), jnp.asarray(slopes))
-    return driven
+    return with_records(supermodel, data._replace(measured=measured))
 
 
 def strengths_of(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:
@@ -319,6 +303,17 @@ def sizes_of(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
     """Strengths, ``(n_effect,)``, that spoil no motion; of a parameter that vanishes at infinity its inverse."""
     weak = [SMALL / p.typical if p.reciprocal else SMALL * abs(p.typical - p.null) for _, p in strengths]
     return np.array(weak)
+
+
+def least_sizes(effects: Sequence[type[Effect]]) -> np.ndarray:
+    """Sizes as of `sizes_of` below which an effect does the same: where the model changes its kind at the null."""
+    return np.array([effect.singular for effect in effects]) * sizes_of(strengths_of(effects)) / SMALL
+
+
+def little_sizes(effects: Sequence[type[Effect]]) -> np.ndarray:
+    """Sizes as of `sizes_of` at which effects are compared where no strength of them is asked for."""
+    most = sizes_of(strengths_of(effects))
+    return np.maximum(LITTLE * most, np.minimum(least_sizes(effects), most))
 
 
 def changed_values(

@@ -18,34 +18,33 @@ import numpy as np
 from scipy.stats import norm
 
 from fibrefit.discovery.design.distinguish import (
-    LITTLE,
     UNIQUE,
-    batches,
     changed_values,
+    confusion,
+    grams_at_hand,
     likeness,
+    little_sizes,
     menu_grams,
-    menu_of,
     projected,
-    records_of,
-    sizes_of,
     strengths_of,
+    with_records,
 )
-from fibrefit.discovery.engine.candidates import absent_values
+from fibrefit.discovery.design.menu import batches, menu_of, records_of
+from fibrefit.discovery.design.thresholds import CONCERNED, UNKNOWN
+from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened, transferred
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import APART
+from fibrefit.discovery.engine.thresholds import APART, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.simulation.model import Experiment
 
 FITTED_WELL = 1e-6
 """Relative fall of a rival's cost at which it is fitted well enough."""
-UNKNOWN = 1e-12
-"""Share of the largest information below which a parameter is not determined."""
 
 
 @dataclass(frozen=True)
@@ -71,17 +70,23 @@ class Worth:
     ----------
     choice : Choice
     errors : dict of str to float
-        Factor on the standard error of each shared parameter.
+        Factor on the standard error of each shared parameter that the records at hand determine.
     limits : dict of str to float
-        Factor on the detection limit of each effect that shows with it.
+        Factor on the detection limit of each effect that the records at hand show.
     nats : float
         Expected logarithm of the likelihood ratio of two rivals with it, the smaller of both ways round; nan without.
+    determined : tuple of str
+        Shared parameters that are determined with it, and not by the records at hand.
+    shown : tuple of str
+        Effects that show with it, and not in the records at hand.
     """
 
     choice: Choice
     errors: dict[str, float]
     limits: dict[str, float]
     nats: float = float("nan")
+    determined: tuple[str, ...] = ()
+    shown: tuple[str, ...] = ()
 
     @property
     def distinguished(self) -> float:
@@ -100,8 +105,7 @@ class Worth:
 
 
 def _mean(factors: Mapping[str, float]) -> float:
-    known = [factor for factor in factors.values() if factor > 0.0]
-    return float(np.exp(np.mean(np.log(known)))) if known else 1.0
+    return float(np.exp(np.mean(np.log(list(factors.values()))))) if factors else 1.0
 
 
 def probability_distinguished(nats: float) -> float:
@@ -123,7 +127,7 @@ def options_of(task: Task) -> list[Choice]:
 def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice]) -> tuple[list[Worth], float]:
     """What each of some records would add, and the nats by which the records at hand tell the rivals apart.
 
-    Noise counts as white, and inputs as known.
+    Noise counts as white, and inputs as known. Records that cannot be simulated are left out.
 
     Parameters
     ----------
@@ -134,24 +138,39 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
     choices : sequence of Choice
     """
     supermodel, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
-    strengths = strengths_of(search.effects)
-    columns, targets = changed_values(supermodel, context, local, strengths, LITTLE * sizes_of(strengths))
-    grams = supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1]
+    columns, targets = changed_values(
+        supermodel, context, local, strengths_of(search.effects), little_sizes(search.effects)
+    )
+    grams = grams_at_hand(supermodel, context, local, columns, targets)
     added = menu_grams(supermodel, context, local, columns, targets, choices)
-    errors = _errors(grams, len(context.base), len(context.each))
-    norms = likeness(grams, context)[0]
-    now, further = _apart(search, rivals, choices) if rivals else (float("nan"), [float("nan")] * len(choices))
-    found = []
-    for choice, gram, nats in zip(choices, added, further, strict=True):
-        whole = np.concatenate([grams, gram[None]])
-        after = _errors(whole, len(context.base), len(context.each))
-        norms_then, shown, _ = likeness(whole, context)
-        limits = {
-            effect: float(norms[i] / norms_then[i]) for i, (effect, _) in enumerate(strengths) if shown[i] > UNIQUE
-        }
-        known = {name: float(ratio) for name, ratio in zip(context.base, after / errors, strict=True)}
-        found.append(Worth(choice, {n: r for n, r in known.items() if np.isfinite(r)}, limits, nats))
+    possible = [i for i, gram in enumerate(added) if np.isfinite(gram).all()]
+    now, nats = float("nan"), [float("nan")] * len(possible)
+    if rivals and possible:
+        now, nats = _apart(search, rivals, [choices[i] for i in possible])
+    found = [
+        replace(_worth(search, grams, added[i], choices[i]), nats=apart)
+        for i, apart in zip(possible, nats, strict=True)
+        if not rivals or np.isfinite(apart)
+    ]
     return found, now
+
+
+def _worth(search: Search, grams: np.ndarray, further: np.ndarray, choice: Choice) -> Worth:
+    """What a record adds to error bars and detection limits, from Gram matrices as of `changed_values`."""
+    context, whole = search.context, np.concatenate([grams, further[None]])
+    before, after = (_errors(each, len(context.base), len(context.each)) for each in (grams, whole))
+    (norms, unique, _), (norms_then, unique_then, _) = likeness(grams, context), likeness(whole, context)
+    names, known, shows = [effect.name for effect in search.effects], np.isfinite(before), unique > UNIQUE
+    # What was seen is seen still where far more of a change is imitated in a further record.
+    most = np.maximum(norms, np.where(unique_then > UNIQUE, norms_then, norms))
+    less = np.divide(norms, most, out=np.ones_like(norms), where=shows)
+    return Worth(
+        choice,
+        {name: float(after[i] / before[i]) for i, name in enumerate(context.base) if known[i]},
+        {name: float(less[i]) for i, name in enumerate(names) if shows[i]},
+        determined=tuple(name for i, name in enumerate(context.base) if not known[i] and np.isfinite(after[i])),
+        shown=tuple(name for i, name in enumerate(names) if not shows[i] and unique_then[i] > UNIQUE),
+    )
 
 
 def _plain(supermodel: Supermodel) -> Supermodel:
@@ -160,7 +179,10 @@ def _plain(supermodel: Supermodel) -> Supermodel:
 
 
 def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
-    """Standard errors of the shared columns, in units of their changes, each record's own eliminated."""
+    """Standard errors of the shared columns, in units of their changes, each record's own eliminated.
+
+    Infinite for a parameter that is not determined, be it by itself or beside others.
+    """
     information = np.zeros((shared, shared))
     for gram in grams:
         mine = gram[shared : shared + own, shared : shared + own]
@@ -168,8 +190,11 @@ def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
         information += gram[:shared, :shared] - cross @ np.linalg.pinv(mine, rcond=UNKNOWN, hermitian=True) @ cross.T
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     safe = np.where(size > 0.0, size, 1.0)
-    inverse = np.linalg.pinv(information / np.outer(safe, safe), rcond=UNKNOWN, hermitian=True)
-    return np.where(size > 0.0, np.sqrt(np.maximum(np.diag(inverse), 0.0)) / safe, np.inf)
+    values, vectors = np.linalg.eigh(information / np.outer(safe, safe))
+    seen = values > UNKNOWN * values.max(initial=0.0)
+    variance = (vectors[:, seen] ** 2 / values[seen]).sum(axis=1)
+    known = (vectors[:, ~seen] ** 2).sum(axis=1) < CONCERNED
+    return np.where(known, np.sqrt(variance) / safe, np.inf)
 
 
 def _apart(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice]) -> tuple[float, list[float]]:
@@ -185,37 +210,39 @@ def _missed(
     """Half of what a rival at its best still misses of a true model, in squares of the noise.
 
     The rival is fitted to what the true model says of the records at hand, without noise. Of a further record it is
-    fitted to both by its slopes there.
+    fitted to both by its slopes there. Not finite of one that cannot be simulated.
     """
     supermodel, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
-    truth, start = (_values(supermodel, search.task, rival) for rival in (true, other))
+    truth = _values(supermodel, search.task, true)
     data = supermodel.problem.observations
-    at_hand = _with(supermodel, data._replace(measured=_readings(supermodel.problem, truth, data.experiment)))
+    at_hand = with_records(supermodel, data._replace(measured=_readings(supermodel.problem, truth, data.experiment)))
     subset = context.subset((other.effect,))
-    found = refit(at_hand, subset, start, context.whole, enough=FITTED_WELL).local
+    starts = _starts(supermodel, _values(supermodel, search.task, other), other.effect)
+    fits = [refit(at_hand, subset, start, context.whole, enough=FITTED_WELL) for start in starts]
+    found = min(fits, key=lambda fit: fit.cost if np.isfinite(fit.cost) else np.inf).local
     names = (*subset.shared, *subset.each)
     columns = np.array([supermodel.names.index(name) for name in names])
     size = np.array([abs(supermodel.declared[name].typical) for name in names])
     targets = found[:, columns] + difference_steps(found[:, columns], size)
-    grams = at_hand.grams(found, columns, targets, context.whole)
     shared, own = len(subset.shared), len(subset.each)
+    grams = at_hand.grams(found, columns, targets, context.whole)
 
     def left(grams: np.ndarray) -> float:
+        if not np.isfinite(grams).all():
+            return float("nan")
         return 0.5 * max(float(projected(grams, shared, own)[0].sum()), 0.0)
 
     further = []
     for batch in batches(choices, len(found)):
         rows = [choice.record for choice in batch]
-        taken = records_of(data, batch)
-        there = _with(supermodel, taken._replace(measured=_readings(supermodel.problem, truth[rows], taken.experiment)))
-        further += list(there.grams(found[rows], columns, targets[rows], context.whole[rows]))
+        taken, true_values = records_of(supermodel.problem, truth, batch)
+        values = records_of(supermodel.problem, found, batch)[1]
+        there = with_records(
+            supermodel, taken._replace(measured=_readings(supermodel.problem, true_values, taken.experiment))
+        )
+        goals = values[:, columns] + difference_steps(values[:, columns], size)
+        further += list(there.grams(values, columns, goals, context.whole[rows]))
     return left(grams), [left(np.concatenate([grams, gram[None]])) for gram in further[: len(choices)]]
-
-
-def _with(supermodel: Supermodel, data: Observations) -> Supermodel:
-    """A supermodel with other records."""
-    problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
-    return replace(supermodel, task=replace(supermodel.task, problem=problem))
 
 
 @eqx.filter_jit
@@ -235,3 +262,34 @@ def _values(supermodel: Supermodel, task: Task, rival: Explanation) -> np.ndarra
         if name in rival.values:
             local[:, j] = rival.values[name]
     return local
+
+
+def _starts(supermodel: Supermodel, start: np.ndarray, effect: type[Effect]) -> list[np.ndarray]:
+    """Where a rival is fitted from: with its effect as strong as it was found, weak and absent."""
+    absent, blank = start.copy(), absent_values(supermodel, len(start))
+    columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
+    absent[:, columns] = blank[:, columns]
+    return [start, strengthened(supermodel, start, (effect,), SMALL), absent]
+
+
+def just_found(search: Search, base: LaplaceFit, effect: type[Effect]) -> Explanation | None:
+    """A model with an effect so strong that the records at hand would just show it; None where they cannot show it.
+
+    Parameters
+    ----------
+    search : Search
+    base : LaplaceFit
+        The model without it.
+    effect : Effect class
+    """
+    plain = supermodel_of(search.task, (effect,), search.base.supermodel.sensitivities)
+    supermodel = search.inference.common_noise.whitened(plain)
+    local = transferred(supermodel, base.supermodel, base.local)
+    (found,) = confusion(supermodel, search.context, local, (effect,), gate).directions
+    if (strength := found.smallest_detectable) is None:
+        return None
+    ((_, declared),) = strengths_of((effect,))
+    if not declared.reciprocal:
+        strength = declared.null + np.sign(declared.typical - declared.null) * strength
+    values = {name: local[:, j] for j, name in enumerate(supermodel.names)}
+    return Explanation(effect, values | {f"{effect.name}.{declared.name}": np.full(len(local), strength)})

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.design.distinguish import menu_of, records_of
+from fibrefit.discovery.design.menu import batches, menu_of, records_of
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.model.finding import Choice, separation
@@ -49,9 +49,7 @@ def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
         return None
     models = [own_task(search.task, hypothesis) for hypothesis in rivals.models]
     records = search.task.problem.layout.records
-    at_hand = [Choice(r, {}) for r in range(len(records))]
-    apart = _apart(models, search.context.each, [*at_hand, *menu])
-    before, after = apart[: len(records)], apart[len(records) :]
+    before, after = _apart(models, search.context.each, menu)
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return None
     best = int(np.nanargmax(after))
@@ -59,23 +57,28 @@ def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
     return separation(rivals.names, menu[best], records[menu[best].record], **measures)
 
 
-def _apart(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], choices: list[Choice]) -> np.ndarray:
-    """Rms difference of two models in units of the noise, ``(n_choice,)``; nan where one cannot be simulated."""
-    records, found = len(models[0][0].traces), []
-    for start in range(0, len(choices), records):
-        batch = [choices[min(start + r, len(choices) - 1)] for r in range(records)]
-        found += list(_of_batch(models, each, batch))
-    return np.array(found[: len(choices)])
+def _apart(
+    models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], menu: list[Choice]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rms difference of two models in units of the noise, in records at hand and of a menu; nan for no motion."""
+    problems = [task.problem for task, _ in models]
+    values = [np.asarray(task.problem.layout.local(free)) for task, free in models]
+    further: list[float] = []
+    for batch in batches(menu, len(values[0])):
+        taken = [records_of(problem, local, batch) for problem, local in zip(problems, values, strict=True)]
+        further += list(_of_records(models, each, taken[0][0], [local for _, local in taken]))
+    before = _of_records(models, each, problems[0].observations, values)
+    return before, np.array(further[: len(menu)])
 
 
-def _of_batch(models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], batch: list[Choice]) -> np.ndarray:
-    rows = [choice.record for choice in batch]
-    data = records_of(models[0][0].problem.observations, batch)
-    first, second = (np.asarray(task.problem.layout.local(values))[rows] for task, values in models)
+def _of_records(
+    models: list[tuple[Task, np.ndarray]], each: tuple[str, ...], data: Observations, values: list[np.ndarray]
+) -> np.ndarray:
+    first, second = values
     here, there = _readings(models[0][0], first, data), _readings(models[1][0], second, data)
     slopes = [_readings(models[0][0], moved, data) - here for moved in _moved(models[0][0], first, each)]
     number = sum(np.count_nonzero(np.asarray(weight), axis=-1) for weight in data.weight.values())
-    apart = np.full(len(batch), np.nan)
+    apart = np.full(len(first), np.nan)
     for r, change in enumerate(there - here):
         own = np.array([slope[r] for slope in slopes]).T
         if np.isfinite(change).all() and np.isfinite(own).all():

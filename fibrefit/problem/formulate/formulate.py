@@ -72,7 +72,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     except DataError as error:
         raise _with_exchange(error, traces) from None
     _refuse_unknown_scale(study, model, settings, traces)
-    layout = Layout(_slots(model, settings, stated, traces), tuple(trace.name for trace in traces))
+    layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
     found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms if channel not in given}
     return Task(
@@ -176,12 +176,21 @@ def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:
     return done
 
 
-def _slots(
+def slots_of(
     model: Model,
     settings: Mapping[str, ParameterSetting],
     stated: Sequence[Mapping[str, float | None]],
     traces: Sequence[Trace],
 ) -> tuple[Slot, ...]:
+    """Slots of a model's parameters, of the rig's nuisances, and of conditions that not every record states.
+
+    Parameters
+    ----------
+    settings : mapping of str to ParameterSetting
+        What the study says of each parameter.
+    stated : sequence of mapping of str to float
+        What it says of each record, in SI units.
+    """
     spoken_for = {name for effect in model.effects for name in effect.stands_for}
     slots = [_slot(parameter, settings[parameter.name], parameter.name in spoken_for) for parameter in model.parameters]
     for nuisance in model.rig.nuisances:

@@ -10,13 +10,12 @@ import numpy as np
 from fibrefit.core.allowance import MOST_PLANNED, too_long
 from fibrefit.core.errors import StudyError
 from fibrefit.core.roles import ROLES
-from fibrefit.problem.formulate.formulate import belief_of, first_size, stated_of
+from fibrefit.problem.formulate.formulate import first_size, slots_of, stated_of
 from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.rigs.excitation import Excitation
@@ -61,7 +60,9 @@ def formulate_planned(study: Study, model: Model) -> Task:
         raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
     _check_lengths(study)
     traces = tuple(in_order([_trace(record, model) for record in study.records]))
-    layout = Layout(_slots(study, model), tuple(trace.name for trace in traces))
+    settings = study.settings({parameter.name: parameter for parameter in model.parameters})
+    stated = [stated_of(record) for record in study.records]
+    layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
     noise = {channel: _noise(study, channel, traces[0].rate) for channel in model.rig.channels}
     rms = {channel: [noise[channel].rms(float(t.times[-1]), t.rate) for t in traces] for channel in model.rig.channels}
     whole = np.array([[[len(trace.times) for trace in traces]]], dtype=np.int32)
@@ -128,17 +129,6 @@ def _harmonic(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     omega = 2.0 * np.pi * record.frequency
     position = record.amplitude * np.sin(omega * times)
     return position, record.amplitude * omega * np.cos(omega * times), position
-
-
-def _slots(study: Study, model: Model) -> tuple[Slot, ...]:
-    settings = study.settings({parameter.name: parameter for parameter in model.parameters})
-    slots = []
-    for parameter in model.parameters:
-        setting = settings[parameter.name]
-        limits = Range.of(parameter).within(setting.lower, setting.upper)
-        slots.append(Slot(parameter.name, parameter.unit, limits, belief=belief_of(setting)))
-    slots += [Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False) for nuisance in model.rig.nuisances]
-    return tuple(slots)
 
 
 def _values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Mapping[str, float | np.ndarray]:

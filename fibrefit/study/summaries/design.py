@@ -40,8 +40,14 @@ class FurtherRecord(Part):
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
     minutes: float = Field(description="What it costs.")
-    errors: dict[str, float] = Field(description="Factor on the standard error of each parameter.")
-    limits: dict[str, float] = Field(description="Factor on the detection limit of each effect that shows at all.")
+    errors: dict[str, float] = Field(
+        description="Factor on the standard error of each parameter that the records at hand determine."
+    )
+    newly_determined: tuple[str, ...] = Field(default=(), description="Parameters that only the further record does.")
+    limits: dict[str, float] = Field(
+        description="Factor on the detection limit of each effect that the records at hand show."
+    )
+    newly_shown: tuple[str, ...] = Field(default=(), description="Effects that only the further record shows.")
     probability_distinguished: Known = Field(
         default=None, description="Probability that the rivals are distinguished with it; null without rivals."
     )

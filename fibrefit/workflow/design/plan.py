@@ -14,8 +14,16 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.design.plan import Explanation, Worth, options_of, probability_distinguished, worths
+from fibrefit.discovery.design.plan import (
+    Explanation,
+    Worth,
+    just_found,
+    options_of,
+    probability_distinguished,
+    worths,
+)
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
@@ -39,6 +47,8 @@ RECORD = "record"
 MINUTES = {RECORD: 2.0, "lift": 1.0, "added_mass": 5.0, "inclination": 15.0, "preload": 5.0}
 """Usual costs in minutes: of a record, and of a condition that none of those at hand has."""
 OTHERWISE = 5.0
+MOST_LISTED = 3
+"""Names that a sentence tells one by one."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +91,8 @@ class RecordPlan(FoundResult):
     further : tuple of (Worth, float)
         Each with its cost in minutes.
     seconds : float
+    remarks : tuple of str
+        What a reader should know besides.
     """
 
     study: Study
@@ -90,6 +102,7 @@ class RecordPlan(FoundResult):
     now: float
     further: tuple[tuple[Worth, float], ...]
     seconds: float
+    remarks: tuple[str, ...] = ()
 
     @property
     def best(self) -> Choice:
@@ -107,7 +120,7 @@ class RecordPlan(FoundResult):
             rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
             probability_distinguished_now=probability_distinguished(self.now) if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
-            remarks=REMARKS,
+            remarks=(*self.remarks, *REMARKS),
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
         )
 
@@ -120,7 +133,9 @@ class RecordPlan(FoundResult):
             size=choice.size,
             minutes=minutes,
             errors=worth.errors,
+            newly_determined=worth.determined,
             limits=worth.limits,
+            newly_shown=worth.shown,
             probability_distinguished=worth.distinguished if rivals else None,
             nats=worth.nats if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
@@ -131,6 +146,7 @@ REMARKS = (
     "Predicted from slopes about the values found, with white noise and known inputs; what differs between records "
     "beyond their noise is left out.",
 )
+NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 
 
 @one_blas_thread
@@ -183,13 +199,24 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
     fit = None if is_planned(study) else identify(task, 1, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
-    found = _rivals(task, search, named, fit, tell) if rivals else []
+    found, remarks = _rivals(task, search, named, fit, tell) if rivals else ([], ())
     tell("weighing the records that could be taken", None)
     ranked, now = worths(search, found, choices)
+    remarks += _left_out(study, len(choices) - len(ranked), len(choices))
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
     priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
-    return RecordPlan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began)
+    return RecordPlan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began, remarks)
+
+
+def _left_out(study: Study, number: int, offered: int) -> tuple[str, ...]:
+    """Remark on further records that cannot be simulated; refused where none can."""
+    if number == offered:
+        do = "Fit the study first, and look at the values of its parameters."
+        raise StudyError(str(study.source), f"{number} further records, none of which can be simulated", "one", do)
+    if not number:
+        return ()
+    return (f"{number} of {offered} records that could be taken cannot be simulated, and are left out.",)
 
 
 def _refuse(rivals: Sequence[str], purpose: str, minutes: Mapping[str, float]) -> None:
@@ -239,21 +266,35 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
 
 def _rivals(
     task: Task, search: Search, effects: Sequence[type[Effect]], fit: object, tell: Progress
-) -> list[Explanation]:
-    """Rivals with the values they have in the records at hand; of their typical size where nothing is measured."""
+) -> tuple[list[Explanation], tuple[str, ...]]:
+    """Rivals with the values they have in the records at hand, and remarks on those that these do not have.
+
+    One without evidence for it has the strength that would just be found, as by itself it would be none; of its
+    typical size are those that the records cannot show, and all where nothing is measured.
+    """
     if fit is None:
-        return [_typical(task, effect) for effect in effects]
+        return [_typical(task, effect, task.start) for effect in effects], ()
     tell("fitting the rivals", None)
     search, base = prepared_search(task, fit, effects, tell)  # type: ignore[arg-type]
-    found = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
-    return [_as_found(found[effect]) for effect in effects]
+    tried = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
+    found, remarks = [], []
+    for effect in effects:
+        if effect in tried and tried[effect].log - base.log > NAMED:
+            found.append(_as_found(tried[effect]))
+        elif (weak := just_found(search, base, effect)) is not None:
+            found.append(weak)
+            remarks.append(f"{NOT_THERE.format(effect.name)} as strong as would just be found.")
+        else:
+            found.append(_typical(task, effect, fit.plain.values))  # type: ignore[attr-defined]
+            remarks.append(f"{NOT_THERE.format(effect.name)} of its typical size, as they cannot show it.")
+    return found, tuple(remarks)
 
 
-def _typical(task: Task, effect: type[Effect]) -> Explanation:
-    local = np.asarray(task.problem.layout.local(task.start))
-    values = {name: local[:, j] for j, name in enumerate(task.problem.layout.names)}
+def _typical(task: Task, effect: type[Effect], values: np.ndarray) -> Explanation:
+    local = np.asarray(task.problem.layout.local(values))
+    named = {name: local[:, j] for j, name in enumerate(task.problem.layout.names)}
     sizes = {f"{effect.name}.{p.name}": np.full(len(local), p.typical) for p in effect.parameters}
-    return Explanation(effect, values | sizes)
+    return Explanation(effect, named | sizes)
 
 
 def _as_found(one: LaplaceFit) -> Explanation:
@@ -271,12 +312,19 @@ def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, fl
 
 
 def _order(purpose: Purpose):  # type: ignore[no-untyped-def]
-    """Key by which records are ranked; of two that add as much the cheaper one comes first."""
+    """Key by which records are ranked; of two that add as much the cheaper one comes first.
 
-    def key(priced: tuple[Worth, float]) -> tuple[float, float]:
+    What is determined or shown for the first time gains more than any factor.
+    """
+
+    def key(priced: tuple[Worth, float]) -> tuple[int, float, float]:
         worth, minutes = priced
-        gained = {"errors": worth.error, "power": worth.limit, "rivals": -worth.nats}[purpose]
-        return float(gained), minutes
+        first, gained = {
+            "errors": (len(worth.determined), worth.error),
+            "power": (len(worth.shown), worth.limit),
+            "rivals": (0, -worth.nats),
+        }[purpose]
+        return -first, float(gained), minutes
 
     return key
 
@@ -288,9 +336,20 @@ def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) 
             f"it tells {rivals[0]} from {rivals[1]} with a probability of {100.0 * worth.distinguished:.0f} % "
             f"(expected log likelihood ratio {worth.nats:.3g})"
         )
+    if worth.determined:
+        said.append(f"it determines {_listed(worth.determined)}, which the records at hand do not")
+    if worth.shown:
+        said.append(f"it shows {_listed(worth.shown)}, which the records at hand do not")
     if worth.errors:
         name = min(worth.errors, key=lambda name: worth.errors[name])
         said.append(f"the standard error of {name} falls by {100.0 * (1.0 - worth.errors[name]):.0f} %")
     if worth.limits:
         said.append(f"detection limits fall by {100.0 * (1.0 - worth.limit):.0f} % on average")
     return f"{further_record(record, worth.choice)} ({minutes:g} min): {', '.join(said)}."
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names in words; of many the first few."""
+    if len(names) > MOST_LISTED:
+        return f"{', '.join(names[:MOST_LISTED])} and {len(names) - MOST_LISTED} more"
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
