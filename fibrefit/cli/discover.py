@@ -71,9 +71,9 @@ def command(terminal: Terminal, request: Request, seconds: float, interactive: b
         )
         progress("drawing and writing", None)
         found.write(directory)
-        if not (found.finding.untried or found.finding.undone):
+        summary = found.summary()
+        if not (summary.untried or summary.undone):
             forgotten(journal)
-    summary = found.summary()
     code = _answered(terminal, summary)
     for text in person.remarks(summary.added) if person else ():
         terminal.remark(f"\n{text}")
