@@ -32,7 +32,7 @@ RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
 @pytest.mark.parametrize("verdict", sorted(FINDINGS))
 def test_the_figures_of_a_verdict(task: Task, verdict: str) -> None:
     figures = drawn_search(FINDINGS[verdict](task))
-    expected = {"overview", "gap", "candidates", "places", "states", "map", "spectrum"} | RECORDS
+    expected = {"overview", "gap", "candidates", "places", "states", "map", "map of the fibre", "spectrum"} | RECORDS
     expected -= {"candidates"} if verdict == "not_trusted" else set()
     assert set(figures) == expected | ({"curve"} if verdict == "unexplained" else set())
     for figure in figures.values():
