@@ -15,6 +15,7 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.discovery.design import plan as module
 from fibrefit.discovery.design.distinguish import detectable, menu_grams
 from fibrefit.discovery.design.plan import (
+    Beside,
     Explanation,
     Worth,
     _errors,
@@ -261,11 +262,11 @@ def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be
         assert one is not None
         strength = one.values[f"{known.effect}.{known.parameter}"]
         assert strength == pytest.approx(np.full(2, known.smallest_detectable), rel=0.3)
-    ranked, now = worths(search, [one for one in found if one is not None], options_of(search.task))
+    ranked, now = worths(search, [one for one in found if one is not None], options_of(search.task), Beside())
     assert now > 0.0
     assert max(worth.nats for worth in ranked) > 2.0 * now
     absent: Any = Explanation(RIVALS[0], dict(zip(base.supermodel.names, base.local.T, strict=True)))
-    assert worths(search, [absent, found[1]], options_of(search.task)[:1])[1] < 1e-3 * now
+    assert worths(search, [absent, found[1]], options_of(search.task)[:1], Beside())[1] < 1e-3 * now
 
 
 @pytest.mark.parametrize(("shown", "says"), [(True, "would just be found"), (False, "they cannot show it")])

@@ -9,7 +9,8 @@ wrong, at its best, still misses most (T-optimal design), Atkinson and Fedorov, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -60,6 +61,52 @@ class Explanation:
 
     effect: type[Effect]
     values: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What the records at hand tell of their noise, and of how much they differ.
+
+    Parameters
+    ----------
+    whitening : Whitening or None
+        Of the noise that a model leaves; None where it counts as white.
+    scatter : mapping of str to float
+        Relative standard deviation of a parameter between records, by its name.
+    """
+
+    whitening: Any = None
+    scatter: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, search: Search, base: LaplaceFit) -> Beside:
+        """That of the model without the rivals."""
+        evidence, unknowns = base.evidence, base.evidence.mode.unknowns
+        levels = evidence.weight @ evidence.grid
+        names = [unknowns.names[i] for i in unknowns.scattering]
+        return cls(search.inference.common_noise.whitening, dict(zip(names, levels.tolist(), strict=True)))
+
+    def held(self, grams: np.ndarray, names: Sequence[str], own: int, sizes: np.ndarray) -> np.ndarray:
+        """Gram matrices in which each record has deviations of its own, held by what is known of their size.
+
+        Parameters
+        ----------
+        grams : (n_record, n, n)
+            Of shared columns, each record's own, and further ones.
+        names : sequence of str
+            Of the shared columns.
+        own : int
+            Number of each record's own.
+        sizes : (n_record, n_shared)
+            Relative changes of the shared values that their columns stand for.
+        """
+        scattering = [i for i, name in enumerate(names) if self.scatter.get(name, 0.0) > 0.0]
+        last = len(names) + own
+        places = np.r_[: last, scattering, last : grams.shape[1]].astype(int)
+        wide = grams[:, places][:, :, places]
+        for j, i in enumerate(scattering):
+            wide[:, last + j, last + j] += (sizes[:, i] / self.scatter[names[i]]) ** 2
+        return wide
 
 
 @dataclass(frozen=True)
@@ -124,10 +171,13 @@ def options_of(task: Task) -> list[Choice]:
     return [*again, *menu_of(task)]
 
 
-def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice]) -> tuple[list[Worth], float]:
+def worths(
+    search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice], beside: Beside
+) -> tuple[list[Worth], float]:
     """What each of some records would add, and the nats by which the records at hand tell the rivals apart.
 
-    Noise counts as white, and inputs as known. Records that cannot be simulated are left out.
+    Inputs count as known; for error bars and detection limits noise counts as white, and records as alike. Records that
+    cannot be simulated are left out.
 
     Parameters
     ----------
@@ -136,6 +186,8 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
     rivals : sequence of Explanation
         Two, or none.
     choices : sequence of Choice
+    beside : Beside
+        Of the records at hand, for the nats by which rivals differ.
     """
     supermodel, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
     columns, targets = changed_values(
@@ -146,7 +198,7 @@ def worths(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choi
     possible = [i for i, gram in enumerate(added) if np.isfinite(gram).all()]
     now, nats = float("nan"), [float("nan")] * len(possible)
     if rivals and possible:
-        now, nats = _apart(search, rivals, [choices[i] for i in possible])
+        now, nats = _apart(search, rivals, [choices[i] for i in possible], beside)
     found = [
         replace(_worth(search, grams, added[i], choices[i]), nats=apart)
         for i, apart in zip(possible, nats, strict=True)
@@ -197,20 +249,23 @@ def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
     return np.where(known, np.sqrt(variance) / safe, np.inf)
 
 
-def _apart(search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice]) -> tuple[float, list[float]]:
+def _apart(
+    search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice], beside: Beside
+) -> tuple[float, list[float]]:
     """Nats by which two rivals differ: at hand, and with each choice; whichever of them is true."""
     first, second = rivals
-    ways = [_missed(search, true, other, choices) for true, other in ((first, second), (second, first))]
+    ways = [_missed(search, true, other, choices, beside) for true, other in ((first, second), (second, first))]
     return min(ways[0][0], ways[1][0]), [min(pair) for pair in zip(ways[0][1], ways[1][1], strict=True)]
 
 
 def _missed(
-    search: Search, true: Explanation, other: Explanation, choices: Sequence[Choice]
+    search: Search, true: Explanation, other: Explanation, choices: Sequence[Choice], beside: Beside
 ) -> tuple[float, list[float]]:
     """Half of what a rival at its best still misses of a true model, in squares of the noise.
 
     The rival is fitted to what the true model says of the records at hand, without noise. Of a further record it is
-    fitted to both by its slopes there. Not finite of one that cannot be simulated.
+    fitted to both by its slopes there, in each record by deviations of its own too. Not finite of one that cannot be
+    simulated.
     """
     supermodel, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
     truth = _values(supermodel, search.task, true)
@@ -225,12 +280,19 @@ def _missed(
     size = np.array([abs(supermodel.declared[name].typical) for name in names])
     targets = found[:, columns] + difference_steps(found[:, columns], size)
     shared, own = len(subset.shared), len(subset.each)
-    grams = at_hand.grams(found, columns, targets, context.whole)
+
+    def seen(model: Supermodel, values: np.ndarray, goals: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        grams = replace(model, whitening=beside.whitening).grams(values, columns, goals, counts)
+        here = values[:, columns[:shared]]
+        sizes = (goals[:, :shared] - here) / np.where(here == 0.0, 1.0, here)
+        return beside.held(grams, subset.shared, own, sizes)
 
     def left(grams: np.ndarray) -> float:
         if not np.isfinite(grams).all():
             return float("nan")
-        return 0.5 * max(float(projected(grams, shared, own)[0].sum()), 0.0)
+        return 0.5 * max(float(projected(grams, shared, grams.shape[1] - shared - 1)[0].sum()), 0.0)
+
+    grams = seen(at_hand, found, targets, context.whole)
 
     further = []
     for batch in batches(choices, len(found)):
@@ -241,7 +303,7 @@ def _missed(
             supermodel, taken._replace(measured=_readings(supermodel.problem, true_values, taken.experiment))
         )
         goals = values[:, columns] + difference_steps(values[:, columns], size)
-        further += list(there.grams(values, columns, goals, context.whole[rows]))
+        further += list(seen(there, values, goals, context.whole[rows]))
     return left(grams), [left(np.concatenate([grams, gram[None]])) for gram in further[: len(choices)]]
 
 

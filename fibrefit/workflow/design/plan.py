@@ -15,6 +15,7 @@ from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.plan import (
+    Beside,
     Explanation,
     Worth,
     just_found,
@@ -199,9 +200,9 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
     fit = None if is_planned(study) else identify(task, 1, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
-    found, remarks = _rivals(task, search, named, fit, tell) if rivals else ([], ())
+    found, remarks, beside = _rivals(task, search, named, fit, tell) if rivals else ([], (), Beside())
     tell("weighing the records that could be taken", None)
-    ranked, now = worths(search, found, choices)
+    ranked, now = worths(search, found, choices, beside)
     remarks += _left_out(study, len(choices) - len(ranked), len(choices))
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
@@ -266,14 +267,14 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
 
 def _rivals(
     task: Task, search: Search, effects: Sequence[type[Effect]], fit: object, tell: Progress
-) -> tuple[list[Explanation], tuple[str, ...]]:
-    """Rivals with the values they have in the records at hand, and remarks on those that these do not have.
+) -> tuple[list[Explanation], tuple[str, ...], Beside]:
+    """Rivals with the values they have in the records at hand, remarks on those that these do not have, and noise.
 
     One without evidence for it has the strength that would just be found, as by itself it would be none; of its
     typical size are those that the records cannot show, and all where nothing is measured.
     """
     if fit is None:
-        return [_typical(task, effect, task.start) for effect in effects], ()
+        return [_typical(task, effect, task.start) for effect in effects], (), Beside()
     tell("fitting the rivals", None)
     search, base = prepared_search(task, fit, effects, tell)  # type: ignore[arg-type]
     tried = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
@@ -287,7 +288,7 @@ def _rivals(
         else:
             found.append(_typical(task, effect, fit.plain.values))  # type: ignore[attr-defined]
             remarks.append(f"{NOT_THERE.format(effect.name)} of its typical size, as they cannot show it.")
-    return found, tuple(remarks)
+    return found, tuple(remarks), Beside.of(search, base)
 
 
 def _typical(task: Task, effect: type[Effect], values: np.ndarray) -> Explanation:
