@@ -35,8 +35,8 @@ PAIRS = (
     ("guide.viscous_friction", "guide.quadratic_drag"),
     ("fibre.free_length_offset", "sensor.position_gain"),
 )
-"""Effects of which slow drops hold three tenths at the most that the other cannot imitate, in squares of the noise, and a
-further record more. Of an asymmetric friction and a dial gauge's force drops hold one thousandth, whatever their lift."""
+"""Effects of which slow drops hold three tenths at the most that the other cannot imitate, in squares of the noise, and
+faster ones more. Of an asymmetric friction and a dial gauge's force no drop holds more than two thousandths."""
 SLOW_DROPS = ((4, 90), (6, 90), (6, 45))
 """Lift in mm and slope in degrees of the records at hand."""
 AFTER = 1.2
