@@ -13,7 +13,7 @@ import pytest
 
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.discovery.design import plan as module
-from fibrefit.discovery.design.distinguish import detectable, menu_grams
+from fibrefit.discovery.design.distinguish import detectable, menu_grams, projected
 from fibrefit.discovery.design.plan import (
     Beside,
     Explanation,
@@ -277,13 +277,31 @@ def test_rivals_without_evidence_are_given_a_strength_and_remarked_on(
     tried = SimpleNamespace(tried=lambda base, effects, what: SimpleNamespace(found=[weak]))
     monkeypatch.setattr(workflow, "prepared_search", lambda *given: (tried, SimpleNamespace(log=0.0)))
     monkeypatch.setattr(workflow, "just_found", lambda search, base, one: Explanation(one, {}) if shown else None)
+    monkeypatch.setattr(Beside, "of", lambda search, base: Beside())
     fit: Any = SimpleNamespace(plain=SimpleNamespace(values=task.start))
-    found, remarks = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
+    found, remarks, _ = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
     assert [one.effect for one in found] == list(RIVALS)
     assert len(remarks) == 2
     assert all(says in remark for remark in remarks)
     weak.log = 5.1
     monkeypatch.setattr(workflow, "_as_found", lambda one: "as found")
-    found, remarks = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
+    found, remarks, _ = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
     assert found[0] == "as found"
     assert len(remarks) == 1
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.01, 0.1])
+def test_what_deviations_of_a_record_can_imitate_tells_rivals_apart_by_the_less_the_more_they_are(
+    scatter: float,
+) -> None:
+    """Two records of one shared value, what a rival misses changing sign from the one to the other.
+
+    One column of n samples with slope 1/h, and residuals of size r along it: each record has n r^2 / (1 + n s^2 / h^2)
+    left, s its deviation's standard deviation.
+    """
+    n, r, step = 400.0, 0.2, 0.01
+    gram = np.array([[[n, sign * n * r], [sign * n * r, n * r**2]] for sign in (1.0, -1.0)])
+    beside = Beside(None, {"stiffness": scatter})
+    held = beside.held(gram, ("stiffness",), 0, np.full((2, 1), step))
+    left = float(projected(held, 1, held.shape[1] - 2)[0].sum())
+    assert left == pytest.approx(2.0 * n * r**2 / (1.0 + n * (scatter / step) ** 2), rel=1e-6)

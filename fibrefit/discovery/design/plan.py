@@ -102,7 +102,7 @@ class Beside:
         """
         scattering = [i for i, name in enumerate(names) if self.scatter.get(name, 0.0) > 0.0]
         last = len(names) + own
-        places = np.r_[: last, scattering, last : grams.shape[1]].astype(int)
+        places = np.r_[:last, scattering, last : grams.shape[1]].astype(int)
         wide = grams[:, places][:, :, places]
         for j, i in enumerate(scattering):
             wide[:, last + j, last + j] += (sizes[:, i] / self.scatter[names[i]]) ** 2
