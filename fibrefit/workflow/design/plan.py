@@ -144,8 +144,8 @@ class RecordPlan(FoundResult):
 
 
 REMARKS = (
-    "Predicted from slopes about the values found, with white noise and known inputs; what differs between records "
-    "beyond their noise is left out.",
+    "Predicted from slopes about the values found, with known inputs. Rivals are told apart in the noise that measured "
+    "records leave, and records may differ as these do; for errors and limits noise is white, and records are alike.",
 )
 NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 
