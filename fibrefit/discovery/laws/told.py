@@ -164,12 +164,13 @@ def told_by_fit(law: ProposedLaw, effect: str, after: Identification) -> Propose
     after : Identification
         The final fit, of the model with it.
     """
-    there = {one.name: after.parameters[f"{effect}.{one.name}"] for one in law.summary.parameters}
-    parameters = tuple(
-        one.model_copy(update={"value": there[one.name].value, "std_error": there[one.name].std_error})
-        for one in law.summary.parameters
-    )
-    summary = law.summary.model_copy(update={"parameters": parameters, "gap_after": total(after.gap)})
+    parameters = []
+    for one in law.summary.parameters:
+        there = after.parameters[f"{effect}.{one.name}"]
+        # Where the fit cannot tell an error, that of the search stands.
+        error = one.std_error if there.std_error is None else there.std_error
+        parameters.append(one.model_copy(update={"value": there.value, "std_error": error}))
+    summary = law.summary.model_copy(update={"parameters": tuple(parameters), "gap_after": total(after.gap)})
     return ProposedLaw(summary, law.file, law.source, law.probe, law.heights)
 
 

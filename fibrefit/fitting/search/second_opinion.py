@@ -44,10 +44,12 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
     lower, upper = np.array([r.lower for r in ranges]), np.array([r.upper for r in ranges])
     # A step where the data see nothing can be wider than the range itself.
     margin = 1e-9 * np.minimum(scale, upper - lower)
-    root = _Root(problem)
+    root, begun = _Root(problem), np.clip(start, lower + margin, upper - margin)
+    if not np.isfinite(root(begun)).all():
+        return SecondOpinion(begun, np.inf)
     found = least_squares(
         lambda x: root(x)[:, -1],
-        np.clip(start, lower + margin, upper - margin),
+        begun,
         jac=lambda x: root(x)[:, :-1],
         bounds=(lower, upper),
         x_scale=scale,
@@ -70,5 +72,8 @@ class _Root:
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         if self._place is None or not np.array_equal(values, self._place):
-            self._place, self._root = values.copy(), gram_root(gram_at(self._problem, values))
+            gram = gram_at(self._problem, values)
+            # Where a motion runs away there are no residuals: SciPy takes a shorter step.
+            there = bool(np.isfinite(gram).all())
+            self._place, self._root = values.copy(), gram_root(gram) if there else np.full_like(gram, np.nan)
         return self._root

@@ -112,7 +112,10 @@ def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
     columns = columns.reshape(len(layout.records), -1, columns.shape[-1])
     places = np.column_stack([layout.local_columns, np.full(len(layout.records), layout.size)])
     # A value held in a record has the place behind that of the residuals.
-    return assembled(columns.transpose(0, 2, 1) @ columns, places, layout.size + 1) + layout.prior_gram(values)
+    # Where a motion runs away products are beyond all numbers, and so is the cost: what asks for it goes elsewhere.
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = columns.transpose(0, 2, 1) @ columns
+    return assembled(products, places, layout.size + 1) + layout.prior_gram(values)
 
 
 def widths(problem: Problem, free: np.ndarray) -> np.ndarray:
