@@ -195,7 +195,9 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
         raise StudyError(
             str(study.source), f"a rig {rig.kind}", "one whose further records could differ", "Plan its inputs by hand."
         )
-    effects = {n: e for n, e in candidates_of(study, aim.only, aim.exclude).items() if aim.only or is_lasting(e)}
+    # What happened in records at hand is no part of a further one, unless it is asked for by its very name.
+    sought = candidates_of(study, aim.only, aim.exclude)
+    effects = {name: effect for name, effect in sought.items() if name in aim.only or is_lasting(effect)}
     named = _named(study, rivals)
     _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
     fit = None if is_planned(study) else identify(task, 1, progress=progress)
