@@ -21,7 +21,7 @@ from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.workflow import axis
 
-BASE = """
+PARAMETERS = """
 [parameters.stiffness]
 initial = "20 kN/m"
 [parameters.damping]
@@ -75,7 +75,7 @@ STILL = 1e-9
 
 
 def planned(folder: Path, text: str) -> Task:
-    (folder / "study.toml").write_text(text + BASE, encoding="utf-8")
+    (folder / "study.toml").write_text(text + PARAMETERS, encoding="utf-8")
     return task_of(load_study(folder))
 
 
@@ -174,7 +174,7 @@ def test_what_is_made_of_a_measured_motion_is_not_run_faster_or_farther(tmp_path
 
 
 def test_what_a_study_holds_of_planned_records_is_held(tmp_path: Path) -> None:
-    text = DROPS.format(inclination="60 deg") + BASE.replace('[parameters.friction]\ninitial = "4 N"', "")
+    text = DROPS.format(inclination="60 deg") + PARAMETERS.replace('[parameters.friction]\ninitial = "4 N"', "")
     text += '[parameters.friction]\nfixed = "4 N"\n'
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     task = task_of(load_study(tmp_path))

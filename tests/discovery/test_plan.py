@@ -39,22 +39,17 @@ from fibrefit.study.summaries.files import summary_of
 from fibrefit.workflow.design import plan as workflow
 from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, _order, _sentence, plan_study
 from tests.discovery.made import BASE
+from tests.discovery.test_menu import PARAMETERS
 
 RIVALS = (CATALOGUE["guide.viscous_friction"], CATALOGUE["guide.quadratic_drag"])
-PLANNED = """
+PLANNED = f"""
 schema = "fibrefit/study/1"
 name = "two drops"
 [rig]
 kind = "fibre_mass"
 weight_mass = "3.096 kg"
 inclination = "60 deg"
-[parameters.stiffness]
-initial = "20 kN/m"
-[parameters.damping]
-initial = "25 N s/m"
-[parameters.friction]
-initial = "4 N"
-"""
+{PARAMETERS}"""
 RECORD = """
 [[records]]
 name = "{name}"

@@ -87,7 +87,7 @@ class Beside:
         return cls(search.inference.common_noise.whitening, dict(zip(names, levels.tolist(), strict=True)))
 
     def held(self, grams: np.ndarray, names: Sequence[str], own: int, sizes: np.ndarray) -> np.ndarray:
-        """Gram matrices in which each record has deviations of its own, held by what is known of their size.
+        """Gram matrices in which each record has deviations of its own (random effects), as large as is known.
 
         Parameters
         ----------
