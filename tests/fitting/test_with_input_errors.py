@@ -10,8 +10,11 @@ import equinox as eqx
 import numpy as np
 import pytest
 
+from fibrefit.core.progress import quiet
 from fibrefit.fitting.checks import converged
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import _search, identify
+from fibrefit.fitting.search.multistart import HorizonSchedule
+from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.with_input_errors import (
     REDUCTION_TOLERANCE,
     linearised_in_errors,
@@ -19,11 +22,13 @@ from fibrefit.fitting.search.with_input_errors import (
     with_input_errors,
 )
 from fibrefit.problem.formulate.formulate import formulate
-from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors, no_errors
+from fibrefit.problem.inputs.errors_in_variables import error_rms, expanded, input_errors, no_errors
+from fibrefit.problem.inputs.sensitivities import weighted_sensitivities
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import read_records
+from tests.validation.cases import Case
 
 STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
 TRUTH = {"stiffness": 14693.386, "damping": 26.943, "friction": 3.951}
@@ -95,6 +100,47 @@ def test_readings_linearised_by_somebody_else_are_not_linearised_again(monkeypat
     assert looks[1] == looks[0] - 1
     np.testing.assert_array_equal(ends[1].values, ends[0].values)
     assert (ends[1].view.beforehand or ends[1].view).raw is first
+
+
+@pytest.mark.slow
+def test_records_in_a_wrong_bounce_are_followed_bounce_by_bounce(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Case("2026-11-25z", "null", "pulley_drive", 1, "slow", 0.0).write(tmp_path)
+    study = load_study(tmp_path)
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    found = _search(task, 8, 0, quiet, lambda: False, HorizonSchedule.of(task))
+    # Where plain squares end: the drive's noise has moved bounces.
+    values, counts = found.values[int(np.argmin(found.cost))], task.problem.n_measured
+
+    def gap() -> float:
+        end = optimum(task, values)
+        left = np.asarray(end.problem.linearised_at(end.local).residuals)
+        return float(np.sqrt(np.sum(left**2) / counts))
+
+    assert gap() < 1.03
+    # The negative control: followed to the end or not at all.
+    monkeypatch.setattr("fibrefit.fitting.search.with_input_errors.SHORTENED", 0)
+    assert gap() > 1.3
+
+
+def test_readings_up_to_an_instant_tell_what_they_would_tell_without_the_others() -> None:
+    study = load_study(STUDY)
+    study = study.model_copy(update={"records": (study.records[0],)})
+    task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
+    known = input_errors(task)
+    waves = {name: np.full_like(of, 0.1) for name, of in no_errors(known).items()}
+    rows = [rows for _, _, rows in expanded(task.problem, known, task.start, waves)]
+    shape = (1, len(task.problem.model.rig.channels), rows[0].shape[1] // len(task.problem.model.rig.channels))
+    weight = np.random.default_rng(1).uniform(0.5, 1.0, shape)
+    count = shape[-1] // 3
+    shorter = weighted_sensitivities(waves, rows, weight).until([count])
+    wanted = weighted_sensitivities(waves, rows, np.where(np.arange(shape[-1]) < count, weight, 0.0))
+    np.testing.assert_array_equal(shorter.downweight, wanted.downweight)
+    np.testing.assert_allclose(shorter.offset, wanted.offset, rtol=1e-9, atol=1e-9)
+    seen = np.where(np.arange(shape[-1]) < count, np.random.default_rng(2).standard_normal((1, 3, *shape[1:])), 0.0)
+    flat = seen.reshape(1, 3, -1)
+    np.testing.assert_allclose(shorter.left(flat), wanted.left(flat), atol=0.02)
 
 
 @pytest.mark.parametrize(("left", "looks"), [(np.inf, 2), (1e-3, 1)])

@@ -13,25 +13,33 @@ Bell and Cathey, IEEE Trans. Autom. Control 38 (1993): an iterated Kalman smooth
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from fibrefit.core.time_limit import beyond_limits, time_left
-from fibrefit.fitting.thresholds import ALL_COUNT, HOPELESS, MISSED_LINEARISED, MORE_COUNT
+from fibrefit.fitting.thresholds import (
+    ALL_COUNT,
+    FALLS,
+    HOPELESS,
+    MISSED_LINEARISED,
+    MORE_COUNT,
+    MOST_LINEARISATIONS,
+)
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
-from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights
+from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights, spacing
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-LINEARISATIONS = 4
-"""How often readings are linearised at the most."""
+SHORTENED = 3
+"""How often records that are not followed to their end are taken half as long before they are given up."""
 REDUCTION_TOLERANCE = 0.05
 """Predicted reduction of the cost by a further step below which a descent ends, in units where 1 is one standard error.
 
@@ -40,6 +48,8 @@ At this scale the cost of a motion that sticks and bounces is rough; a fit is ju
 COARSE = 1e-3
 """Promised fall at which a descent ends, as a share of what the residuals have beyond the noise: a model that lacks
 something has no exact best."""
+NEARBY = 0.02
+"""Time in s about an instant from which is taken whether a record is followed there."""
 DRAWS = 2
 """Of noise, to see how much of it errors of inputs take up."""
 
@@ -97,41 +107,133 @@ def with_input_errors(
     unknowns = fit_unknowns(layout, values, np.full(layout.size, np.inf))
     place = place_of(unknowns, np.asarray(layout.local(values)))
     waves, roots = no_errors(known) if coefficients is None else coefficients, None
-    found: WithInputErrors | None = None
+    looks: list[_Look] = []
     beforehand: View | None = None
-    samples, share = float(counted(problem).sum()), -1.0
-    for _ in range(LINEARISATIONS):
+    while len(looks) < MOST_LINEARISATIONS:
         began = time.monotonic()
         if near is not None and roots is None:
             view = _view(problem, known, near)
         else:
             view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
         beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
-        sensitivities = view.raw
-        assert sensitivities is not None
-        number = float(counted(problem, sensitivities.downweight).sum())
-        end = _descended(unknowns, place, view, number)
-        variance = max(1.0, end.normal.cost / number)
-        if not accounted_for(variance) and found is None and coefficients is not None:
+        end = _descended(problem, unknowns, place, view)
+        if not looks and coefficients is not None and not accounted_for(_variance(problem, view, end)):
             return with_input_errors(task, known, values)  # where it began was a bad place
-        if not accounted_for(variance):
-            return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
-        remaining, waves = view.residuals(end.local)
-        place, there = end.place, corrected(problem, known, waves)
-        left = np.asarray(there.linearised_at(end.local).residuals) * sensitivities.downweight
-        # What readings linearised elsewhere predicted of it may be none: a motion that bounces is another one then.
-        if accounted_for(float(np.sum(left**2)), number):
-            found = WithInputErrors(
-                there, _values(unknowns, problem, place), waves, view, end.predicted_reduction / variance
-            )
-        share, before = number / samples, share
-        if as_predicted(left, remaining[0], variance) and not lets_more_count(share, before):
+        look = _look_at(problem, known, unknowns, place, view, end)
+        if not accounted_for(look.variance):
             break
+        looks.append(look)
         # Another look takes as long as this one.
-        if time_left() <= time.monotonic() - began:
+        if not _tells_more(looks) or time_left() <= time.monotonic() - began:
             break
-        roots = sensitivities.roots()
-    return found or WithInputErrors(problem, values, no_errors(known), view, 0.0)
+        place, waves, roots = look.end.place, look.coefficients, _weighted(look.view).roots()
+    if not (followed := [look for look in looks if look.is_followed]):
+        return WithInputErrors(problem, values, no_errors(known), view, 0.0)
+    best = min(followed, key=lambda look: float(look.left.sum()))
+    there, values = corrected(problem, known, best.coefficients), _values(unknowns, problem, best.end.place)
+    reduction = best.end.predicted_reduction / best.variance
+    return WithInputErrors(there, values, best.coefficients, best.view, reduction)
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Where readings linearised once lead.
+
+    Parameters
+    ----------
+    view : View
+        Each record up to where it is followed.
+    end : PosteriorMode
+    coefficients : mapping of input to (n_record, n_wave)
+    variance : float
+        Of what the best errors leave of the samples that count, 1 at the least.
+    share : (n_record,)
+        Of the samples, that which counts.
+    left : (n_record,)
+        Mean square of what is left of all samples, in units of the noise.
+    bends : bool
+        Whether readings are others than those that were predicted, where they count.
+    is_followed : bool
+        Whether all records are followed, and little is left where samples count.
+    """
+
+    view: View
+    end: PosteriorMode
+    coefficients: InputCoefficients
+    variance: float
+    share: np.ndarray
+    left: np.ndarray
+    bends: bool
+    is_followed: bool
+
+
+def _look_at(
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    unknowns: Unknowns,
+    place: Place,
+    whole: View,
+    end: PosteriorMode,
+) -> _Look:
+    """Where readings linearised at a place lead, given where they lead if all of them are followed.
+
+    A record taken for another motion than it is, by a bounce that is not its own, tells nothing of what comes after it.
+    Up to there it does, and with what that tells the next look is from a place from which more of it is followed.
+    """
+    view = whole
+    for _ in range(SHORTENED):
+        if accounted_for(_variance(problem, view, end)):
+            break
+        view = _view(problem, known, _weighted(view).until(_followed(problem, view, end)))
+        end = _descended(problem, unknowns, place, view)
+    predicted, coefficients = view.residuals(end.local)
+    left = np.asarray(corrected(problem, known, coefficients).linearised_at(end.local).residuals)
+    here, samples = left * _weighted(view).downweight, counted(problem).sum(axis=-1)
+    number, variance = counted(problem, _weighted(view).downweight).sum(axis=-1), _variance(problem, view, end)
+    # What readings linearised elsewhere predicted of it may be none: a motion that bounces is another one then.
+    return _Look(
+        replace(view, beforehand=whole.beforehand),
+        end,
+        coefficients,
+        variance,
+        number / samples,
+        np.sum(left**2, axis=(1, 2)) / samples,
+        not as_predicted(here, predicted[0], variance),
+        view is whole and accounted_for(float(np.sum(here**2)), float(number.sum())),
+    )
+
+
+def _followed(problem: Problem, view: View, end: PosteriorMode) -> list[int]:
+    """Number of samples of each record up to where more is left than errors of inputs leave, half of them at least."""
+    number = counted(problem, _weighted(view).downweight)
+    left = np.sum(view.residuals(end.local)[0][0] ** 2, axis=1)
+    around = 1 + 2 * round(NEARBY / spacing(problem))
+    lost = uniform_filter1d(left, around) > HOPELESS * np.maximum(uniform_filter1d(number, around), 1.0)
+    middle = np.argmax(np.cumsum(number, axis=-1) > 0.5 * number.sum(axis=-1, keepdims=True), axis=-1)
+    first = np.where(lost.any(axis=-1), np.argmax(lost, axis=-1), 0)
+    is_far = left.sum(axis=-1) > HOPELESS * number.sum(axis=-1)
+    return np.where(is_far, np.maximum(first, middle), number.shape[-1]).tolist()
+
+
+def _weighted(view: View) -> InputSensitivities:
+    """Of the records of a view, which has noisy inputs."""
+    assert view.raw is not None
+    return view.raw
+
+
+def _variance(problem: Problem, view: View, end: PosteriorMode) -> float:
+    """Mean square of what the best errors of inputs leave of the samples that count; that of noise at the least."""
+    return max(1.0, end.normal.cost / float(counted(problem, _weighted(view).downweight).sum()))
+
+
+def _tells_more(looks: Sequence[_Look]) -> bool:
+    """Whether one look more may tell more of any record."""
+    last = looks[-1]
+    if len(looks) == 1:
+        return last.bends or lets_more_count(last.share, -1.0) or bool(np.isfinite(last.left).any())
+    before = looks[-2]
+    falls = bool(np.any(last.left < FALLS * before.left))
+    return last.bends or lets_more_count(last.share, before.share) or falls
 
 
 def as_it_ended(
@@ -171,12 +273,12 @@ def as_predicted(left: np.ndarray, linearised: np.ndarray, variance: float = 1.0
     return float(np.mean((left - linearised)[linearised != 0.0] ** 2)) < MISSED_LINEARISED * variance
 
 
-def lets_more_count(share: float, before: float) -> bool:
-    """Whether another look may let more of the samples count, of which such shares do and did.
+def lets_more_count(share: np.ndarray | float, before: np.ndarray | float) -> bool:
+    """Whether another look may let more of the samples count, of which such shares, of any record, do and did.
 
     What is learnt from more samples lets still more of them count, until it does not.
     """
-    return not (share > ALL_COUNT or share < before + MORE_COUNT)
+    return bool(np.any((np.asarray(share) <= ALL_COUNT) & (np.asarray(share) >= np.asarray(before) + MORE_COUNT)))
 
 
 def linearised_in_errors(
@@ -207,8 +309,9 @@ def _view(problem: Problem, known: Mapping[str, InputErrors], seen: InputSensiti
     return View(downweighted(corrected(problem, known, seen.coefficients), seen.downweight), None, seen, seen)
 
 
-def _descended(unknowns: Unknowns, place: Place, view: View, number: float) -> PosteriorMode:
+def _descended(problem: Problem, unknowns: Unknowns, place: Place, view: View) -> PosteriorMode:
     gram, nothing = view.gram(unknowns), np.zeros(0)
+    number = float(counted(problem, _weighted(view).downweight).sum())
     with beyond_limits():  # the first of these is without an alternative, and all are short
         normal = arrowhead(unknowns, place, gram)
         enough = max(REDUCTION_TOLERANCE, COARSE * (normal.cost - number))

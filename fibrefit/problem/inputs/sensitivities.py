@@ -103,6 +103,14 @@ class InputSensitivities(NamedTuple):
             found.append(np.eye(len(record.basis)) + record.basis @ narrowed @ record.basis.T)
         return found
 
+    def until(self, counts: Sequence[int]) -> InputSensitivities:
+        """Sensitivities of the first samples ``(n_record,)`` of each record; what comes after them does not count."""
+        inside = np.arange(self.downweight.shape[-1]) < np.asarray(counts)[:, None, None]
+        parts = [one._replace(rows=one.rows[:, :, : max(n, 1)]) for one, n in zip(self.records, counts, strict=True)]
+        shorter = [one._replace(inverse=_inverse(one.rows.reshape(len(one.rows), -1))) for one in parts]
+        offset = np.where(inside, self.offset.reshape(self.downweight.shape), 0.0).reshape(self.offset.shape)
+        return self._replace(downweight=np.where(inside, self.downweight, 0.0), offset=offset, records=tuple(shorter))
+
     def products(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
         """Products of rows ``(n_record, n_row, n_channel * n_time)`` with directions, ``(n_row, n_direction)`` each."""
         return tuple(for_each(Directions.products, self.records, rows))
