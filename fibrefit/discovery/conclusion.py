@@ -177,7 +177,7 @@ def _left_beside(
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
         best, readings = instead or (best, readings)
     if readings:
-        law = parts.take("law", partial(law_for, search, best, readings), None)
+        law = parts.take("law", partial(law_for, search, best, before, readings), None)
     if law is None and "law" not in parts.undone:
         over_course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
         law, readings = over_course or (None, readings)

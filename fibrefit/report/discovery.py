@@ -175,6 +175,9 @@ def law_sentences(law: ProposedLawSummary) -> list[str]:
     if law.valid_range is not None:
         low, high = law.valid_range
         where += f", which the records saw from {low:.3g} to {high:.3g} {law.variable_unit}; beyond that it is a guess"
+    if law.second_variable:
+        where += f"; y is the {law.second_variable}"
+        where += " (1 in the direction of +, -1 against it)" if law.second_variable == "direction" else ""
     nearest = [f"Next: {one.says} It is {-one.evidence:.3g} nats behind." for one in law.runners_up[:1]]
     file = f"As an effect of your own: {law.effect}, used by study.toml beside this result (--trust runs it)."
     return [f"{said}.", f"{where}.", *nearest, file]

@@ -12,7 +12,8 @@ import pytest
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.priors import _line
 from fibrefit.discovery.laws.forms import FORMS, FittedForm, Form, forms_of
-from fibrefit.discovery.laws.source import PLACES, composed, effect_of_law, start_of_law
+from fibrefit.discovery.laws.places import PLACES, SECOND, SECOND_VARIABLES, SecondVariable, second_variables
+from fibrefit.discovery.laws.source import composed, effect_of_law, start_of_law
 from fibrefit.laws.contract import violations
 from fibrefit.rigs.catalogue import RIGS
 
@@ -143,6 +144,33 @@ def test_what_is_written_is_an_effect(probe: type, form: Form) -> None:
     # The places the contract looks at may lie where a law with a knee does not act.
     assert not [error for error in violations(effect, CONDITIONS) if "changes nothing" not in str(error)]
     assert effect_of_law(law) is effect
+
+
+CHANGING = [(probe, second) for probe in (*PROBES, *COURSES) for second in second_variables(probe)]
+
+
+@pytest.mark.parametrize(("probe", "second"), CHANGING, ids=lambda of: getattr(of, "name", None) or of.variable)
+def test_a_law_of_two_variables_is_an_effect_and_without_the_second_one_it_is_that_of_the_first(
+    probe: type, second: SecondVariable
+) -> None:
+    fitted = FittedForm(BY_NAME["peak"], TRUE["peak"], 0.0)
+    plain, law = composed(probe, fitted, KNOTS), composed(probe, fitted, KNOTS, (), second, 2.0)
+    effect = effect_of_law(law)
+    assert start_of_law(law) == {f"{law.name}.{name}": value for name, value in zip(
+        ("amplitude", "scale", SECOND.name), (*TRUE["peak"], 0.0), strict=True
+    )}  # fmt: skip
+    assert effect.strength == ("amplitude",)
+    changes = {parameter.name: parameter for parameter in effect.parameters}[SECOND.name]
+    assert (changes.typical, changes.spread) == (0.5, 1.0)
+    assert law.expression == f"({plain.expression}) (1 + d y)"
+    assert f"y the {second.variable} in {second.unit}" in " ".join((effect.__doc__ or "").split())
+    assert not [error for error in violations(effect, CONDITIONS) if "changes nothing" not in str(error)]
+
+
+def test_every_second_variable_is_known_somewhere() -> None:
+    assert {second.variable for _, second in CHANGING} == {one.variable for one in SECOND_VARIABLES}
+    for probe, second in CHANGING:
+        assert second.variable != probe.variable  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("shift", [0.0, -0.5, 7.0])

@@ -23,13 +23,16 @@ from fibrefit.discovery.curves.probes import (
 )
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.laws import propose, told
+from fibrefit.discovery.laws.forms import FORMS, FittedForm
+from fibrefit.discovery.laws.places import SECOND, SECOND_VARIABLES
 from fibrefit.discovery.laws.propose import Proposal, proposed
-from fibrefit.discovery.laws.told import described, holding, law_over_course
+from fibrefit.discovery.laws.source import composed, effect_of_law, start_of_law
+from fibrefit.discovery.laws.told import described, holding, law_for, law_over_course
 from fibrefit.discovery.search import cross_validation
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
 from fibrefit.problem.task import Task
-from tests.discovery.test_free_form import begun_at, identified, planted
+from tests.discovery.test_free_form import begun_at, identified, measured_of, planted
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +56,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
     parent = search.inference.fitted(base, (), fit.local)
-    readings = proposing(search, parent, found, tuple(PORTS))
+    readings = proposing(search, parent, found, tuple(PORTS), (FrictionOfSpeed,))
     proposal = proposed(search, parent, readings)
     assert proposal is not None
     assert set(taken) == {route}
@@ -132,3 +135,34 @@ def test_records_without_it_have_no_law_over_their_course(task: Task, found: Ide
     search = begun_at(planted(task, found, FrictionOfTime, np.zeros(FrictionOfTime.knots)))
     parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     assert law_over_course(search, parent, found, ()) is None
+
+
+@pytest.mark.parametrize(("change", "second"), [(0.8, "direction"), (0.0, "")])
+def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
+    task: Task, found: Identification, change: float, second: str
+) -> None:
+    """A friction that grows with the speed, upwards faster than downwards; alike both ways as the negative control."""
+    knots, rise = np.linspace(0.0, 0.5, FrictionOfSpeed.knots), 4.0
+    linear = FittedForm(next(form for form in FORMS if form.name == "linear"), (rise,), 0.0)
+    direction = next(one for one in SECOND_VARIABLES if one.variable == "direction")
+    law = composed(FrictionOfSpeed, linear, knots, (), direction, 1.0)
+    base = begun_at(task, (effect_of_law(law),)).base  # type: ignore[arg-type]
+    local = base.fit.local.copy()
+    for name, value in (start_of_law(law) | {f"{law.name}.{SECOND.name}": change}).items():
+        local[:, base.supermodel.names.index(name)] = value
+    search = begun_at(measured_of(task, base.supermodel, local, 4))
+    base, context = search.base.supermodel, search.context
+    fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
+    parent = search.inference.fitted(base, (), fit.local)
+    readings = proposing(search, parent, found, tuple(PORTS), (FrictionOfSpeed,))
+    told_of = law_for(search, parent, found, readings)
+    assert told_of is not None
+    summary = told_of[1].summary
+    assert (summary.port, summary.variable, summary.second_variable) == ("guide", "speed", second)
+    assert summary.gap_after == pytest.approx(1.0, abs=0.02)
+    if second:
+        value = next(one for one in summary.parameters if one.name == SECOND.name)
+        assert value.std_error is not None
+        assert abs(value.value - change) < 4.0 * value.std_error
+        assert "(1 + d y)" in summary.expression
+        assert "changes with the direction" in summary.says

@@ -30,9 +30,9 @@ class Term(NamedTuple):
     ----------
     name : str
     says : str
-    kind : {"height", "slope", "place", "length", "number", "turn"}
-        What it is measured in: as the curve, as the curve over the variable, as the variable, or by itself. A length is
-        positive and spans decades.
+    kind : {"height", "slope", "place", "length", "number", "turn", "second"}
+        What it is measured in: as the curve, as the curve over the variable, as the variable, by itself, or as one over
+        a second variable. A length is positive and spans decades.
     symbol : str
         In the equation of its form.
     """

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.time_limit import in_time, time_left
 from fibrefit.discovery.curves.free_form import Reading, shape_of
 from fibrefit.discovery.engine.candidates import (
     BLOWN,
@@ -32,14 +33,20 @@ from fibrefit.discovery.engine.refit import predictor_step
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.laws.forms import FORMS, forms_of
-from fibrefit.discovery.laws.source import PLACES, Composed, composed, effect_of_law, start_of_law
+from fibrefit.discovery.laws.places import PLACES
+from fibrefit.discovery.laws.source import Composed, composed, effect_of_law, start_of_law
+from fibrefit.discovery.laws.two_variables import Ranked, with_second_variables
+from fibrefit.discovery.residuals.innovations import tests_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
+from fibrefit.fitting.result import Identification
 
 CURVES = 3
 """Free curves that laws are looked for in, the best ones."""
 TRIED = 6
 """Laws that are fitted in full."""
+SECOND_LOOK = 0.5
+"""Share of the time left in which second variables are looked for."""
 PRICE_OF_LOOKS = float(np.log(len(FORMS) * len(PLACES)))
 """Nats: any place and any form could have been the one."""
 
@@ -67,8 +74,13 @@ class Proposal(NamedTuple):
         return self.ranked[0][0]
 
 
-def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> Proposal | None:
+def proposed(
+    search: Search, parent: LaplaceFit, readings: Sequence[Reading], before: Identification | None = None
+) -> Proposal | None:
     """The best laws for what a model lacks; None where a free curve does better.
+
+    Where a curve does better than those of one variable, or more than noise is left with them, it is looked at whether
+    they change with a second one.
 
     Parameters
     ----------
@@ -77,6 +89,8 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
         The model that lacks something.
     readings : sequence of Reading
         Free curves on top of it, the best first.
+    before : Identification, optional
+        Of the model the search began with; without it, laws are of one variable.
     """
     laws = _composed(search, parent, readings)
     if not laws:
@@ -90,16 +104,23 @@ def proposed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) ->
     sources = [law.source for law in laws]
     jobs = [search.recalled("law", parent, (sources, law.name, near), partial(follow, law), supermodel) for law in laws]
     ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
-    ranked = sorted(
+    ranked: Ranked = sorted(
         ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
         key=lambda pair: -pair[0].log,
     )
     # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers. The forms
     # that were looked at are paid for where something is said to be there, not once more against the curve.
-    gain = ranked[0][0].log - parent.log if ranked else -np.inf
-    if gain <= max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED):
-        return None
-    return Proposal(parent, ranked, readings)
+    enough = parent.log + max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED)
+    if before is not None and ranked and (ranked[0][0].log <= enough or _objected(search, ranked[0][0])):
+        look = partial(with_second_variables, search, before, parent, ranked, readings)
+        ranked, _ = in_time(look, ranked, SECOND_LOOK * time_left())
+    return Proposal(parent, ranked, readings) if ranked and ranked[0][0].log > enough else None
+
+
+def _objected(search: Search, fit: LaplaceFit) -> bool:
+    """Whether tests of the innovations object to a model."""
+    tested = tests_of(search.inference, fit, search.task.traces, search.task.problem.model.rig.channels)
+    return any(alarm.raised for alarm in tested)
 
 
 def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> list[Composed]:

@@ -16,122 +16,13 @@ import numpy as np
 from fibrefit.core.roles import HISTORY, ROLES, STATES
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.laws.forms import STEEP, FittedForm, Form, Term
+from fibrefit.discovery.laws.places import AS_OF, NOW, PLACES, SECOND, PortPlace, SecondVariable
 from fibrefit.laws.law import Effect
 from fibrefit.laws.template import class_name
 
 SI = ROLES | STATES | HISTORY
 """SI unit of each variable."""
 
-
-class PortPlace(NamedTuple):
-    """Where a law acts, in code.
-
-    Parameters
-    ----------
-    port : str
-        Of the name.
-    base : str
-        Class of laws.
-    hook : str
-        Signature and body of the method, ``VALUE`` for the law and ``VARIABLE`` for the variable.
-    variable : str
-        Of the curve, as the method knows it.
-    absorbed : int
-        Degree of the polynomial in the variable that base parameters take up.
-    more : str
-        A further line of the class; empty for most.
-    signed : bool
-        Whether the variable has two signs.
-    """
-
-    port: str
-    base: str
-    hook: str
-    variable: str
-    absorbed: int = 0
-    more: str = ""
-    signed: bool = False
-
-
-_ON = "    acts_on: ClassVar[frozenset[Capability]] = frozenset({{Capability.{}}})\n"
-_FRICTION = (
-    "friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array",
-    '"""Addition to the level of friction, in N."""',
-)
-_TENSION = (
-    "tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array",
-    '"""Tension added, in N."""',
-)
-
-
-_NOW = "self.STRENGTH"
-_TIMED = "    timed: ClassVar[bool] = True\n"
-_WORN = f"{_TIMED}    worn: ClassVar[bool] = True\n"
-_AS_OF = '''    def as_of(self, moment: Moment) -> Self:
-        """The law by then, as its strength."""
-        return dataclasses.replace(self, STRENGTH=self._at(moment.VARIABLE))
-
-'''
-"""A law over the course of a record."""
-
-
-def _method(head: tuple[str, str], answer: str = "self._at(VARIABLE)") -> str:
-    return f"    def {head[0]}:\n        {head[1]}\n        return {answer}\n"
-
-
-PLACES: dict[str, PortPlace] = {
-    "probe.force_of_position": PortPlace(
-        "guide", "GuideLaw",
-        _method(("force(self, position: jax.Array, velocity: jax.Array) -> jax.Array",
-                 '"""Force on the weight against the + direction, in N."""')),
-        "position",
-    ),
-    "probe.friction_of_position": PortPlace(
-        "guide", "GuideLaw",
-        _method(("roughness(self, position: jax.Array) -> jax.Array", '"""Addition to the friction, in N."""')),
-        "position",
-    ),
-    "probe.friction_of_speed": PortPlace("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
-    "probe.friction_of_tension": PortPlace("guide", "GuideLaw", _method(_FRICTION), "tension"),
-    "probe.tension_of_stretch": PortPlace("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
-    "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", 1, signed=True),
-    "probe.damping_of_stretch": PortPlace(
-        "fibre", "FibreLaw",
-        _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
-                 '"""Factor on the viscous tension."""'),
-                "jnp.maximum(1.0 + self._at(VARIABLE), ALWAYS_LEFT)"),
-        "stretch",
-    ),
-    "probe.force_error_of_force": PortPlace(
-        "sensor", "SensorLaw",
-        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of force."""'),
-                "of_force(channels, lambda force: force + self._at(force))"),
-        "force", 1, _ON.format("FIBRE"),
-    ),
-    "probe.position_error_of_position": PortPlace(
-        "sensor", "SensorLaw",
-        _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of position."""'),
-                'channels | {"position": channels["position"] + self._at(channels["position"])}'),
-        "position", 1, _ON.format("PLACE"),
-    ),
-    "probe.friction_of_time": PortPlace("guide", "GuideLaw", _method(_FRICTION, _NOW), "time", more=_TIMED),
-    "probe.friction_of_path": PortPlace("guide", "GuideLaw", _method(_FRICTION, _NOW), "path", more=_WORN),
-    "probe.stiffness_of_time": PortPlace(
-        "fibre", "FibreLaw",
-        _method(("stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
-                 '"""Factor on the elastic tension."""'),
-                f"jnp.maximum(1.0 + {_NOW}, ALWAYS_LEFT)"),
-        "time", more=_TIMED,
-    ),
-    "probe.damping_of_time": PortPlace(
-        "fibre", "FibreLaw",
-        _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
-                 '"""Factor on the viscous tension."""'),
-                f"jnp.maximum(1.0 + {_NOW}, ALWAYS_LEFT)"),
-        "time", more=_TIMED,
-    ),
-}  # fmt: skip
-"""Of each probe: a law that is composed acts where a free curve does."""
 
 _SOURCE = '''"""{says}
 
@@ -154,7 +45,7 @@ class {cls}({base}):
 
     Law
     ---
-    ``{law}`` in {unit}, x the {variable} in {variable_unit}.
+    ``{law}`` in {unit}, x the {variable} in {variable_unit}{also}.
 
     Valid range
     -----------
@@ -190,6 +81,8 @@ class Composed(NamedTuple):
         Its equation, x the variable in SI units.
     source : str
         Of the file.
+    second : SecondVariable, optional
+        What it changes with, too.
     """
 
     probe: type[Curve]
@@ -198,6 +91,12 @@ class Composed(NamedTuple):
     says: str
     expression: str
     source: str
+    second: SecondVariable | None = None
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Its numbers."""
+        return self.fitted.form.quantities if self.second is None else (*self.fitted.form.quantities, SECOND)
 
     @property
     def title(self) -> str:
@@ -215,7 +114,10 @@ class Composed(NamedTuple):
         return f"{self.name.partition('.')[2]}.py"
 
 
-def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray, taken: Collection[str] = ()) -> Composed:
+def composed(
+    probe: type[Curve], form: FittedForm, knots: np.ndarray, taken: Collection[str] = (),
+    second: SecondVariable | None = None, span: float = 1.0,
+) -> Composed:  # fmt: skip
     """Source of a law.
 
     Parameters
@@ -227,25 +129,48 @@ def composed(probe: type[Curve], form: FittedForm, knots: np.ndarray, taken: Col
         Range of the variable that the records saw.
     taken : collection of str
         Names of effects that it must not have.
+    second : SecondVariable, optional
+        What it changes with, too, and how far that goes in the records, in its unit.
+    span : float
     """
     place, low, high = PLACES[probe.name], float(knots[0]), float(knots[-1])
     unit, effect = SI[probe.variable], _name(probe, form.form, place.port, taken)
-    says = f"{probe.says[0].upper()}{probe.says[1:]}: it {form.form.says} {probe.variable}."
+    says = f"{probe.says[0].upper()}{probe.says[1:]}: it {form.form.says} {probe.variable}"
+    says += "." if second is None else f", and changes with the {second.variable}."
     sizes = {"height": probe.size, "slope": probe.size / (high - low), "place": high - low, "length": high - low}
     fields = [_field(quantity, probe.unit, unit, sizes, (low, high)) for quantity in form.form.quantities]
-    hook = f"{_AS_OF if probe.timed else ''}{place.hook}".replace("STRENGTH", form.form.quantities[0].name)
+    hook, more = f"{AS_OF if probe.timed else ''}{place.hook}", place.more
+    if second is not None:
+        hook, more = _with_second(place, hook, second), f"{more}{second.more}"
+        fields.append(_field(SECOND, probe.unit, second.unit, {"second": 1.0 / span}, (low, high)))
+    hook = hook.replace("STRENGTH", form.form.quantities[0].name)
     kinds = [word for word in ("ALWAYS_LEFT", "Channels", "Memory", "Moment", "of_force") if word in hook]
     ends, mirrored = form.form.ends(low, high, place.signed), place.signed and form.form.begins
     expression = _expression(form.form, ends, mirrored)
+    expression = expression if second is None else f"({expression}) (1 + {SECOND.symbol} y)"
     source = _SOURCE.format(
         says=says, imports=", ".join(sorted([*kinds, place.base, "quantity"], key=str.lower)),
-        head="import dataclasses\nfrom typing import ClassVar, Self" if probe.timed else "from typing import ClassVar",
+        head="import dataclasses\nfrom typing import ClassVar, Self" if probe.timed
+        else f"from typing import ClassVar{', Self' if 'Self' in hook else ''}",
+        also="" if second is None else f", y the {second.variable} in {second.unit}",
         cls=class_name(effect), base=place.base, law=expression, unit=probe.unit, variable=probe.variable,
         variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high,
-        name=f"{place.port}.{effect}", more=place.more, fields="\n".join(fields),
+        name=f"{place.port}.{effect}", more=more, fields="\n".join(fields),
         code=_code(form.form, ends, mirrored), hook=hook.replace("VARIABLE", place.variable),
     )  # fmt: skip
-    return Composed(probe, form, f"{place.port}.{effect}", says, expression, source)
+    return Composed(probe, form, f"{place.port}.{effect}", says, expression, source, second)
+
+
+def _with_second(place: PortPlace, hook: str, second: SecondVariable) -> str:
+    """The methods of a law that changes with a second variable."""
+    if second.hook:
+        return second.hook.format(SECOND.name, second.code) + hook
+    changed = f" * (1.0 + self.{SECOND.name} * {second.code})"
+    return (
+        hook.replace(NOW, NOW + changed)
+        if NOW in place.hook
+        else hook.replace("_at(VARIABLE)", f"_at(VARIABLE){changed}")
+    )
 
 
 def _name(probe: type[Curve], form: Form, port: str, taken: Collection[str]) -> str:
@@ -275,7 +200,10 @@ def _expression(form: Form, ends: tuple[float, float], mirrored: bool) -> str:
 
 def _unit(quantity: Term, height: str, variable: str) -> str:
     slope = f"{height}/({variable})" if "/" in variable else f"{height.replace('-', '1')}/{variable}"
-    units = {"height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "turn": "rad"}
+    units = {
+        "height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "turn": "rad",
+        "second": "-" if variable == "-" else f"1/({variable})" if "/" in variable else f"1/{variable}",
+    }  # fmt: skip
     return units[quantity.kind]
 
 
@@ -283,6 +211,9 @@ def _field(quantity: Term, height: str, variable: str, sizes: dict[str, float], 
     unit = _unit(quantity, height, variable)
     if quantity.kind in ("height", "slope"):
         more = f"{sizes[quantity.kind]:.6g}"
+    elif quantity.kind == "second":
+        # None is as likely as any: the prior is wide beside what doubles the law over the records.
+        more = f"{sizes['second']:.6g}, spread={2.0 * sizes['second']:.6g}"
     elif quantity.kind == "place":
         # Zero of a position or a time is nothing special: the prior is as wide as the range.
         middle, spread = (ends[0] + ends[1]) / 2.0, sizes["place"] / 2.0
@@ -311,8 +242,5 @@ def effect_of_law(law: Composed) -> type[Effect]:
 
 def start_of_law(law: Composed) -> dict[str, float]:
     """Values the regression found, by the names of the effect's parameters, in SI units."""
-    named = zip(law.fitted.form.quantities, law.fitted.values, strict=True)
-    return {f"{law.name}.{quantity.name}": value for quantity, value in named}
-
-
-__all__ = ["PLACES", "Composed", "Form", "PortPlace", "composed", "effect_of_law", "start_of_law"]
+    values = (*law.fitted.values, 0.0)[: len(law.terms)]
+    return {f"{law.name}.{term.name}": value for term, value in zip(law.terms, values, strict=True)}

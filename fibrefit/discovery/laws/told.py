@@ -16,6 +16,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import APART, LEFT_OUT_WORSE
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal, proposed
 from fibrefit.discovery.laws.source import Composed, effect_of_law
+from fibrefit.discovery.laws.two_variables import price_of_second
 from fibrefit.discovery.model.law import LAWS, ProposedLaw
 from fibrefit.discovery.search.cross_validation import cv_residuals
 from fibrefit.discovery.search.search import Search
@@ -78,9 +79,22 @@ def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
     return min(found, key=lambda one: one.left_out[1])
 
 
-def law_for(search: Search, best: LaplaceFit, readings: Sequence[Reading]) -> tuple[LaplaceFit, ProposedLaw] | None:
-    """The best law for free curves on top of a model; None where they do better, or it does not hold."""
-    proposal = proposed(search, best, readings)
+def law_for(
+    search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]
+) -> tuple[LaplaceFit, ProposedLaw] | None:
+    """The best law for free curves on top of a model; None where they do better, or it does not hold.
+
+    Parameters
+    ----------
+    search : Search
+    best : LaplaceFit
+        The model that lacks something.
+    before : Identification
+        Of the model the search began with.
+    readings : sequence of Reading
+        Free curves on top of it, the best first.
+    """
+    proposal = proposed(search, best, readings, before)
     held = None if proposal is None else holding(search, proposal)
     return None if held is None else (held.fit, described(search, best, held))
 
@@ -101,7 +115,7 @@ def law_over_course(
         Free curves over states on top of it, the best first.
     """
     curves = proposing(search, best, before, tuple(PORTS), COURSES)
-    law = law_for(search, best, curves) if curves else None
+    law = law_for(search, best, before, curves) if curves else None
     if law is None or (readings and law[1].summary.evidence <= readings[0].gain):
         return None
     return law, [*curves, *readings]
@@ -131,11 +145,13 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
             port=law.name.partition(".")[0],
             variable=law.probe.variable,
             variable_unit=law.variable_unit,
+            second_variable="" if law.second is None else law.second.variable,
+            second_unit="" if law.second is None else law.second.unit,
             valid_range=(float(knots[0]), float(knots[-1])),
             form=law.fitted.form.name,
             expression=law.expression,
             parameters=_parameters(law, fit),
-            evidence=fit.log - parent.log - PRICE_OF_LOOKS,
+            evidence=fit.log - parent.log - PRICE_OF_LOOKS - price_of_second(law),
             gap_before=gaps[0],
             gap_after=gaps[1],
             gap_left_out_before=without,
@@ -185,13 +201,13 @@ def _parameters(law: Composed, fit: LaplaceFit) -> tuple[LawParameter, ...]:
             std_error=errors[f"{law.name}.{term.name}"],
             unit=declared[f"{law.name}.{term.name}"].unit,
         )
-        for term, value in zip(law.fitted.form.quantities, _values(law, fit), strict=True)
+        for term, value in zip(law.terms, _values(law, fit), strict=True)
     )
 
 
 def _values(law: Composed, fit: LaplaceFit) -> list[float]:
     shared = fit.shared
-    return [shared[f"{law.name}.{term.name}"] for term in law.fitted.form.quantities]
+    return [shared[f"{law.name}.{term.name}"] for term in law.terms]
 
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:

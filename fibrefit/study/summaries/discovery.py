@@ -203,8 +203,10 @@ class ProposedLawSummary(Part):
     variable: str
     variable_unit: str = ""
     valid_range: tuple[float, float] | None = Field(default=None, description="Of the variable: where records saw it.")
+    second_variable: str = Field(default="", description="What the law changes with besides; empty for most.")
+    second_unit: str = ""
     form: str
-    expression: str = Field(description="x the variable; the symbols are those of the parameters.")
+    expression: str = Field(description="x the variable, y the second one; the symbols are those of the parameters.")
     parameters: tuple[LawParameter, ...]
     evidence: float = Field(description="Logarithm of the Bayes factor, the number of laws looked at paid for.")
     gap_before: float
