@@ -21,7 +21,7 @@ from fibrefit.problem.estimate.evidence import (
     laplace,
     laplace_evidence,
 )
-from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode, Unknowns, arrowhead
 from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
 
@@ -272,3 +272,15 @@ def test_the_scatter_is_found_on_the_way_wherever_it_begins() -> None:
     # The mode belongs to that scatter.
     same = mode(of, ends[0].mode.place, linear.gram, ends[0].mode.sigma, 1e-9)
     assert ends[0].mode.objective == pytest.approx(same.objective, abs=EXACT)
+
+
+def test_a_place_that_is_worth_nothing_has_no_evidence_but_its_own() -> None:
+    """Records that differ, taken for alike: from there other scatters look far better, and nobody has been there."""
+    of, linear = unknowns(), Linear.drawn(9, TRUTH, scatter=0.03, loud=20.0)
+    alike = np.array([0.0])
+    stays = mode(of, begun(of), linear.gram, alike, 1e-9)
+    given_up = Effort(worthless=stays.objective - 1.0)
+    found = laplace_evidence(of, begun(of), linear.gram, alike, 1e-9, given_up)
+    assert found.log <= found.log_if(alike) + np.log(len(found.grid))
+    # The negative control: what is followed finds them.
+    assert weighed(linear, of, sigma=alike).log > found.log + 100.0

@@ -121,9 +121,12 @@ def laplace_evidence(
     for _ in range(ROUNDS):
         found = mode(unknowns, at, gram, sigma, tolerance, effort)
         evidence = laplace(found)
+        here = np.flatnonzero(np.all(evidence.grid == sigma, axis=1)).tolist()
         if found.objective > effort.worthless:
-            return evidence
-        seen |= dict.fromkeys(np.flatnonzero(np.all(evidence.grid == sigma, axis=1)).tolist(), evidence)
+            # Nothing is looked for from here: what it predicts of other standard deviations is no find, and far from a
+            # minimum it may be anything.
+            return _as_seen(evidence, {}, max((float(evidence.logs[i]) for i in here), default=np.inf))
+        seen |= dict.fromkeys(here, evidence)
         evidence = _as_seen(evidence, seen)
         best = int(np.argmax(evidence.weight))
         if best in seen:
