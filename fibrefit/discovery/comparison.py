@@ -22,7 +22,7 @@ from fibrefit.discovery.engine.effort import (
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
-from fibrefit.discovery.residuals.innovations import Alarm, tests_of
+from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
@@ -177,12 +177,6 @@ def _as_found(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -
         with beyond_limits():
             parent = max(parent, search.inference.without(found[0], parent.effects), key=lambda one: one.log)
     return Comparison(search, parent, tuple(found))
-
-
-def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
-    """Tests of the innovations that say a model is not complete."""
-    tested = tests_of(search.inference, fitted, search.task.traces, search.task.problem.model.rig.channels)
-    return [alarm for alarm in tested if alarm.raised]
 
 
 def _worth_following(comparison: Comparison) -> float:

@@ -12,7 +12,6 @@ import numpy as np
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, check_time, in_time, time_limit
 from fibrefit.discovery.choice import candidates
-from fibrefit.discovery.comparison import alarms_of
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
@@ -28,6 +27,7 @@ from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import curves_beyond
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import Alarm
+from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.effect_sizes import effect_sizes
 from fibrefit.discovery.search.inputs import coefficients_of

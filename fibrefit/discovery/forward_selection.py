@@ -10,7 +10,7 @@ from pathlib import Path
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
 from fibrefit.discovery.choice import Believed, Choose, believed, candidates
-from fibrefit.discovery.comparison import Comparison, alarms_of, comparison_of
+from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import COMPARED
@@ -27,6 +27,7 @@ from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
+from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.inputs import relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown

@@ -8,12 +8,13 @@ from functools import partial
 import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, check_time, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, alarms_of, in_same_noise
+from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, probe_all
 from fibrefit.discovery.engine.effort import PROMISING, is_partner
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.inputs import fitted_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.fitting.result import Identification

@@ -12,7 +12,7 @@ from functools import partial
 from typing import NamedTuple
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, alarms_of, in_same_noise
+from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
@@ -23,6 +23,7 @@ from fibrefit.discovery.laws.told import described, holding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING
 from fibrefit.discovery.residuals.innovations import Alarm
+from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification

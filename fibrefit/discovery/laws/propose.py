@@ -36,7 +36,7 @@ from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.places import PLACES
 from fibrefit.discovery.laws.source import Composed, composed, effect_of_law, start_of_law
 from fibrefit.discovery.laws.two_variables import Ranked, with_second_variables
-from fibrefit.discovery.residuals.innovations import tests_of
+from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.fitting.result import Identification
@@ -111,16 +111,10 @@ def proposed(
     # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers. The forms
     # that were looked at are paid for where something is said to be there, not once more against the curve.
     enough = parent.log + max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED)
-    if before is not None and ranked and (ranked[0][0].log <= enough or _objected(search, ranked[0][0])):
+    if before is not None and ranked and (ranked[0][0].log <= enough or alarms_of(search, ranked[0][0])):
         look = partial(with_second_variables, search, before, parent, ranked, readings)
         ranked, _ = in_time(look, ranked, SECOND_LOOK * time_left())
     return Proposal(parent, ranked, readings) if ranked and ranked[0][0].log > enough else None
-
-
-def _objected(search: Search, fit: LaplaceFit) -> bool:
-    """Whether tests of the innovations object to a model."""
-    tested = tests_of(search.inference, fit, search.task.traces, search.task.problem.model.rig.channels)
-    return any(alarm.raised for alarm in tested)
 
 
 def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> list[Composed]:

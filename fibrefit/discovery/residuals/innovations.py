@@ -10,7 +10,7 @@ Constancy of parameters by cumulated scores: Nyblom, J. Am. Stat. Assoc. 84 (198
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,20 +82,34 @@ class Alarm:
 
 
 def tests_of(
-    inference: LaplaceInference, best: LaplaceFit, traces: Sequence[Trace], channels: Sequence[str]
+    inference: LaplaceInference,
+    best: LaplaceFit,
+    traces: Sequence[Trace],
+    channels: Sequence[str],
+    coarse: Collection[str],
 ) -> tuple[Alarm, ...]:
-    """Tests of the innovations of a hypothesis."""
+    """Tests of the innovations of a hypothesis.
+
+    Parameters
+    ----------
+    inference : LaplaceInference
+    best : LaplaceFit
+    traces : sequence of Trace
+    channels : sequence of str
+    coarse : collection of str
+        Channels read in coarse steps. A reading that stays in a step lies off by a part of it for as long, and by
+        another part in the next: it jumps without anything that does.
+    """
     tested = list[Alarm]()
     if len(best.evidence.mode.unknowns.scattering):
         scores = _scores(inference, best)
         tested += [_windows(*scores), _drifts(*scores, names=_names(best))]
-    steps = inference.common_noise.steps
     residuals, counts = residuals_of(inference.common_noise, best, inference.context.whole)[0], inference.context.whole
-    fine = [c for c, channel in enumerate(channels) if channel not in steps]
+    fine = [c for c, channel in enumerate(channels) if channel not in coarse]
     seen = [one for one in level_shifts(inference.common_noise.whitening, residuals, counts) if one.channel in fine]
     if seen:
         tested.append(_jumping(seen, traces, channels))
-    pairs = [(c, noise) for c, noise in zip(channels, inference.common_noise.noise, strict=True) if c not in steps]
+    pairs = [(c, noise) for c, noise in zip(channels, inference.common_noise.noise, strict=True) if c not in coarse]
     return (*tested, *(alarm for c, noise in pairs if (alarm := against_rest(traces, c, noise)) is not None))
 
 
