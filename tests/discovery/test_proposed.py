@@ -56,7 +56,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
     parent = search.inference.fitted(base, (), fit.local)
-    readings = proposing(search, parent, found, tuple(PORTS), (FrictionOfSpeed,))
+    readings = proposing(search, parent, found, tuple(PORTS))
     proposal = proposed(search, parent, readings)
     assert proposal is not None
     assert set(taken) == {route}
