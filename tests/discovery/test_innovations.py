@@ -13,6 +13,7 @@ from fibrefit.core.statement import Statement
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
+from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.residuals.innovations import (
     FEWEST_ORDINATES,
     Alarm,
@@ -23,6 +24,7 @@ from fibrefit.discovery.residuals.innovations import (
     against_rest,
 )
 from fibrefit.discovery.search import setup
+from fibrefit.problem.noise.level_shifts import LevelShift
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.discovery import discovery_sentence
 from fibrefit.rigs.signals.rest import rests
@@ -222,6 +224,22 @@ def test_where_a_logger_shows_its_steps_nothing_is_told() -> None:
     quiet = [one._replace(channels={"force": 0.1 * one.channels["force"]}) for one in traces]
     # At rest a hundredth of the power the model leaves in motion: that is not the same noise.
     assert against_rest(quiet, "force", pink(0.0)) is None
+
+
+@pytest.mark.parametrize(("coarse", "said"), [((), ["jump"]), (("force",), [])])
+def test_a_reading_in_coarse_steps_jumps_without_anything_that_does(
+    monkeypatch: pytest.MonkeyPatch, coarse: tuple[str, ...], said: list[str]
+) -> None:
+    """Whether a search weighs readings by the step they lie in, or takes errors of rounding for noise."""
+    monkeypatch.setattr(innovations, "residuals_of", lambda *of: [None])
+    monkeypatch.setattr(innovations, "level_shifts", lambda *of: [LevelShift(0, 0, 5, 1e-20, 3.0)])
+    monkeypatch.setattr(innovations, "against_rest", lambda *of: None)
+    noise = SimpleNamespace(whitening=None, noise=(pink(0.0),))
+    search: Any = SimpleNamespace(common_noise=noise, context=SimpleNamespace(whole=None))
+    mode = SimpleNamespace(unknowns=SimpleNamespace(scattering=()))
+    fitted: Any = SimpleNamespace(evidence=SimpleNamespace(mode=mode))
+    found = innovations.tests_of(search, fitted, resting(0, 0.0)[:1], ("force",), coarse)
+    assert [alarm.test for alarm in found if alarm.raised] == said
 
 
 def test_too_little_rest_tells_nothing() -> None:
