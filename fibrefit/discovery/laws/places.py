@@ -106,7 +106,7 @@ SECOND_VARIABLES: tuple[SecondVariable, ...] = (
     SecondVariable("path", "m", "", "moment.path", _BY_THEN, _WORN),
     SecondVariable("order of the record", "-", "", "(number - 1.0)", _IN_RECORD),
 )
-"""In the order in which they are told where they are alike."""
+"""All of them; which ones a law may change with is told by its place."""
 
 
 def second_variables(probe: type[Curve]) -> list[SecondVariable]:

@@ -24,7 +24,8 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 
 CHANGED = 2
-"""Curves whose best law is looked at."""
+"""Curves whose best law is looked at: one over another variable often does nearly as well, and every second variable
+takes a fit."""
 
 
 def price_of_second(law: Composed) -> float:

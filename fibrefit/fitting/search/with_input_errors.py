@@ -39,7 +39,8 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
 SHORTENED = 3
-"""How often records that are not followed to their end are taken half as long before they are given up."""
+"""How often records that are not followed to their end are shortened, by half at the most, before they are given up: an
+eighth of what counts then tells whether the drive's error is what the model lacks."""
 REDUCTION_TOLERANCE = 0.05
 """Predicted reduction of the cost by a further step below which a descent ends, in units where 1 is one standard error.
 
