@@ -31,6 +31,9 @@ class Parameter:
     reciprocal : bool
         Whether it is searched by its inverse, because the effect vanishes where the value is infinite. A model takes
         such a value as `ByInverse` too, and has a finite derivative in the inverse there.
+    relative : bool
+        Whether it is a relative change of a parameter: a search takes it by the logarithm of what it multiplies by, as
+        it does what that parameter differs by from record to record.
     starts : tuple of float
         Where a search for it begins, in `unit`; about the typical size where empty.
     spread : float
@@ -50,6 +53,7 @@ class Parameter:
     null: float = 0.0
     log: bool = False
     reciprocal: bool = False
+    relative: bool = False
     starts: tuple[float, ...] = ()
     spread: float = 0.0
     source: str = ""

@@ -35,8 +35,8 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
     unit, doc, typical : str, str, float
         SI unit; one sentence that says what it is; a plausible size, which sets scales and search ranges.
     **more
-        ``lower`` and ``upper`` bounds; ``null``, where it vanishes (0); ``log`` if searched so; ``spread`` of a shape,
-        where it may well lie farther from the typical value than that is from zero; ``source``; ``symbol``.
+        ``lower``, ``upper``; ``null``, where it vanishes (0); ``log``, ``relative`` if searched so; ``spread``, where a
+        shape may well lie farther from the typical value than that is from zero; ``source``; ``symbol``.
 
     Examples
     --------

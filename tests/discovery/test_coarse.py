@@ -12,6 +12,7 @@ import pytest
 
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.supermodel import residual_rows, supermodel_of
+from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task
@@ -45,11 +46,12 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
     np.testing.assert_allclose(
         np.asarray(residual_rows(supermodel, local, coarse.counts[-1])).reshape(shape), fine, rtol=1e-6, atol=1e-9
     )
-    steps = steps_at(supermodel, local, coarse.counts[-1])
+    in_steps = steps_at(supermodel, local, coarse.counts[-1])
+    assert in_steps is not None
     whole = with_noise_before_rounding(with_steps(problem, dict(coarse.steps)), local)
     for channel, known in whole.observations.steps.items():
-        np.testing.assert_allclose(steps[channel].noise, known.noise, rtol=1e-6)
-    stepped = replace(supermodel, steps=steps)
+        np.testing.assert_allclose(in_steps.steps[channel].noise, known.noise, rtol=1e-6)
+    stepped = replace(supermodel, in_steps=in_steps)
     seen = np.asarray(residual_rows(stepped, local, coarse.counts[-1])).reshape(shape)
     np.testing.assert_allclose(seen, np.asarray(whole.residuals(values)), rtol=1e-6, atol=1e-9)
     place = supermodel.names.index("friction")
@@ -64,7 +66,8 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
 def test_noise_of_coarse_channels_is_white_whatever_is_said_of_it(coarse: Task) -> None:
     supermodel, channels = supermodel_of(coarse, ()), coarse.problem.model.rig.channels
     steps = coarse.steps
-    common_noise = common_noise_of(supermodel, [coarse.noise[channel] for channel in channels], steps)
+    in_steps = StepLikelihood(channels, steps)
+    common_noise = common_noise_of(supermodel, [coarse.noise[channel] for channel in channels], in_steps)
     residuals = np.random.default_rng(0).standard_normal(np.asarray(coarse.problem.residuals(coarse.start)).shape)
     found = noise_of_residuals(with_steps(supermodel.problem, dict(steps)), residuals)
     assert [noise.white for noise in common_noise.noise] == [noise.white for noise in found]

@@ -13,6 +13,7 @@ from scipy.stats import norm
 
 from fibrefit.problem.noise.rounding import (
     coarse_step,
+    noise_in_motion,
     noise_of_steps,
     steps_of,
     with_noise_before_rounding,
@@ -106,6 +107,14 @@ def test_noise_behind_a_filter_that_reaches_across_many_steps_is_not_coarse() ->
     filtered = Trace("made", np.arange(6000) / RATE, {"force": np.round(noise)}, {}, {})
     assert coarse_step([filtered], "force") is not None
     assert steps_of([filtered], "force", [4.0]) is None
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.2, 0.35])
+def test_noise_in_motion_is_that_of_rounding_too_and_a_rest_says_nothing_of_it(noise: float) -> None:
+    moving, still = _trace(noise, 1.0)[0], np.random.default_rng(2).standard_normal(4000)
+    resting = Trace("made", np.arange(4000) / RATE, {"force": np.round(0.1 + noise * still)}, {}, {})
+    assert noise_in_motion([moving, resting], "force", 1.0) == pytest.approx(np.hypot(12.0**-0.5, noise), rel=0.2)
+    assert noise_in_motion([resting], "force", 1.0) == 0.0
 
 
 @pytest.mark.parametrize("noise", [0.1, 0.2, 0.35])

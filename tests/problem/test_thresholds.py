@@ -209,6 +209,12 @@ def coarse(noise: float) -> bool:
         return rounding.coarse_step([trace], "force") is not None
 
 
+def crossing(steps: float) -> bool:
+    """Whether readings that rise by so many steps within a window show their noise."""
+    rising = np.resize(np.linspace(0.0, steps, rounding.WINDOW), 10 * rounding.WINDOW)
+    return rounding.noise_in_motion([Trace("a", np.arange(320.0), {"force": rising}, {}, {})], "force", 1.0) > 0.0
+
+
 def uniform(width: float) -> bool:
     """Whether a value is as likely anywhere between limits so far from each other, in typical sizes."""
     found = prior.default_prior(
@@ -224,6 +230,7 @@ CASES = (
     Bracket("SHORTEST_LINE", spectrum, line_told, 0.14, 0.07),
     Bracket("LINE_WIDTH", error_signals, line_reaches, 0.8, 1.4),
     Bracket("COARSE_STEPS", rounding, coarse, 0.4, 0.7),
+    Bracket("CROSSED", rounding, crossing, 3.0, 2.0),
     Bracket("NOT_LOGARITHMIC", unknowns, lambda x: unknowns._row(MASS, 1.0, x)[0], 0.15, 0.3),
     Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),

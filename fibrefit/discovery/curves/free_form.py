@@ -164,8 +164,8 @@ def _worthy(search: Search, parent: LaplaceFit, looks: _Looks, worth: float, lea
 def _corrected(search: Search, parent: LaplaceFit, end: _End) -> _End:
     """A curve with its gain divided by the overdispersion of the scores, as that of an effect is.
 
-    Errors of coarse readings, which depend on where the signal lies, look like a law of it: on a driven rig, where they
-    are taken for noise, a friction over the position gained 17 nats where there was none, with an overdispersion of 4.
+    What depends on where the signal lies looks like a law of it: errors of coarse readings, taken for noise, made a
+    friction over the position of a driven rig gain 17 nats where there was none, with an overdispersion of 4.
     """
     heights = [f"{end.probe.name}.{height}" for height in end.probe.heights]
     overdispersion = overdispersion_of(search.inference, parent, end.fitted, heights)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel, residual_rows
 from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
+from fibrefit.problem.inputs.step_likelihood import StepLikelihood, step_likelihood
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
-from fibrefit.problem.noise.rounding import before_rounding, noise_of_steps, with_steps
+from fibrefit.problem.noise.rounding import noise_of_steps, with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import whitening_of
 from fibrefit.problem.statement.steps import Steps
@@ -27,22 +28,34 @@ class CommonNoise:
     whitening : BlockFilter
     sensitivities : InputSensitivities or None
         To errors of measured inputs, whitened.
-    steps : mapping of channel to Steps
+    in_steps : StepLikelihood, optional
         Of channels in coarse steps, whose likelihood is that of the step a reading lies in.
     """
 
     noise: tuple[Noise, ...]
     whitening: BlockFilter
     sensitivities: InputSensitivities | None
-    steps: Mapping[str, Steps] = field(default_factory=dict)
+    in_steps: StepLikelihood | None = None
+
+    @property
+    def steps(self) -> dict[str, Steps]:
+        """Of the channels in coarse steps."""
+        return {} if self.in_steps is None else dict(self.in_steps.steps)
 
     def whitened(self, supermodel: Supermodel) -> Supermodel:
         """A supermodel whose residuals are whitened."""
-        return replace(supermodel, whitening=self.whitening, sensitivities=self.sensitivities, steps=self.steps)
+        return replace(supermodel, whitening=self.whitening, sensitivities=self.sensitivities, in_steps=self.in_steps)
+
+    def unwhitened(self, supermodel: Supermodel) -> Supermodel:
+        """A supermodel whose residuals are those that are whitened, and its sensitivities theirs."""
+        raw = supermodel.sensitivities
+        if raw is not None and self.in_steps is not None:
+            raw = self.in_steps.sensitivities
+        return replace(supermodel, sensitivities=raw, in_steps=self.in_steps)
 
 
 def common_noise_of(
-    supermodel: Supermodel, noise: Sequence[Noise], steps: Mapping[str, Steps] | None = None
+    supermodel: Supermodel, noise: Sequence[Noise], in_steps: StepLikelihood | None = None
 ) -> CommonNoise:
     """Noise of known spectra, and the whitening that goes with it.
 
@@ -51,11 +64,11 @@ def common_noise_of(
     supermodel : Supermodel
         Any of the search, not whitened.
     noise : sequence of Noise
-    steps : mapping of channel to Steps, optional
+    in_steps : StepLikelihood, optional
         What a channel in coarse steps leaves is white, whatever `noise` says of it.
     """
-    steps = steps or {}
-    problem = with_steps(supermodel.problem, dict(steps))
+    steps = {} if in_steps is None else dict(in_steps.steps)
+    problem = with_steps(supermodel.problem, steps)
     data, channels = problem.observations, problem.model.rig.channels
     rate = 1.0 / float(np.diff(np.asarray(data.experiment.times)[0, :2])[0])
     noise = tuple(
@@ -63,16 +76,14 @@ def common_noise_of(
         for channel, of in zip(channels, noise, strict=True)
     )
     whitening = in_blocks(whitening_of(problem, noise))
-    sensitivities = supermodel.sensitivities
+    sensitivities = supermodel.sensitivities if in_steps is None else in_steps.sensitivities
     if sensitivities is not None:
         sensitivities = whitened_sensitivities(sensitivities, whitening)
-    return CommonNoise(noise, whitening, sensitivities, steps)
+    return CommonNoise(noise, whitening, sensitivities, in_steps)
 
 
-def steps_at(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Mapping[str, Steps]:
-    """Steps of channels that are read in coarse ones, with the noise before rounding that is most probable at values.
-
-    Where inputs have errors too, sensitivities to these are known for fine readings only, and rounding counts as noise.
+def steps_at(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> StepLikelihood | None:
+    """Likelihood of channels in coarse steps, the noise before rounding most probable at some values; None without any.
 
     Parameters
     ----------
@@ -81,12 +92,8 @@ def steps_at(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> M
     local : (n_record, n_local) in SI units
     counts : (n_record,) int
     """
-    known, found = supermodel.task.steps if supermodel.sensitivities is None else {}, {}
-    if known:
-        weights, channels = supermodel.problem.observations.weight, supermodel.problem.model.rig.channels
-        rows = np.asarray(residual_rows(supermodel, local, counts)).reshape(len(local), len(channels), -1)
-        for c, channel in enumerate(channels):
-            if channel in known:
-                weight = np.asarray(weights[channel])
-                found[channel] = before_rounding(known[channel], rows[:, c][weight > 0.0] / weight[weight > 0.0])
-    return found
+    if not (known := supermodel.task.steps):
+        return None
+    rows, problem = np.asarray(residual_rows(supermodel, local, counts)), supermodel.problem
+    weights = problem.observations.weight
+    return step_likelihood(problem.model.rig.channels, known, rows, weights, supermodel.sensitivities)

@@ -20,25 +20,27 @@ from fibrefit.discovery.engine.effort import (
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
-from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly, starting_strength
+from fibrefit.discovery.engine.screening import (
+    Approach,
+    PredictedGain,
+    accompanied,
+    accompaniment_of,
+    directions,
+    slightly,
+    stands_for_differences,
+    starting_strength,
+)
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
+from fibrefit.problem.estimate.evidence import laplace, laplace_evidence, most_probable_sigma
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import (
-    RIGID,
-    PosteriorMode,
-    Unknowns,
-    arrowhead,
-    local_grams,
-    place_of,
-)
-from fibrefit.problem.estimate.schur import solved
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.sandwich import overdispersion_of_scores
 from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.noise.spectrum import Noise
 
@@ -180,6 +182,10 @@ class LaplaceInference:
             Of the parent, see `slopes`.
         """
         found = parent.evidence.mode
+        if stands_for_differences(effect) and found.sigma.any():
+            at, gram = self._absent_beside(parent, supermodel, effect, slopes)
+            evidence = laplace_evidence(at.unknowns, at, gram, most_probable_sigma(at), **descent(found.objective))
+            return LaplaceFit((*parent.effects, effect), supermodel, evidence)
         local = transferred(supermodel, parent.supermodel, parent.local)
         ends: list[LaplaceFit] = []
         # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
@@ -188,7 +194,7 @@ class LaplaceInference:
                 local[:, supermodel.names.index(name)] = value
             effects = (*parent.effects, effect)
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-            start = place_of(unknowns, local, found.place.eta)
+            start = accompanied(unknowns, place_of(unknowns, local, found.place.eta), prediction)
             gram, how = self.secant(supermodel, slopes), descent(found.objective)
             if effect.sudden:
                 # Slopes along an instant are those of a few samples about it: a step meant for all else leads astray.
@@ -198,6 +204,15 @@ class LaplaceInference:
             if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
         return max(ends, key=lambda end: end.log)
+
+    def _absent_beside(
+        self, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed | None
+    ) -> tuple[PosteriorMode, SecantGram]:
+        """A parent with an effect at its null, and products there."""
+        unknowns = unknowns_of(supermodel, self.context, (*parent.effects, effect), self.reference)
+        found, gram = parent.evidence.mode, self.secant(supermodel, slopes)
+        place = place_of(unknowns, transferred(supermodel, parent.supermodel, parent.local), found.place.eta)
+        return PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), found.sigma, np.inf, 1), gram
 
     def slopes(self, parent: LaplaceFit) -> Seed:
         """Residuals of a parent at its mode and their changes along its unknowns.
@@ -251,6 +266,10 @@ class LaplaceInference:
                     local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
             for effect, prediction in self._predicted_gains(supermodel, gram, unknowns, local, found, there):
                 best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
+        for effect in filter(stands_for_differences, effects if found.sigma.any() else ()):
+            # Of the standard deviations of the others, smaller without that record, a score test says nothing.
+            predicted = laplace(self._absent_beside(parent, supermodel, effect, slopes)[0])
+            best[effect] = best[effect]._replace(gain=predicted.log - parent.log)
         return best
 
     def _predicted_gains(
@@ -270,17 +289,20 @@ class LaplaceInference:
         place = place_of(unknowns, local, found.place.eta)
         values = np.array([slightly(supermodel, *way) for way in ways])
         grams = local_grams(unknowns, place, gram, (columns, values))
-        score, information = score_test(unknowns, place, grams, len(columns), found.sigma)
-        seen = np.where(information > 0.0, information, np.inf)
-        gains = np.where(information > 0.0, 0.5 * score**2 / seen - PRICE, -np.inf)
+        test = score_test(unknowns, place, grams, len(columns), found.sigma)
+        seen = np.where(test.information > 0.0, test.information, np.inf)
+        gains = np.where(test.information > 0.0, 0.5 * test.score**2 / seen - PRICE, -np.inf)
         found_all = []
-        for (effect, name, weak), value, gain, share in zip(ways, values, gains, -score / seen, strict=True):
+        shares = -test.score / seen
+        for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
             start = {name: starting_strength(supermodel, name, float(value), share)}
             little = there[effect].strengths[0][1] if effect.singular else weak
             hardly = {name: starting_strength(supermodel, name, little, float(np.sign(share) or 1.0))}
             slight = {name: float(value)}
-            found_all.append((effect, PredictedGain(float(gain), shapes | start, shapes | hardly, shapes | slight)))
+            places = shapes | start, shapes | hardly, shapes | slight
+            beside = accompaniment_of(supermodel, unknowns, name, test, i)
+            found_all.append((effect, PredictedGain(float(gain), *places, beside)))
         return found_all
 
     def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
@@ -328,21 +350,13 @@ class LaplaceInference:
         return remaining_noise(self.common_noise, fitted, self.context.whole)
 
     def overdispersion(self, fitted: LaplaceFit, names: Iterable[str]) -> float:
-        """Overdispersion of the scores: sandwich variance over inverse information, at least 1.
-
-        The sandwich variance is that by how scores of parts of the records scatter. It exceeds the other where
-        innovations are not what they are taken for: heavy tails, slopes that predict little, a spectrum that is not
-        quite right. A gain counts for as much less.
+        """Overdispersion of the scores, at least 1, see `overdispersion_of_scores`; a gain counts for as much less.
 
         Parameters
         ----------
         fitted : LaplaceFit
         names : iterable of str
             Shared values; the largest of their ratios is reported.
-
-        Source
-        ------
-        White, Econometrica 50 (1982).
         """
         found, kept = fitted.evidence.mode, []
         unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
@@ -352,17 +366,8 @@ class LaplaceInference:
             return kept[0].sum(axis=1)
 
         grams = local_grams(unknowns, found.place, gram)
-        raw = np.sqrt(np.maximum(np.einsum("rsii->ri", kept[0]), 1e-300))
-        rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
-        scores = kept[0][..., :-1, -1] * rate[:, None, :-1]
-        n, mine = len(unknowns.shared), unknowns.own
-        precision = np.concatenate([np.zeros(len(unknowns.each)), np.maximum(found.sigma, RIGID) ** -2.0])
-        held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
-        share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
-        own = np.where(held[:, None], 0.0, scores[..., mine])
         covariance = fitted.evidence.covariance[int(np.argmax(fitted.evidence.weight))]
-        moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
-        ratio = np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300)
+        ratio = overdispersion_of_scores(found, kept[0], grams, covariance)
         index = [unknowns.names.index(name) for name in names]
         return max(1.0, *(float(ratio[i]) for i in index))
 

@@ -82,6 +82,7 @@ def unknowns_of(
     precision = np.diag(sd**-2.0)
     if curve is not None:
         precision[-len(curve.names) :, -len(curve.names) :] = curve.precision()
+    relative = np.array([supermodel.declared[name].relative for name in subset.shared], dtype=bool)
     base = np.array([name in context.scattering for name in subset.shared], dtype=bool)
     index = {name: i for i, name in enumerate(supermodel.names)}
     layout = supermodel.problem.layout
@@ -103,6 +104,7 @@ def unknowns_of(
         upper=upper,
         one_sided=one_sided,
         size=np.array([abs(supermodel.declared[name].typical) for name in subset.each], dtype=float),
+        offset=np.where(log & relative, 1.0, 0.0),
     )
 
 
@@ -129,6 +131,8 @@ def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Ite
     spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
     if spans:
         return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False
+    if declared.relative:
+        return True, 1.0, 1.0, 0.0, np.log1p(typical), np.log1p(declared.lower), np.log1p(declared.upper), False
     null = declared.null if name in strengths else typical
     scale = typical - null if name in strengths else (declared.spread or abs(typical) or 1.0)
     ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])

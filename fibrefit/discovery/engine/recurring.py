@@ -76,7 +76,7 @@ def predicted_recurrence(
         return local_grams(unknowns, place_of(unknowns, local, found.place.eta), gram, further)
 
     def gain(grams: np.ndarray) -> float:
-        score, information = score_test(unknowns, found.place, grams, 1, found.sigma)
+        score, information, _, _ = score_test(unknowns, found.place, grams, 1, found.sigma)
         return float(0.5 * score[0] ** 2 / information[0]) if information[0] > 0.0 else -np.inf
 
     looked = np.repeat(np.array(INSTANTS)[:, None], len(names), axis=1)

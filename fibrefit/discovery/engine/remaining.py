@@ -8,7 +8,6 @@ there but is no noise, a jump that no spectrum holds, is left out: taken for slo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import jax
 import numpy as np
@@ -43,7 +42,7 @@ def remaining_noise(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.nd
     fitted : LaplaceFit
     counts : (n_record,) int
     """
-    problem = with_steps(fitted.supermodel.problem, dict(common_noise.steps))
+    problem = with_steps(fitted.supermodel.problem, common_noise.steps)
     best = residuals_of(common_noise, fitted, counts, DRAWS_OF_ERRORS)
     changes = changes_of(common_noise, fitted, counts)
 
@@ -66,7 +65,7 @@ def residuals_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarr
     Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
     them.
     """
-    supermodel, number = replace(fitted.supermodel, steps=common_noise.steps), len(common_noise.noise)
+    supermodel, number = common_noise.unwhitened(fitted.supermodel), len(common_noise.noise)
     rows = residual_rows(supermodel, fitted.local, counts)
     shape = (len(rows), number, -1)
     sensitivities = common_noise.sensitivities
@@ -89,7 +88,7 @@ def changes_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray
     (n_direction, n_record, n_channel, n_time)
         In units of the noise, errors of inputs at their best for each; none where no mode was found.
     """
-    found, supermodel = fitted.evidence.mode, replace(fitted.supermodel, steps=common_noise.steps)
+    found, supermodel = fitted.evidence.mode, common_noise.unwhitened(fitted.supermodel)
     times = supermodel.problem.observations.experiment.times
     if not found.steps:
         return np.zeros((0, len(times), len(common_noise.noise), times.shape[1]))
@@ -105,7 +104,7 @@ def changes_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray
     local_grams(found.unknowns, found.place, gram)
     moved = np.einsum("rit,rik->rkt", kept[0], roots)
     shape = (*moved.shape[:2], len(common_noise.noise), -1)
-    known, raw = common_noise.sensitivities, fitted.supermodel.sensitivities
+    known, raw = common_noise.sensitivities, supermodel.sensitivities
     if known is not None and raw is not None:
         white = innovations_of(common_noise.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
         seen = np.swapaxes(np.asarray(white), 0, 1).reshape(moved.shape)

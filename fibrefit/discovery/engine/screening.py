@@ -11,6 +11,8 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import starting_sizes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.law import Effect
+from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP, Place, Unknowns
+from fibrefit.problem.estimate.score_test import ScoreTest
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
@@ -22,6 +24,26 @@ LEAST_SHARE = 0.1
 LADDER = (1.0, 5.0, 25.0)
 """Sizes at which an effect that changes a model's kind is looked at, over the smallest one: what it does at one of
 them, a resonance that passes through the motion's own, tells little of what it does at another."""
+
+
+class Accompaniment(NamedTuple):
+    """How the unknowns of a parent give way to an effect, by slopes.
+
+    Parameters
+    ----------
+    strength : str
+        Of the effect, from its null to where slopes were taken.
+    names : tuple of str
+        Of the shared unknowns.
+    shared : (n_shared,)
+    own : (n_record, n_own)
+        Of each record, its deviations last.
+    """
+
+    strength: str
+    names: tuple[str, ...]
+    shared: np.ndarray
+    own: np.ndarray
 
 
 class PredictedGain(NamedTuple):
@@ -37,12 +59,15 @@ class PredictedGain(NamedTuple):
         The same with the effect hardly there.
     slight : mapping of str to float
         The same where slopes were taken.
+    accompaniment : Accompaniment, optional
+        None where the effect does not grow in proportion to its strength.
     """
 
     gain: float
     values: dict[str, float]
     weak: dict[str, float]
     slight: dict[str, float]
+    accompaniment: Accompaniment | None = None
 
     @property
     def starts(self) -> list[dict[str, float]]:
@@ -87,13 +112,64 @@ def directions(effect: type[Effect]) -> list[Approach]:
     return found
 
 
+def grows_in_proportion(supermodel: Supermodel, name: str) -> bool:
+    """Whether slopes tell what a strength does elsewhere."""
+    declared = supermodel.declared[name]
+    return not declared.reciprocal and declared.unit != "Hz"
+
+
+def accompaniment_of(
+    supermodel: Supermodel, unknowns: Unknowns, name: str, test: ScoreTest, number: int
+) -> Accompaniment | None:
+    """How the unknowns of a parent give way to a strength, the direction of that number in a score test."""
+    if not grows_in_proportion(supermodel, name) or not test.information[number] > 0.0:
+        return None
+    names = unknowns.names[: len(unknowns.shared)]
+    return Accompaniment(name, names, test.shared[number], test.own[number])
+
+
+def accompanied(unknowns: Unknowns, start: Place, prediction: PredictedGain) -> Place:
+    """A place with all other unknowns where slopes see them beside the strength that an effect has there.
+
+    What a record is off by is taken over by an effect that stands for it; left where it was, it would count twice.
+
+    Parameters
+    ----------
+    unknowns : Unknowns
+        Of the parent and the effect.
+    start : Place
+        With the effect, all else as it was.
+    prediction : PredictedGain
+        Of the effect.
+    """
+    by = prediction.accompaniment
+    if by is None:
+        return start
+    strength = unknowns.names.index(by.strength)
+    slight = unknowns.value(start.z)
+    slight[strength] = prediction.slight[by.strength]
+    times = start.z[strength] / unknowns.coordinate(slight)[strength]
+    z, own, number = start.z.copy(), times * by.own, start.own.shape[1]
+    z[[unknowns.names.index(name) for name in by.names]] += times * by.shared
+    inside = np.clip(z, unknowns.lower, unknowns.upper)
+    return start._replace(z=inside, own=start.own + own[:, :number], eta=start.eta + own[:, number:])
+
+
+def stands_for_differences(effect: type[Effect]) -> bool:
+    """Whether it changes what records may differ by anyway, as a deviation of that record does."""
+    return bool(effect.parameters) and all(parameter.relative for parameter in effect.parameters)
+
+
 def slightly(supermodel: Supermodel, effect: type[Effect], name: str, weak: float) -> float:
     """Strength at which slopes are taken, for one at which an effect is weak.
 
-    What changes a model's kind is looked at where it is weak: slopes nearer to its null are those of another model.
+    What changes a model's kind is looked at where it is weak: slopes nearer to its null are those of another model. A
+    relative change in one record is what that record deviates by: over another step it would seem to be more.
     """
     declared = supermodel.declared[name]
-    if effect.singular or declared.reciprocal or declared.unit == "Hz":
+    if declared.relative:
+        return float(np.expm1(DIFFERENCE_STEP))
+    if effect.singular or not grows_in_proportion(supermodel, name):
         return weak
     return declared.null + SLIGHT_CHANGE * (weak - declared.null)
 

@@ -6,7 +6,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,15 +22,14 @@ from fibrefit.laws.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.steps import Steps, rows_in_steps
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 
-_in_steps = jax.jit(rows_in_steps)
 WIDTHS = (12, 24, 64, 256)
 """Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
 
@@ -63,7 +62,7 @@ class Supermodel:
     sensitivities : InputSensitivities, optional
     whitening : BlockFilter, optional
         Of the residuals, and of the sensitivities, before their products are taken; none by default.
-    steps : mapping of channel to Steps, optional
+    in_steps : StepLikelihood, optional
         Of channels whose readings are taken for what coarse steps say of them.
     compiled : set of int
         Numbers of columns its programs were compiled for.
@@ -72,7 +71,7 @@ class Supermodel:
     task: Task
     sensitivities: InputSensitivities | None = None
     whitening: BlockFilter | None = None
-    steps: Mapping[str, Steps] = field(default_factory=dict)
+    in_steps: StepLikelihood | None = None
     compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
 
     @property
@@ -112,7 +111,9 @@ class Supermodel:
 
     @property
     def _offset(self) -> jax.Array | None:
-        return None if self.sensitivities is None else jnp.asarray(self.sensitivities.offset)
+        # Offsets are those of readings taken for fine ones.
+        fine = self.sensitivities if self.in_steps is None else self.in_steps.fine
+        return None if fine is None else jnp.asarray(fine.offset)
 
     def holds(self, effects: Sequence[type[Effect]]) -> bool:
         """Whether all these effects are in it."""
@@ -173,18 +174,11 @@ class Supermodel:
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
         horizon = jnp.asarray(counts, dtype=jnp.int32)
         rows = _rows(self._bare, jnp.asarray(local), varied, horizon, self._offset)
-        return self.in_steps(rows[:, : 1 + -(-active // BUCKET) * BUCKET])
+        return self.seen(rows[:, : 1 + -(-active // BUCKET) * BUCKET])
 
-    def in_steps(self, rows: jax.Array) -> jax.Array:
-        """Rows ``(n_record, n_row, n_channel * n_time)`` as what readings in coarse steps say."""
-        if not self.steps:
-            return rows
-        weights = [self.problem.observations.weight[channel] for channel in self.problem.model.rig.channels]
-        parts = jnp.split(rows, len(weights), axis=2)
-        for c, channel in enumerate(self.problem.model.rig.channels):
-            if channel in self.steps:
-                parts[c] = _in_steps(parts[c], jnp.asarray(weights[c]), self.steps[channel])
-        return jnp.concatenate(parts, axis=2)
+    def seen(self, rows: jax.Array) -> jax.Array:
+        """Rows ``(n_record, n_row, n_channel * n_time)`` of readings taken for fine ones as what readings say."""
+        return rows if self.in_steps is None else self.in_steps.rows(rows, self.problem.observations.weight)
 
     def costs(self, local: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Sum of squared residuals of each record, ``(n_record,)``."""
@@ -238,9 +232,8 @@ def residual_rows(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray)
     targets = np.repeat(local[:, :1], width, axis=1)
     varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
     horizon = jnp.asarray(counts, dtype=jnp.int32)
-    return supermodel.in_steps(_rows(supermodel._bare, jnp.asarray(local), varied, horizon, supermodel._offset)[:, :1])[
-        :, 0
-    ]
+    rows = _rows(supermodel._bare, jnp.asarray(local), varied, horizon, supermodel._offset)
+    return supermodel.seen(rows[:, :1])[:, 0]
 
 
 def is_quick(effect: type[Effect]) -> bool:

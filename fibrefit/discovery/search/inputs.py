@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
-from fibrefit.discovery.engine.common_noise import common_noise_of
+from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
@@ -21,6 +21,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
+from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 
 
 def coefficients_of(search: Search, fitted: LaplaceFit) -> InputCoefficients | None:
@@ -74,9 +75,8 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
-    inference = LaplaceInference(
-        search.context, search.inference.reference, common_noise_of(own, search.inference.common_noise.noise)
-    )
+    noise = common_noise_of(own, search.inference.common_noise.noise, _steps_about(search, own, fitted))
+    inference = LaplaceInference(search.context, search.inference.reference, noise)
     anew = replace(
         search,
         base=Hypothesis((), base, supermodel),
@@ -85,6 +85,13 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
         lock=Lock(),
     )
     return About(anew, own)
+
+
+def _steps_about(search: Search, own: Supermodel, fitted: LaplaceFit) -> StepLikelihood | None:
+    """Likelihood of readings in coarse steps about a hypothesis, where those of the search have one."""
+    if search.inference.common_noise.in_steps is None:
+        return None
+    return steps_at(own, transferred(own, fitted.supermodel, fitted.local), search.context.whole)
 
 
 def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit] | None:

@@ -27,10 +27,10 @@ class OtherFibre(FibreLaw):
     family: ClassVar[str] = "in"
     strength: ClassVar[tuple[str, ...]] = ("stiffness_change", "damping_change")
     stiffness_change: jax.Array = quantity(
-        "-", "relative change of the stiffness", 0.2, lower=-0.95, upper=20.0, symbol="a"
+        "-", "relative change of the stiffness", 0.2, lower=-0.95, upper=20.0, relative=True, symbol="a"
     )
     damping_change: jax.Array = quantity(
-        "-", "relative change of the damping", 0.2, lower=-0.95, upper=20.0, symbol="c"
+        "-", "relative change of the damping", 0.2, lower=-0.95, upper=20.0, relative=True, symbol="c"
     )
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:

@@ -100,7 +100,7 @@ class MarginalLikelihood:
 
 def laplace_evidence(
     unknowns: Unknowns,
-    start: Place,
+    start: Place | PosteriorMode,
     gram: Gram,
     sigma: np.ndarray | None = None,
     tolerance: float = MODE_TOLERANCE,
@@ -110,13 +110,15 @@ def laplace_evidence(
 
     Parameters
     ----------
+    start : Place or PosteriorMode
+        With its normal equations, where they are known.
     sigma : (n_scattering,), optional
         Standard deviations to begin with.
     tolerance, effort
         Of `mode`.
     """
     sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
-    at: Place | PosteriorMode = start
+    at = start
     seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
         found = mode(unknowns, at, gram, sigma, tolerance, effort)
@@ -154,6 +156,12 @@ def _as_seen(
     for i, there in seen.items():
         logs[i], z[i], covariance[i] = there.logs[i], there.z[i], there.covariance[i]
     return _over_grid(evidence.mode, evidence.grid, logs, z, covariance)
+
+
+def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
+    """Standard deviations between records ``(n_scattering,)`` that slopes at a place say are most probable."""
+    evidence = laplace(found)
+    return np.asarray(evidence.grid[int(np.argmax(evidence.weight))])
 
 
 def laplace(found: PosteriorMode) -> MarginalLikelihood:

@@ -38,7 +38,7 @@ class Unknowns:
         Places among the shared values, all logarithmic, of those that deviate from record to record.
     log : (n_shared,) bool
     reference, scale : (n_shared,) in SI units
-        A coordinate is ``log(value / reference)`` or ``(value - reference) / scale``.
+        A coordinate is ``log((value + offset) / reference)`` or ``(value - reference) / scale``.
     mean : (n_shared,)
         Of the prior of each coordinate.
     precision : (n_shared, n_shared)
@@ -49,6 +49,8 @@ class Unknowns:
         Whether a bound lies at the prior's mean: half of the prior is cut off.
     size : (n_each,) in SI units
         Typical size of each record's own values.
+    offset : (n_shared,) in SI units
+        Of logarithms: one for a relative change, zero for all else.
     """
 
     names: tuple[str, ...]
@@ -65,6 +67,7 @@ class Unknowns:
     upper: np.ndarray
     one_sided: np.ndarray
     size: np.ndarray
+    offset: np.ndarray | float = 0.0
 
     @property
     def columns(self) -> np.ndarray:
@@ -79,13 +82,12 @@ class Unknowns:
     def value(self, z: np.ndarray) -> np.ndarray:
         """Values in SI units of coordinates ``(..., n_shared)``."""
         with np.errstate(over="ignore"):
-            return np.where(
-                self.log, self.reference * np.exp(np.where(self.log, z, 0.0)), self.reference + self.scale * z
-            )
+            spanning = self.reference * np.exp(np.where(self.log, z, 0.0)) - self.offset
+            return np.where(self.log, spanning, self.reference + self.scale * z)
 
     def coordinate(self, value: np.ndarray) -> np.ndarray:
         """Coordinates of values ``(..., n_shared)`` in SI units, inside their bounds."""
-        ratio = value / np.where(self.log, self.reference, 1.0)
+        ratio = (value + self.offset) / np.where(self.log, self.reference, 1.0)
         z = np.where(self.log, np.log(np.maximum(ratio, 1e-300)), (value - self.reference) / self.scale)
         return np.clip(z, self.lower, self.upper)
 
@@ -103,7 +105,7 @@ class Unknowns:
 
     def slope(self, z: np.ndarray) -> np.ndarray:
         """Change of values with their coordinates ``(n_shared,)``, in SI units."""
-        return np.where(self.log, self.value(z), self.scale)
+        return np.where(self.log, self.value(z) + self.offset, self.scale)
 
 
 class Place(NamedTuple):

@@ -7,16 +7,35 @@ Rao, Proc. Camb. Phil. Soc. 44 (1948).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, Unknowns, arranged, held_places
 from fibrefit.problem.estimate.schur import solved
 
 
-def score_test(
-    unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Score and information ``(number,)`` of directions, without what the unknowns can imitate.
+class ScoreTest(NamedTuple):
+    """What slopes say of some directions.
+
+    Parameters
+    ----------
+    score, information : (n_direction,)
+        Without what the unknowns can imitate.
+    shared : (n_direction, n_shared)
+        How the shared unknowns give way to a unit of each direction.
+    own : (n_direction, n_record, n_own)
+        The same of each record's own, its deviations last.
+    """
+
+    score: np.ndarray
+    information: np.ndarray
+    shared: np.ndarray
+    own: np.ndarray
+
+
+def score_test(unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray) -> ScoreTest:
+    """What slopes say of further directions.
 
     Parameters
     ----------
@@ -43,4 +62,6 @@ def score_test(
     inside = solved(shared, np.concatenate([both, pull[:, None]], axis=-1))
     whole = grams[:, extra[:, None], extra].sum(axis=0) - to_extra[:, n : n + number] - both.T @ inside[:, :-1]
     score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]
-    return score, np.diag(whole).copy()
+    # At a mode nothing pulls at the unknowns but the directions.
+    own = share[..., n : n + number] - np.einsum("rij,jk->rik", share[..., :n], inside[:, :-1])
+    return ScoreTest(score, np.diag(whole).copy(), -inside[:, :-1].T, -np.moveaxis(own, 2, 0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from fibrefit.problem.diagnose.scales import refuse_misread
 from fibrefit.problem.formulate.traces import ESTIMATED, Measured, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
 from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
-from fibrefit.problem.noise.rounding import coarse_step, steps_of
+from fibrefit.problem.noise.rounding import coarse_step, noise_in_motion, steps_of
 from fibrefit.problem.noise.spectrum import Noise, at_rest, estimate_noise
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.problem.statement.belief import Belief
@@ -138,12 +139,21 @@ def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tu
     for channel in channels:
         said = getattr(study.noise, channel, None)
         if said is None:
-            noise[channel] = with_lines(estimate_noise(traces, channel), at_rest(traces, channel))
+            at_least = with_lines(estimate_noise(traces, channel), at_rest(traces, channel))
+            noise[channel] = _in_motion(traces, channel, at_least)
         else:
             rate = traces[0].rate
             noise[channel] = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)
             given.append(channel)
     return noise, tuple(given)
+
+
+def _in_motion(traces: Sequence[Trace], channel: str, at_rest: Noise) -> Noise:
+    """Noise of a channel from that at rest, which does not show what rounding adds to readings in coarse steps."""
+    if (size := coarse_step(traces, channel)) is None:
+        return at_rest
+    white = noise_in_motion(traces, channel, size) ** 2 / (0.5 * traces[0].rate)
+    return replace(at_rest, white=max(at_rest.white, white))
 
 
 def _rms(noise: Noise, trace: Trace) -> float:

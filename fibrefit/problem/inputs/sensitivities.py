@@ -111,6 +111,16 @@ class InputSensitivities(NamedTuple):
         offset = np.where(inside, self.offset.reshape(self.downweight.shape), 0.0).reshape(self.offset.shape)
         return self._replace(downweight=np.where(inside, self.downweight, 0.0), offset=offset, records=tuple(shorter))
 
+    def scaled(self, factor: np.ndarray) -> InputSensitivities:
+        """Sensitivities of readings ``(n_record, n_channel * n_time)`` times as large."""
+
+        def one(record: Directions, by: np.ndarray, weight: np.ndarray) -> Directions:
+            rows = record.rows * by.reshape(weight.shape)[:, : record.rows.shape[-1]].astype(record.rows.dtype)
+            return record._replace(rows=rows, inverse=_inverse(rows.reshape(len(rows), -1)))
+
+        records = tuple(for_each(one, self.records, factor, self.downweight))
+        return self._replace(offset=self.offset * factor, records=records)
+
     def products(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
         """Products of rows ``(n_record, n_row, n_channel * n_time)`` with directions, ``(n_row, n_direction)`` each."""
         return tuple(for_each(Directions.products, self.records, rows))

@@ -6,6 +6,7 @@ A rest says little of that noise: where the signal lies in the middle of a step,
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import comb
 from typing import Any
 
 import equinox as eqx
@@ -16,7 +17,7 @@ from scipy.optimize import minimize_scalar
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.steps import Steps, log_probability
-from fibrefit.problem.thresholds import COARSE_STEPS
+from fibrefit.problem.thresholds import COARSE_STEPS, CROSSED
 from fibrefit.rigs.signals.rest import fast_part, resolution
 from fibrefit.rigs.signals.trace import Trace
 
@@ -26,6 +27,8 @@ FIRST = 0.25
 """Noise before rounding, as a share of a step, that is taken before anything is known of it."""
 LEAST, MOST = 0.05, 3.0
 """The same, between which it is looked for."""
+ORDER, WINDOW = 3, 32
+"""Of the differences that show the noise in motion, and samples of a window in which readings have to cross steps."""
 CHANGED = 0.02
 """Relative change of it that is not followed any more."""
 
@@ -36,6 +39,30 @@ def coarse_step(traces: Sequence[Trace], channel: str) -> float | None:
     size = min(resolution(signal) for signal in signals)
     fast = float(np.sqrt(np.mean([fast_part(signal) ** 2 for signal in signals])))
     return size if size > 0.0 and fast < COARSE_STEPS * size else None
+
+
+def noise_in_motion(traces: Sequence[Trace], channel: str, size: float) -> float:
+    """Noise of readings in coarse steps, that of rounding in it, where they cross steps; zero where they never do.
+
+    At rest rounding shows as an offset, and hardly as noise.
+
+    Parameters
+    ----------
+    size : float
+        Of a step, in SI units.
+    """
+    found = []
+    for trace in traces:
+        values = trace.channels[channel]
+        number = (len(values) - ORDER) // WINDOW
+        windows = values[: number * WINDOW].reshape(number, WINDOW)
+        differences = np.diff(values, ORDER)[: number * WINDOW].reshape(number, WINDOW)
+        # Steps that are missing make a window unfit: a comparison with what is no number fails.
+        crossing = np.ptp(windows, axis=1) > CROSSED * size
+        found.append(np.mean(differences[crossing] ** 2, axis=1) / comb(2 * ORDER, ORDER))
+    power = np.concatenate(found)
+    power = power[np.isfinite(power)]
+    return float(np.sqrt(np.median(power))) if power.size else 0.0
 
 
 def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> Steps | None:
@@ -95,13 +122,15 @@ def _predicted(problem: Problem, local: Any) -> dict[str, Any]:
     return problem.predict(local, problem.observations.experiment)
 
 
-def before_rounding(known: Steps, distance: np.ndarray) -> Steps:
+def before_rounding(known: Steps, distance: np.ndarray, share: np.ndarray | float = 1.0) -> Steps:
     """Steps with the noise before rounding that makes readings most probable; as they are if that is about the same.
 
     Parameters
     ----------
     distance : (n,) in SI units
         Of the model's signal from the readings that count, of all records: they have one logger, and a few may be off.
+    share : (n,)
+        By which the logarithm of the probability of each counts.
     """
     size = float(np.asarray(known.size)[0])
     far = jnp.asarray(np.abs(distance) / size)
@@ -109,7 +138,7 @@ def before_rounding(known: Steps, distance: np.ndarray) -> Steps:
         return known
 
     def cost(log: float) -> float:
-        return -float(log_probability(far / np.exp(log), jnp.asarray(0.5 / np.exp(log))).sum())
+        return -float((share * log_probability(far / np.exp(log), jnp.asarray(0.5 / np.exp(log)))).sum())
 
     best = minimize_scalar(cost, bounds=(np.log(LEAST), np.log(MOST)), method="bounded", options={"xatol": 1e-3})
     found, before = size * float(np.exp(best.x)), float(np.asarray(known.noise)[0])

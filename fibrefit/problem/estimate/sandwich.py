@@ -1,0 +1,43 @@
+"""How much more scores scatter than their information says: the sandwich variance over the inverse information.
+
+The sandwich variance is that by how scores of parts of the records scatter. It exceeds the other where innovations are
+not what they are taken for: heavy tails, slopes that predict little, a spectrum that is not quite right.
+
+Source
+------
+White, Econometrica 50 (1982).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode
+from fibrefit.problem.estimate.schur import solved
+
+
+def overdispersion_of_scores(
+    found: PosteriorMode, products: np.ndarray, grams: np.ndarray, covariance: np.ndarray
+) -> np.ndarray:
+    """Variance of each shared value by how its scores scatter over the one it is taken to have, ``(n_shared,)``.
+
+    Parameters
+    ----------
+    found : PosteriorMode
+    products : (n_record, n_stretch, n_column + 1, n_column + 1)
+        Of changes and residuals within each stretch of a record, the residuals last.
+    grams : (n_record, n_column + 1, n_column + 1)
+        Their sums, per unit of the coordinates.
+    covariance : (n_shared, n_shared)
+    """
+    unknowns = found.unknowns
+    raw = np.sqrt(np.maximum(np.einsum("rsii->ri", products), 1e-300))
+    rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
+    scores = products[..., :-1, -1] * rate[:, None, :-1]
+    n, mine = len(unknowns.shared), unknowns.own
+    precision = np.concatenate([np.zeros(len(unknowns.each)), np.maximum(found.sigma, RIGID) ** -2.0])
+    held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
+    share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
+    own = np.where(held[:, None], 0.0, scores[..., mine])
+    moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
+    return np.asarray(np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300))
