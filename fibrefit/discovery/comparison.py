@@ -207,16 +207,18 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
         inference = search.inference.in_noise_of(richest)
         search = search.with_inference(inference)
         once_more = compared_again([one.log for one in ranked], richest.log > parent.log + NAMED)
-        parent = inference.again(parent)
+        parent = _kept(search, parent, "again", partial(inference.again, parent))()
         near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
-        jobs = [partial(inference.again, one) for one in near if one.evidence.mode.steps]
+        jobs = [_kept(search, one, "again", partial(inference.again, one)) for one in near if one.evidence.mode.steps]
         again = sorted(_all_of(jobs), key=lambda one: -one.log)
         better = [one for one in again[:COMPARED] if one.log > parent.log]
         # From the one that may get its name to the end; from others as long as it takes to see where they lead.
-        ways = [partial(inference.without, one, parent.effects) for one in better[:1]]
-        ways += [partial(_warm_started, inference, one, parent) for one in better[1:]]
+        back = [partial(inference.without, one, parent.effects) for one in better[:1]]
+        back += [partial(_warm_started, inference, one, parent) for one in better[1:]]
+        about = "without", parent.names, parent.log
+        ways = [_kept(search, one, about, way) for one, way in zip(better, back, strict=True)]
         if parent.evidence.mode.sigma.any():
-            ways.append(partial(_pooled, inference, parent))
+            ways.append(_kept(search, parent, "pooled", partial(_pooled, inference, parent)))
         here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)
         moved |= parent.log > here + NAMED
         if not again or again[0].names == ranked[0].names:
@@ -227,7 +229,7 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
         if behind[one.names] <= max([NAMED, *(other.log - parent.log for other in again)]):
             break
         if one.evidence.mode.steps and all(one.names != other.names for other in again):
-            again.append(inference.again(one))
+            again.append(_kept(search, one, "again", partial(inference.again, one))())
     # Innovations that scatter more with the best one do so with all: of two that explain the same, the one that happens
     # to have less overdispersion would win.
     own = {one.names: overdispersion_of(inference, parent, one) for one in again}
@@ -241,6 +243,11 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
     others = [one.with_log(parent.log + gain * (kept if gain > 0.0 else 1.0)) for one, gain in rest]
     ranked = sorted([*fitted.values(), *others], key=lambda one: -one.log)
     return Comparison(search, parent, tuple(ranked), frozenset(fitted), moved=moved)
+
+
+def _kept(search: Search, one: LaplaceFit, what: object, job: Callable[[], LaplaceFit]) -> Callable[[], LaplaceFit]:
+    """A refit of a hypothesis in the noise of a search, which asks the journal first."""
+    return search.recalled("compared", one, what, job, one.supermodel)
 
 
 def _share_left(before: float, after: float) -> float:

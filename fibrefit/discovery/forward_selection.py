@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
@@ -13,7 +16,7 @@ from fibrefit.discovery.choice import Believed, Choose, believed, candidates
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
-from fibrefit.discovery.engine.effort import COMPARED
+from fibrefit.discovery.engine.effort import COMPARED, LINEARISED_ANEW, settles
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import (
@@ -27,7 +30,7 @@ from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
-from fibrefit.discovery.search.alarms import alarms_of
+from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown
@@ -197,12 +200,30 @@ def _where_it_is(at: Selection, found: Believed) -> tuple[Selection, Believed]:
     if found.chosen is not None or parent.supermodel.sensitivities is None:
         return at, found
     with beyond_limits():
-        doubted = comparison.moved or alarms_of(search, parent)
-        anew = relinearised(search, parent) if doubted else None
+        alarms = alarms_of(search, parent)
+        anew = relinearised(search, parent) if comparison.moved or alarms else None
     if anew is None:
         return at, found
+    anew = _settled(*anew, most_nats(alarms) or np.inf)
     there = found._replace(comparison=replace(comparison, search=anew[0], parent=anew[1]))
     return replace(at, search=anew[0], best=anew[1]), there
+
+
+def _settled(search: Search, parent: LaplaceFit, objected: float) -> tuple[Search, LaplaceFit]:
+    """Readings linearised about a model again, as long as that takes away what tests object by, in nats.
+
+    Once more whatever the time is, as it was begun: what is an error of linearisation is not told as one of the model.
+    """
+    ends = time.monotonic() + time_left()
+    with beyond_limits():
+        for number in range(LINEARISED_ANEW):
+            left = most_nats(alarms_of(search, parent))
+            if not left or not settles(objected, left) or (number and time.monotonic() > ends):
+                break
+            if (anew := relinearised(search, parent)) is None:
+                break
+            (search, parent), objected = anew, left
+    return search, parent
 
 
 def _together(at: Selection, found: Believed, single: Comparison, limits: Limits) -> tuple[Selection, Believed]:

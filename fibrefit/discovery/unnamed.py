@@ -22,8 +22,7 @@ from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.laws.told import described, holding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING
-from fibrefit.discovery.residuals.innovations import Alarm
-from fibrefit.discovery.search.alarms import alarms_of
+from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
@@ -121,7 +120,7 @@ def nameless(search: Search, best: LaplaceFit, before: Identification, curves: S
     if not curves:
         return None
     needed = {name for effect in best.effects for name in effect.needs}
-    further, left = {str(port_of(curve.probe)) for curve in curves}, _most(alarms_of(search, best))
+    further, left = {str(port_of(curve.probe)) for curve in curves}, most_nats(alarms_of(search, best))
     for effect in best.effects:
         port = str(port_of(effect))
         if port in further and effect.name not in needed:
@@ -143,7 +142,7 @@ def _law_in_place(
 
 def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None) -> float:
     """Nats that tests of the innovations see left beside what is to be added; 0 where none objects."""
-    return _most(alarms_of(comparison.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
+    return most_nats(alarms_of(comparison.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
 
 
 def _curve_predicts_more(
@@ -182,11 +181,6 @@ def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> boo
     """
     near = slopes_tell(comparison.search.gap(comparison.search.plain(comparison.parent)))
     return not near and left > LIKENESS * comparison.gain(chosen)
-
-
-def _most(alarms: Collection[Alarm]) -> float:
-    """The most nats of tests that object; 0 where none does."""
-    return max((alarm.nats for alarm in alarms), default=0.0)
 
 
 def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:

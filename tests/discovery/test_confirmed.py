@@ -298,7 +298,7 @@ def test_a_model_that_a_test_objects_to_is_tested_about_itself(
     first = first_round(moved)
     parent: Any = SimpleNamespace(supermodel=SimpleNamespace(sensitivities="some"), names=())
     first = replace(first, parent=parent)
-    monkeypatch.setattr(forward_selection, "alarms_of", lambda search, one: ["constancy"] if objects else [])
+    monkeypatch.setattr(forward_selection, "alarms_of", lambda search, one: [SimpleNamespace(nats=50.0)] * objects)
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, one: ("there", one))
     at = Selection(search=first.search, best=parent)
     found = SimpleNamespace(chosen=None, comparison=first, _replace=lambda comparison: comparison)

@@ -62,6 +62,7 @@ CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
+    Bracket("SETTLES", effort, lambda x: effort.settles(100.0, 100.0 * x), 0.4, 0.6),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
     Bracket("WRONG_MINIMUM", effort, lambda x: not effort.in_wrong_minimum(-x, 0.0), 7.0, 9.0),
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["tolerance"], 0.19, 0.21),

@@ -14,7 +14,7 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import time_limit
-from fibrefit.discovery import comparison, conclusion
+from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery.choice import candidates, chosen_of
 from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise
 from fibrefit.discovery.conclusion import _never_tried
@@ -338,3 +338,20 @@ def test_false_alarms_do_not_hang_on_the_noise_a_round_begins_with(case: Callabl
         found.append({one.effect: one for one in candidates(ranked)}["sensor.force_delay"])
     assert min(one.evidence for one in found) > NAMED
     assert max(one.false_alarm for one in found) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("objections", "again"),
+    [((185.0, 0.0), 1), ((185.0, 60.0, 0.0), 2), ((900.0,), 0), ((0.0,), 0), ((400.0, 390.0), 1)],
+)
+def test_readings_are_linearised_again_as_long_as_that_takes_away_what_tests_object_by(
+    monkeypatch: pytest.MonkeyPatch, objections: tuple[float, ...], again: int
+) -> None:
+    """What a test says of a model about which readings were linearised once may be an error of that."""
+    places = iter(range(1, 9))
+    monkeypatch.setattr(
+        forward_selection, "alarms_of", lambda search, parent: [SimpleNamespace(nats=objections[parent])]
+    )
+    monkeypatch.setattr(forward_selection, "relinearised", lambda search, parent: (search, next(places)))
+    _, found = forward_selection._settled(cast(Any, None), cast(Any, 0), 946.0)
+    assert found == again

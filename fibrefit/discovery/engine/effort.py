@@ -33,6 +33,9 @@ CONTINUATION_STEPS = 4
 LINEARISED_ANEW = 6
 """How often readings are linearised again at the most, before the first round, where records differ: at first each
 record is at values of the others."""
+SETTLES = 0.5
+"""Share of the nats that a test objects by to which linearising readings anew has to bring them for it to be done once
+more: an error of linearisation falls by far more each time, what is missing stays."""
 AT_REST = 0.25
 """Standard deviations between records by which values of a record move where linearising anew says no more."""
 PROMISING = 0.5
@@ -66,6 +69,11 @@ HOPE = 3.0
 STEADY_LIMIT = 0.1
 """Relative change of strengths that would just be found, below which they are looked for no more: slopes hardly bend
 over less."""
+
+
+def settles(before: float, after: float) -> bool:
+    """Whether linearising anew takes away what a test objects by, in nats."""
+    return after < SETTLES * before
 
 
 def first_fit_ends(used: float, given: float) -> bool:

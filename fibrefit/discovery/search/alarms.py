@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
 from fibrefit.discovery.search.search import Search
@@ -12,3 +14,8 @@ def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
     task = search.task
     tested = tests_of(search.inference, fitted, task.traces, task.problem.model.rig.channels, task.steps)
     return [alarm for alarm in tested if alarm.raised]
+
+
+def most_nats(alarms: Collection[Alarm]) -> float:
+    """The most nats of tests that object; 0 where none does."""
+    return max((alarm.nats for alarm in alarms), default=0.0)
