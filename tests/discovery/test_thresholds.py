@@ -171,6 +171,7 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)
     search: Any = SimpleNamespace(context=None, inference=inference, with_inference=lambda inference: search)
+    search.recalled = lambda what, parent, about, job, own: job
     ranked = comparison.in_same_noise(search, parent, [one, other])
     assert [found.effects for found in ranked.found] == [one.effects, other.effects]
 
@@ -191,6 +192,7 @@ def test_what_was_not_followed_keeps_its_share_of_what_the_best_explained(monkey
     parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)
     search: Any = SimpleNamespace(context=None, inference=inference, with_inference=lambda inference: search)
+    search.recalled = lambda what, parent, about, job, own: job
     ranked = comparison.in_same_noise(search, parent, [best, other, worse])
     assert [(one.effects, one.log) for one in ranked.found] == [
         (best.effects, 160.0), (other.effects, pytest.approx(80.0)), (worse.effects, -3.0),
