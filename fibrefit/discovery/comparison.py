@@ -215,8 +215,8 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
         # From the one that may get its name to the end; from others as long as it takes to see where they lead.
         back = [partial(inference.without, one, parent.effects) for one in better[:1]]
         back += [partial(_warm_started, inference, one, parent) for one in better[1:]]
-        about = "without", parent.names, parent.log
-        ways = [_kept(search, one, about, way) for one, way in zip(better, back, strict=True)]
+        about = parent.names, parent.log
+        ways = [_kept(search, one, ("without", i > 0, *about), back[i]) for i, one in enumerate(better)]
         if parent.evidence.mode.sigma.any():
             ways.append(_kept(search, parent, "pooled", partial(_pooled, inference, parent)))
         here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)

@@ -100,7 +100,10 @@ class Search:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
         common = self.inference.common_noise
         noise = [repr(of) for of in common.noise]
-        return signature_of(parent, [*noise, *(repr((c, float(np.mean(of.noise)))) for c, of in common.steps.items())])
+        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in common.steps.items()]
+        if common.in_steps is not None and common.in_steps.slope is not None:
+            noise.append(digest(common.in_steps.slope))
+        return signature_of(parent, noise)
 
     def recalled(
         self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any],
