@@ -119,6 +119,21 @@ def test_lines_of_a_rest_are_found_at_their_frequencies_and_none_where_there_is_
     assert found.white * 0.5 * RATE == pytest.approx(1.0, rel=0.15)
 
 
+def test_lines_are_found_whichever_rest_comes_first() -> None:
+    """The frequencies of a short rest are far apart: a line between them was sought at the nearest, and left there."""
+    random, pieces = np.random.default_rng(8), []
+    for n in (256, 2784, 288, 2656, 160, 2464):
+        times, phases = np.arange(n) / RATE, random.uniform(0.0, 6.0, 2)
+        angles = [2.0 * np.pi * f * times + p for f, p in zip((50.1, 150.3), phases, strict=True)]
+        hum = np.sqrt(2.0) * sum(map(np.sin, angles))
+        pieces.append((random.standard_normal(n) + hum, RATE))
+    for order in (pieces, pieces[::-1]):
+        found = with_lines(noise_of(order), order)
+        assert sorted(f for f, _ in found.lines) == pytest.approx([50.1, 150.3], abs=0.1)
+        # What is left of a line that is missed would pass for slow noise, in which a drift is nothing.
+        assert found.density(np.array([1.0]))[0] == pytest.approx(found.white, rel=0.5)
+
+
 def test_lines_are_taken_off_and_a_level_and_what_is_beside_them_stay() -> None:
     random, times = np.random.default_rng(6), np.arange(701) / RATE
     noise = random.standard_normal(701)

@@ -219,10 +219,12 @@ def _line(
     free = _clear(whole, found, draws) & (whole.frequency > SLOWEST_LINE)
     if not free.any():
         return None
-    # Frequencies of records of several lengths: the sum over records of what lies nearest to each of the first one's.
-    grid = whole.frequency[whole.record == whole.record[0]]
+    # Frequencies of records of several lengths: the sum over records of what lies nearest to each of the longest one's.
+    # Those of a short one are too far apart for the line to be found between them.
+    numbers, ordinates = np.unique(whole.record, return_counts=True)
+    grid = whole.frequency[whole.record == numbers[np.argmax(ordinates)]]
     sums, number = np.zeros(len(grid)), np.zeros(len(grid))
-    for r in np.unique(whole.record):
+    for r in numbers:
         mine = whole.record == r
         near = np.clip(np.searchsorted(whole.frequency[mine], grid - 1e-9), 0, mine.sum() - 1)
         sums += np.where(free[mine], whole.power[mine] / density[mine], 0.0)[near]
