@@ -19,7 +19,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.inputs import linearised_where_records_differ
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import minima_compared, prepared_search
-from fibrefit.discovery.search.time_budget import kept_for_conclusion
+from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
 from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, OTHERWISE
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
@@ -48,18 +48,18 @@ def discover(
         Called with what is being done and the share that is finished.
     """
     limits, tell = limits or Limits(), progress or quiet
-    budget = Budget.of(limits.seconds)
+    budget = Budget.of(time_to_use(limits.seconds))
     before = identify(
         task,
         FIRST_STARTS,
         limits.seed,
         How(whiten=False, rivals=False),
         progress=progress,
-        stop=lambda: first_fit_ends(budget.used, limits.seconds),
+        stop=lambda: first_fit_ends(budget.used, budget.seconds),
     )
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
-    with time_limit(budget.left - kept_for_conclusion(before.seconds, limits.seconds)):
+    with time_limit(budget.left - kept_for_conclusion(before.seconds, budget.seconds)):
         started, _ = in_time(partial(_started, task, before, effects, tell, limits.folder), None)
         if started is None:
             return _not_trusted(before, (Statement("no_time"),), budget)

@@ -13,7 +13,7 @@ from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
 from fibrefit.discovery.search import inputs, setup
-from fibrefit.discovery.search.time_budget import kept_for_conclusion
+from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
 from tests.brackets import Bracket, thresholds
 
 COSTS = (0.0, *[90.0] * 10)
@@ -109,6 +109,11 @@ def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
 @pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (25.0, 75.0), (90.0, 105.0)])
 def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, kept: float) -> None:
     assert kept_for_conclusion(first, 300.0) == pytest.approx(kept)
+
+
+def test_a_search_ends_within_the_time_given_with_the_steps_it_takes_after_its_last_look_at_the_clock() -> None:
+    assert time_to_use(300.0) * 1.07 < 302.0
+    assert 270.0 < time_to_use(300.0) < 300.0
 
 
 def test_parts_of_a_conclusion_leave_what_the_final_fit_takes() -> None:
