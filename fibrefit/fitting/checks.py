@@ -54,7 +54,7 @@ def converged(predicted_decrease: float, success: bool, rough: bool = False) -> 
     Parameters
     ----------
     rough : bool
-        Whether errors of measured inputs were fitted too.
+        Whether errors of measured inputs, or noise and differences between records, were fitted too.
     """
     enough = ROUGHLY if rough else FIT_TOLERANCE
     return Check(

@@ -20,7 +20,6 @@ from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
 from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum
-from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -175,7 +174,8 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
             other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
-    moving = judge.converged(min(gls.evidence.mode.predicted_reduction, FIT_TOLERANCE), True)
+    # Noise and differences between records are found with the values: their mode is looked for as roughly.
+    moving = judge.converged(gls.evidence.mode.predicted_reduction, True, rough=True)
     expected, limits = (
         gls.expected_gap,
         [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],

@@ -9,8 +9,9 @@ FIT_TOLERANCE = 0.01
 """Reduction of the cost that may still be predicted of one more Gauss-Newton step; 1 is one standard error, so that
 values are a tenth of theirs from the minimum at most."""
 ROUGHLY = 0.05
-"""The same where errors of measured inputs are fitted too: the cost of a motion that sticks and bounces is rough at
-this scale, and values are a fifth of their standard errors from the minimum at most."""
+"""The same where errors of measured inputs, or noise and differences between records, are fitted too: the cost of a
+motion that sticks and bounces is rough at this scale, and values are a fifth of their standard errors from the minimum
+at most."""
 DIVERGED = 25.0
 """Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
 INPUT_ERROR = 1.15

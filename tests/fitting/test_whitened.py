@@ -164,6 +164,21 @@ def test_a_mode_that_is_not_reached_keeps_the_plain_one(task: Task, monkeypatch:
     assert kept.status == "ok" or all(check.passed for check in kept.checks if check.name != "starts agree")
 
 
+@pytest.mark.parametrize(("predicted", "kept"), [(0.04, True), (0.2, False)])
+def test_a_mode_short_of_which_a_step_would_gain_is_not_taken_for_one(
+    task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, predicted: float, kept: bool
+) -> None:
+    assert found.gls is not None
+    short = dataclasses.replace(
+        found.gls.evidence, mode=dataclasses.replace(found.gls.evidence.mode, predicted_reduction=predicted)
+    )
+    stand_in = dataclasses.replace(found.gls, evidence=short)
+    monkeypatch.setattr(last_step, "gls_estimate", lambda *_: stand_in)
+    again = identify(task, starts=1)
+    assert (again.estimator == "generalised least squares") == kept
+    assert kept or "(failed: convergence of the solver)" in estimator_sentence(again.why)
+
+
 @pytest.mark.parametrize("kind", ["hum", "slow"])
 def test_noise_of_other_kinds_is_noise(tmp_path: Path, kind: str) -> None:
     records = []
