@@ -33,7 +33,7 @@ from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown
+from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
 from fibrefit.discovery.unnamed import Unnamed, nameless, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
@@ -133,7 +133,8 @@ def forward_select(search: Search, base: LaplaceFit, before: Identification, lim
     while len(at.best.effects) < limits.max_effects:
         # With a model that is slower to simulate the conclusion takes longer.
         slower = slowdown(at.search, at.best) * before.seconds if at.best.effects else before.seconds
-        more = kept_for_conclusion(slower, limits.seconds) - kept_for_conclusion(before.seconds, limits.seconds)
+        given = time_to_use(limits.seconds)
+        more = kept_for_conclusion(slower, given) - kept_for_conclusion(before.seconds, given)
         further, came = in_time(partial(_further, at, before, limits), None, time_left() - more)
         if not came:
             return replace(at, cut_short=True)

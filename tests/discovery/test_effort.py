@@ -112,8 +112,8 @@ def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, 
 
 
 def test_a_search_ends_within_the_time_given_with_the_steps_it_takes_after_its_last_look_at_the_clock() -> None:
-    assert time_to_use(300.0) * 1.07 < 302.0
-    assert 270.0 < time_to_use(300.0) < 300.0
+    latest = 19.8  # s beyond its limit, the most that was measured on a machine without other work
+    assert 270.0 < time_to_use(300.0) <= 300.0 - latest
 
 
 def test_parts_of_a_conclusion_leave_what_the_final_fit_takes() -> None:
