@@ -71,3 +71,5 @@ FEWEST_READINGS = 16
 FEWEST_AROUND = 3
 """Samples on each side in the narrowest window of an input, and valid ones around an instant beside its own: as many as
 a parabola has coefficients."""
+CORNER = 5.0
+"""Standard deviations of the matched filter, as it spreads over a record, from which a corner of a motion is one."""

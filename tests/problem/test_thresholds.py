@@ -18,7 +18,7 @@ from fibrefit.problem.diagnose.phases import moves
 from fibrefit.problem.estimate import hausman, unknowns
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
 from fibrefit.problem.formulate import traces
-from fibrefit.problem.inputs import error_signals, smoothing
+from fibrefit.problem.inputs import corners, error_signals, smoothing
 from fibrefit.problem.noise import growth, rounding, spectrum, whittle
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.posterior import prior
@@ -35,6 +35,14 @@ def compared(share: float) -> bool:
     """Whether a difference is left unjudged where the better estimate saves so small a share of the variance."""
     found = hausman_test(np.array([5.0]), np.array([[1.0]]), np.array([[1.0 - share]]))
     return not np.isfinite(found.scores).any()
+
+
+def cornered(height: float) -> bool:
+    """Whether a wave as a corner leaves it, so high in its matched filter where the noise is one, is a corner."""
+    step, size = 1.0 / 2000.0, 2400
+    shapes = corners._Shapes(34, step, lambda v: v - smoothing._parabolas(v, 34, step)[0][:, 0])
+    wave = shapes.columns(np.array([0.6]), size)[0][:, 0]
+    return bool(len(corners._selected(height * wave / np.linalg.norm(wave), shapes, 1.0)[0]))
 
 
 def standing(speed: float) -> bool:
@@ -257,6 +265,7 @@ CASES = (
     ),
     Bracket("FEWEST_READINGS", traces, read_often, 20, 12),
     Bracket("FEWEST_AROUND", smoothing, bridged, 4, 3),
+    Bracket("CORNER", corners, cornered, 6.0, 4.0),
     Bracket("STANDING", inverse_dynamics, standing, 7e-4, 1.3e-3),
     Bracket("SLIGHT", hausman, compared, 0.015, 0.025),
     Bracket("BALANCE", inverse_dynamics, lambda x: balance_check(ForceBalance(1.0, x, 1.0 - x**2)).passed, 0.08, 0.12),

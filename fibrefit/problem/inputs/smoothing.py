@@ -18,6 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.errors import DataError
+from fibrefit.problem.inputs.corners import corner_motion
 from fibrefit.problem.thresholds import FEWEST_AROUND
 from fibrefit.rigs.signals.rest import fast_part, resolution
 
@@ -49,10 +50,12 @@ def smoothed(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
     DataError
         If too many samples in a row are missing: an input is not guessed.
     """
-    weights = smoother(values, times, where)
+    corners = _corners(values, times)
+    smooth = values - corners[:, 0]
+    weights = _weights(smooth, times, _fast_noise(values), where)
     reach = weights.shape[1] // 2
-    around = sliding_window_view(np.pad(np.nan_to_num(values), reach), weights.shape[1])
-    return np.einsum("nti,nt->ni", weights, around)
+    around = sliding_window_view(np.pad(np.nan_to_num(smooth), reach), weights.shape[1])
+    return corners + np.einsum("nti,nt->ni", weights, around)
 
 
 def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
@@ -65,11 +68,22 @@ def smoother(values: np.ndarray, times: np.ndarray, where: str) -> np.ndarray:
     (n_time, n_near, 2)
         For the samples from ``n_near // 2`` before to as many after; zero beyond the ends and where damaged.
     """
+    return _weights(values - _corners(values, times)[:, 0], times, _fast_noise(values), where)
+
+
+def _corners(values: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Value and slope of what the corners of a motion make."""
+    step = float(np.diff(times).mean())
+    return corner_motion(values, step, _fast_noise(values), lambda v, half: _parabolas(v, half, step)[0][:, 0])
+
+
+def _weights(values: np.ndarray, times: np.ndarray, noise: float, where: str) -> np.ndarray:
+    """Those of `smoother` for readings without corners, and with so much noise."""
     step = float(np.diff(times).mean())
     some = [width for width in WIDTHS if 2.0 * width < step * len(values) / 3.0]
     halves = sorted({max(round(width / step), FEWEST_AROUND) for width in some}) or [FEWEST_AROUND]
     _refuse_holes(values, times, halves[0], where)
-    valid, noise = np.isfinite(values), _fast_noise(values)
+    valid = np.isfinite(values)
     fits = [_parabolas(values, half, step) for half in halves]
     agreed = _widest_agreed([(fit, noise * error) for fit, error, _ in fits])
     # Next to a corner a window may agree by chance: the narrowest of the neighbours is taken. It goes from one width to
