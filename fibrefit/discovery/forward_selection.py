@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fibrefit.core.programs.longest import longest_compilation
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
 from fibrefit.discovery.choice import Believed, Choose, believed, candidates
@@ -131,10 +132,7 @@ def forward_select(search: Search, base: LaplaceFit, before: Identification, lim
     """
     at = Selection(search, base)
     while len(at.best.effects) < limits.max_effects:
-        # With a model that is slower to simulate the conclusion takes longer.
-        slower = slowdown(at.search, at.best) * before.seconds if at.best.effects else before.seconds
-        given = time_to_use(limits.seconds)
-        more = kept_for_conclusion(slower, given) - kept_for_conclusion(before.seconds, given)
+        more = _more_to_conclude(at, before, time_to_use(limits.seconds)) if at.best.effects else 0.0
         further, came = in_time(partial(_further, at, before, limits), None, time_left() - more)
         if not came:
             return replace(at, cut_short=True)
@@ -143,6 +141,15 @@ def forward_select(search: Search, base: LaplaceFit, before: Identification, lim
         if not grown:
             return at
     return at
+
+
+def _more_to_conclude(at: Selection, before: Identification, given: float) -> float:
+    """Time in s that a conclusion takes beyond that of the base model: a model that is slower to simulate takes longer.
+
+    Its final fit makes a program of its own, as large as any so far, and nothing ends that on the way.
+    """
+    slower = slowdown(at.search, at.best) * before.seconds
+    return kept_for_conclusion(slower, given) - kept_for_conclusion(before.seconds, given) + longest_compilation()
 
 
 def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Selection, bool]:

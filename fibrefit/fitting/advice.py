@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.programs.products import column_products
 from fibrefit.fitting.identifiability import Weakness, force_alone
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.problem.statement.layout import assembled, scale_of
@@ -75,9 +72,8 @@ def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) ->
         return None
     before = _relative_errors(normal, shared, values)
     best, chosen = np.inf, menu[0]
-    for conditions in menu:
-        more = _information(problem, jnp.asarray(values), {name: jnp.asarray(x) for name, x in conditions.items()})
-        after = _relative_errors(normal + np.asarray(more), shared, values)
+    for conditions, more in zip(menu, _information(problem, values, menu), strict=True):
+        after = _relative_errors(normal + more, shared, values)
         if (gain := float(after.max() / before.max())) < best:
             best, chosen = gain, conditions
     if not best < WORTHWHILE:
@@ -95,22 +91,31 @@ def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) 
     return errors[shared] / np.maximum(np.abs(values[shared]), 1e-12)
 
 
-@kept_program
-def _information(problem: Problem, values: jax.Array, conditions: dict[str, jax.Array]) -> jax.Array:
-    """Normal matrix of the shared values from one more record like the first, its own nuisances eliminated."""
-    data = problem.observations
-    changed = dict(data.experiment.conditions)
-    for name, value in conditions.items():
-        changed[name] = changed[name].at[0].set(value)
-    planned = data._replace(experiment=data.experiment._replace(conditions=changed))
-    slopes = eqx.tree_at(lambda p: p.observations, problem, planned).linearised(values).slopes[0]
+def _information(problem: Problem, values: np.ndarray, menu: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
+    """Normal matrices of the shared values, each from one more record like the first, its own nuisances eliminated.
+
+    The records of the problem give their places to as many further ones: no program is compiled for them.
+    """
+    number, found = len(problem.layout.records), []
+    first = jax.tree.map(lambda rows: np.repeat(np.asarray(rows)[:1], number, axis=0), problem.observations)
+    local = np.repeat(np.asarray(problem.layout.local(values))[:1], number, axis=0)
+    for planned in (menu[i : i + number] for i in range(0, len(menu), number)):
+        taken = dict(first.experiment.conditions)
+        for name in planned[0]:
+            rows = np.array([conditions[name] for conditions in planned])
+            taken[name] = np.concatenate([rows, taken[name][len(rows) :]])
+        observations = first._replace(experiment=first.experiment._replace(conditions=taken))
+        linear = eqx.tree_at(lambda p: p.observations, problem, observations).linearised_at(local)
+        found += [_of_shared(problem, np.asarray(rows)) for rows in linear.slopes[: len(planned)]]
+    return found
+
+
+def _of_shared(problem: Problem, slopes: np.ndarray) -> np.ndarray:
+    """Normal matrix of the shared values from slopes ``(n_channel, n_time, n_local)`` of a record like the first."""
+    columns = np.asarray(problem.layout.local_columns[0])
+    own = columns >= sum(record is None for _, record in problem.layout.entries)
     flat = slopes.reshape(-1, slopes.shape[-1])
-    local = column_products(flat, flat)
-    columns = problem.layout.local_columns[0]
-    shared = sum(record is None for _, record in problem.layout.entries)
-    own = columns >= shared
-    if own.any():
-        block = local[own][:, own] + 1e-12 * jnp.diag(jnp.diag(local[own][:, own]))
-        local = local - local[:, own] @ jnp.linalg.solve(block, local[own])
-    local = jnp.where(own[:, None] | own[None, :], 0.0, local)
-    return assembled(local[None], columns[None], problem.layout.size)
+    # What the record's own nuisances can imitate says nothing.
+    moved = np.linalg.lstsq(flat[:, own], flat, rcond=None)[0]
+    beside = np.where(own, 0.0, flat - flat[:, own] @ moved)
+    return np.asarray(assembled((beside.T @ beside)[None], columns[None], problem.layout.size))

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import functools
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Barrier
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs import kept as programs
+from fibrefit.core.programs import longest
 from fibrefit.core.programs.described import NotDescribedError, fingerprint
 from fibrefit.core.programs.kept import KeptProgram
 
@@ -131,3 +134,23 @@ def test_values_that_differ_are_described_differently(one: Any, other: Any) -> N
     said: Callable[[Any], str] = fingerprint
     assert said(one) != said(other)
     assert said(one) == said(one)
+
+
+def test_the_time_of_the_largest_program_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(longest, "_STAGES", dict.fromkeys(longest._STAGES, 0.0))
+    assert longest.longest_compilation() == 0.0
+
+    def large(x: Any) -> Any:
+        for i in range(200):
+            x = jnp.sin(x + i)
+        return x
+
+    with programs._without_cache():
+        began = time.perf_counter()
+        jax.jit(large)(np.arange(7.0))
+        took = time.perf_counter() - began
+        assert 0.3 * took < longest.longest_compilation() <= 1.1 * took
+        known = longest.longest_compilation()
+        # What is at hand takes no time, and a smaller one changes nothing.
+        jax.jit(lambda x: x + 1.0)(np.arange(7.0))
+    assert longest.longest_compilation() == pytest.approx(known, rel=0.2)

@@ -143,7 +143,7 @@ def worthwhile(ratio: float) -> bool:
         layout=SimpleNamespace(entries=((None, None),)),
         observations=SimpleNamespace(experiment=SimpleNamespace(conditions={})),
     )
-    with patch.object(advised, "_information", lambda *_: np.array([[ratio**-2.0 - 1.0]])):
+    with patch.object(advised, "_information", lambda *_: [np.array([[ratio**-2.0 - 1.0]])]):
         found = advised._further_record(cast(Any, problem), np.ones(1), np.ones((1, 1)))
     assert found is not None
     return found.identifier == "further_record"

@@ -1,0 +1,30 @@
+"""How long making a program has taken in this process: nothing ends it on the way, and who has little time asks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.monitoring
+
+_STAGES = dict.fromkeys(
+    (
+        "/jax/core/compile/jaxpr_trace_duration",
+        "/jax/core/compile/jaxpr_to_mlir_module_duration",
+        "/jax/core/compile/backend_compile_duration",
+    ),
+    0.0,
+)
+"""Longest of each stage in s, under the names by which JAX tells of them."""
+
+
+def longest_compilation() -> float:
+    """Time in s that the largest program so far took to make: traced, lowered, compiled. 0 where all were at hand."""
+    return sum(_STAGES.values())
+
+
+def _told(event: str, duration_secs: float, **_: Any) -> None:
+    if event in _STAGES:
+        _STAGES[event] = max(_STAGES[event], duration_secs)
+
+
+jax.monitoring.register_event_duration_secs_listener(_told)
