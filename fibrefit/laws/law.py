@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import operator
-from typing import Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import equinox as eqx
 import jax
@@ -18,6 +18,7 @@ import jax.numpy as jnp
 from fibrefit.core.capability import Capability
 from fibrefit.core.parameter import Parameter, inverse_of
 from fibrefit.core.roles import FORCES
+from fibrefit.laws.moment import Moment
 
 Memory = tuple[jax.Array, ...]
 Channels = dict[str, jax.Array]
@@ -47,24 +48,6 @@ def quantity(unit: str, doc: str, typical: float, **more: Any) -> Any:
     return eqx.field(metadata={"parameter": Parameter("", unit, doc, typical, **more)})
 
 
-class Moment(NamedTuple):
-    """When a law is evaluated.
-
-    Parameters
-    ----------
-    time : () in s
-        Since the first sample of the record.
-    past : () a pure number
-        1 where the law's own instant is over, 0 before; the share that is over of a span that holds it.
-    path : () in m
-        That the weight has travelled since its motion began, to and fro.
-    """
-
-    time: jax.Array
-    past: jax.Array
-    path: jax.Array
-
-
 class Effect(eqx.Module):
     """Common to all effects.
 
@@ -92,8 +75,8 @@ class Effect(eqx.Module):
         Whether it changes within a record, so that `as_of` is called.
     sudden : bool
         Whether that happens at one instant, given by its parameter `instant` as a share of the record.
-    worn : bool
-        Whether it depends on the path travelled.
+    history : tuple of str
+        What it depends on that comes together in a motion: "path", "rest", "cycles" of its `Moment`.
     family : {"", "in", "since"}
         Whether there is one for each record of a series, named ``port.effect@3`` after its place there, and where it
         acts: in that one, or in that one and all that follow.
@@ -115,7 +98,7 @@ class Effect(eqx.Module):
     speeds: ClassVar[tuple[float, ...]] = ()
     timed: ClassVar[bool] = False
     sudden: ClassVar[bool] = False
-    worn: ClassVar[bool] = False
+    history: ClassVar[tuple[str, ...]] = ()
     family: ClassVar[str] = ""
     record: ClassVar[int | None] = None
     recurs: ClassVar[int] = 0

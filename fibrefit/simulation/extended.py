@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.laws.law import Effect, GuideLaw, Moment, StudyLaw, extends, laws_of
+from fibrefit.laws.moment import HISTORY_OF_MOTION, loading, resting
 from fibrefit.rigs.rig import Rig, Start, Values
 from fibrefit.simulation.inputs import Signals
 
@@ -30,11 +31,11 @@ class Passenger(NamedTuple):
 
 
 class ExtendedState(NamedTuple):
-    """State of the rig; of what hangs on its weight; path [m] travelled, None where no law asks."""
+    """State of the rig; of what hangs on its weight; what has come together that laws ask for, as in a `Moment`."""
 
     inner: Any
     passengers: tuple[Passenger, ...]
-    path: jax.Array | None
+    history: dict[str, jax.Array]
 
 
 class ExtendedMode(NamedTuple):
@@ -92,14 +93,22 @@ class Extended(eqx.Module):
 
     def derivative(self, state: ExtendedState, mode: ExtendedMode, inputs: Any) -> ExtendedState:
         """Rate of the state, by the clock of the record."""
-        moved = self._system(state, mode.past, inputs).derivative(state.inner, mode.inner, self._felt(inputs))
+        system, felt = self._system(state, mode.past, inputs), self._felt(inputs)
+        moved = system.derivative(state.inner, mode.inner, felt)
         parts = tuple(
             self._swing(law, part, state.inner.position, moved.position)
             for law, part in zip(self._carrying, state.passengers, strict=True)
         )
-        path = None if state.path is None else jnp.abs(moved.position)
+        speed, further = jnp.abs(moved.position), {}
+        if "path" in state.history:
+            further["path"] = speed
+        if "rest" in state.history:
+            further["rest"] = resting(state.history["rest"], speed)
+        if "cycles" in state.history:
+            assert self.rig.fibres is not None, "a rig with a fibre"
+            further["cycles"] = loading(*self.rig.fibres(system, state.inner, mode.inner, felt)[0])
         pace = self._pace()
-        return jax.tree.map(lambda rate: pace * rate, ExtendedState(moved, parts, path))
+        return jax.tree.map(lambda rate: pace * rate, ExtendedState(moved, parts, further))
 
     def margins(self, state: ExtendedState, mode: ExtendedMode, inputs: Any) -> ExtendedMode:
         """Margins of each mode; of an instant the time to it, in s."""
@@ -131,12 +140,12 @@ class Extended(eqx.Module):
         now = inputs[CLOCK][0]
         past = tuple((law.instant <= now).astype(jnp.int32) for law in self._sudden)
         # Nothing hangs askew before the motion begins.
-        begun = self.rig.start(self._with(self._laws(past, inputs, None)), values, self.conditions, self._felt(inputs))
+        begun = self.rig.start(self._with(self._laws(past, inputs, {})), values, self.conditions, self._felt(inputs))
         at = now if begun.time is None else begun.time
         past = tuple((law.instant <= at).astype(jnp.int32) for law in self._sudden)
         parts = tuple(Passenger(begun.state.position, begun.state.velocity) for _ in self._carrying)
-        path = jnp.zeros(()) if any(law.worn for law in self.laws) else None
-        return Start(ExtendedState(begun.state, parts, path), ExtendedMode(begun.mode, past), begun.time)
+        asked = {name: jnp.zeros(()) for law in self.laws for name in law.history}
+        return Start(ExtendedState(begun.state, parts, asked), ExtendedMode(begun.mode, past), begun.time)
 
     def observe(self, state: ExtendedState, mode: ExtendedMode, inputs: Any) -> dict[str, jax.Array]:
         """True value of each channel."""
@@ -150,7 +159,7 @@ class Extended(eqx.Module):
     def fibres_then(self, state: Any, mode: Any, inputs: Any) -> tuple:
         """As `fibres`, of a motion given by the rig's own states and modes."""
         zero, now = jnp.zeros(()), inputs[CLOCK][0]
-        whole = ExtendedState(state, tuple(Passenger(state.position, zero) for _ in self._carrying), zero)
+        whole = ExtendedState(state, tuple(Passenger(state.position, zero) for _ in self._carrying), {})
         past = tuple((law.instant <= now).astype(jnp.int32) for law in self._sudden)
         return self.fibres(whole, ExtendedMode(mode, past), inputs)
 
@@ -173,10 +182,10 @@ class Extended(eqx.Module):
         pace = self._pace()
         return {name: (value, rate / pace) for name, (value, rate) in inputs.items() if name != CLOCK}
 
-    def _laws(self, past: tuple[jax.Array, ...], inputs: Any, path: jax.Array | None) -> tuple[Effect, ...]:
+    def _laws(self, past: tuple[jax.Array, ...], inputs: Any, known: Mapping[str, Any]) -> tuple[Effect, ...]:
         """The laws as they are now."""
         now, over = inputs[CLOCK][0], iter(past)
-        path = jnp.zeros(()) if path is None else path
+        history = [known.get(name, jnp.zeros(())) for name in HISTORY_OF_MOTION]
         laws = []
         for law in self.laws:
             share = jnp.zeros(())
@@ -184,7 +193,7 @@ class Extended(eqx.Module):
                 # At the null nothing is switched, and the slope is that of a law that is there all the same.
                 instant = law.instant  # type: ignore[attr-defined]
                 share = jnp.where(law.absent(), (instant <= now).astype(float), next(over).astype(float))
-            laws.append(law.as_of(Moment(now, share, path)) if law.timed else law)
+            laws.append(law.as_of(Moment(now, share, *history)) if law.timed else law)
         return tuple(laws)
 
     def _with(self, laws: tuple[Effect, ...]) -> Any:
@@ -192,7 +201,7 @@ class Extended(eqx.Module):
 
     def _system(self, state: ExtendedState, past: tuple[jax.Array, ...], inputs: Any) -> Any:
         """The rig's system as it is now, with the pull of what hangs on its weight."""
-        system = self._with(self._laws(past, inputs, state.path))
+        system = self._with(self._laws(past, inputs, state.history))
         for law, part in zip(self._carrying, state.passengers, strict=True):
             share, omega, ratio = law.loose()
             swing = omega * (part.position - state.inner.position)

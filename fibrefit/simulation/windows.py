@@ -27,6 +27,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.laws.law import Effect, Moment, SensorLaw, laws_of
+from fibrefit.laws.moment import HISTORY_OF_MOTION
 from fibrefit.rigs.rig import Start, Values
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of
@@ -194,7 +195,7 @@ def _meanwhile(law: Effect, times: jax.Array) -> Effect:
     past = jnp.zeros(())
     if law.sudden:
         past = jnp.clip((times[-1] - law.instant) / (times[-1] - times[0]), 0.0, 1.0)  # type: ignore[attr-defined]
-    return law.as_of(Moment(0.5 * (times[0] + times[-1]), past, jnp.zeros(())))
+    return law.as_of(Moment(0.5 * (times[0] + times[-1]), past, *[jnp.zeros(())] * len(HISTORY_OF_MOTION)))
 
 
 def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -18,6 +18,7 @@ from fibrefit.discovery.curves.probes import (
     FrictionOfPath,
     FrictionOfSpeed,
     FrictionOfTime,
+    StiffnessOfCycles,
     StiffnessOfTime,
     TensionOfRate,
 )
@@ -112,12 +113,19 @@ def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: d
 
 
 @pytest.mark.parametrize(
-    ("probe", "height"), [(FrictionOfTime, 0.5), (FrictionOfPath, 0.15), (StiffnessOfTime, 0.01), (DampingOfTime, 0.3)]
+    ("probe", "height"),
+    [
+        (FrictionOfTime, 0.5),
+        (FrictionOfPath, 0.15),
+        (StiffnessOfTime, 0.01),
+        (StiffnessOfCycles, 0.03),
+        (DampingOfTime, 0.3),
+    ],
 )
 def test_a_law_over_the_course_of_a_record_is_found(
     task: Task, found: Identification, probe: type[Curve], height: float
 ) -> None:
-    """What grows in proportion to the time, or to the path."""
+    """What grows in proportion to the time, to the path, or to the load cycles."""
     search = begun_at(planted(task, found, probe, height * np.linspace(0.0, 1.0, probe.knots)))
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)

@@ -188,7 +188,7 @@ class PositionErrorOfPosition(Curve, SensorLaw):
 
 
 class CurveOverCourse(Curve):
-    """A curve over the course of a record: over the time in it, or over the path that the weight has travelled.
+    """A curve over the course of a record: over the time in it, or over what has come together in its motion.
 
     The first of the heights is the height of the curve at a moment.
     """
@@ -222,9 +222,22 @@ class FrictionOfPath(CurveOverCourse, GuideLaw):
     """A friction of the guide that changes with the path travelled."""
 
     name: ClassVar[str] = "probe.friction_of_path"
-    worn: ClassVar[bool] = True
+    history: ClassVar[tuple[str, ...]] = ("path",)
     variable: ClassVar[str] = "path"
     says: ClassVar[str] = "a friction in the guide that changes with the path that the weight has travelled"
+
+    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
+        """Height of the curve."""
+        return self.now
+
+
+class FrictionOfRest(CurveOverCourse, GuideLaw):
+    """A friction of the guide that changes with how long the weight has been at rest."""
+
+    name: ClassVar[str] = "probe.friction_of_rest"
+    history: ClassVar[tuple[str, ...]] = ("rest",)
+    variable: ClassVar[str] = "rest"
+    says: ClassVar[str] = "a friction in the guide that changes with the time for which the weight has been at rest"
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
         """Height of the curve."""
@@ -259,6 +272,24 @@ class DampingOfTime(CurveOverCourse, FibreLaw):
         return jnp.maximum(1.0 + self.now, ALWAYS_LEFT)
 
 
+class StiffnessOfCycles(StiffnessOfTime):
+    """A stiffness of the fibre that changes with its load cycles."""
+
+    name: ClassVar[str] = "probe.stiffness_of_cycles"
+    history: ClassVar[tuple[str, ...]] = ("cycles",)
+    variable: ClassVar[str] = "cycles"
+    says: ClassVar[str] = "a stiffness of the fibre that changes with its load cycles"
+
+
+class DampingOfCycles(DampingOfTime):
+    """A damping of the fibre that changes with its load cycles."""
+
+    name: ClassVar[str] = "probe.damping_of_cycles"
+    history: ClassVar[tuple[str, ...]] = ("cycles",)
+    variable: ClassVar[str] = "cycles"
+    says: ClassVar[str] = "a damping of the fibre that changes with its load cycles"
+
+
 PROBES: tuple[type[Curve], ...] = (
     ForceOfPosition,
     FrictionOfPosition,
@@ -272,6 +303,14 @@ PROBES: tuple[type[Curve], ...] = (
 )
 """Curves over states of the rig."""
 
-COURSES: tuple[type[Curve], ...] = (FrictionOfTime, FrictionOfPath, StiffnessOfTime, DampingOfTime)
+COURSES: tuple[type[Curve], ...] = (
+    FrictionOfTime,
+    FrictionOfPath,
+    FrictionOfRest,
+    StiffnessOfTime,
+    StiffnessOfCycles,
+    DampingOfTime,
+    DampingOfCycles,
+)
 """Curves over the course of a record. A rig with them takes longer to simulate: they are asked where no law over a
 state accounts for what tests or curves object to."""

@@ -50,8 +50,17 @@ _TENSION = (
 
 
 NOW = "self.STRENGTH"
+_STIFFNESS = (
+    "stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
+    '"""Factor on the elastic tension."""',
+)
+_DAMPING = (
+    "damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
+    '"""Factor on the viscous tension."""',
+)
+_FACTOR = f"jnp.maximum(1.0 + {NOW}, ALWAYS_LEFT)"
 _TIMED = "    timed: ClassVar[bool] = True\n"
-_WORN = f"{_TIMED}    worn: ClassVar[bool] = True\n"
+_OVER = _TIMED + '    history: ClassVar[tuple[str, ...]] = ("{}",)\n'
 AS_OF = '''    def as_of(self, moment: Moment) -> Self:
         """The law by then, as its strength."""
         return dataclasses.replace(self, STRENGTH=self._at(moment.VARIABLE))
@@ -103,10 +112,14 @@ SECOND_VARIABLES: tuple[SecondVariable, ...] = (
     SecondVariable("stretch", "m", "stretch", "stretch"),
     SecondVariable("stretch rate", "m/s", "rate", "rate"),
     SecondVariable("time", "s", "", "moment.time", _BY_THEN, _TIMED),
-    SecondVariable("path", "m", "", "moment.path", _BY_THEN, _WORN),
+    SecondVariable("path", "m", "", "moment.path", _BY_THEN, _OVER.format("path")),
+    SecondVariable("rest", "s", "", "moment.rest", _BY_THEN, _OVER.format("rest")),
+    SecondVariable("cycles", "-", "", "moment.cycles", _BY_THEN, _OVER.format("cycles")),
     SecondVariable("order of the record", "-", "", "(number - 1.0)", _IN_RECORD),
 )
 """All of them; which ones a law may change with is told by its place."""
+PORTS_OF_HISTORY = {"path": ("guide",), "rest": ("guide",), "cycles": ("fibre",)}
+"""Ports that what comes together in a motion may change."""
 
 
 def second_variables(probe: type[Curve]) -> list[SecondVariable]:
@@ -119,7 +132,7 @@ def second_variables(probe: type[Curve]) -> list[SecondVariable]:
         if (
             known
             and place.variable not in (one.code, one.variable)
-            and (one.variable != "path" or place.port == "guide")
+            and place.port in PORTS_OF_HISTORY.get(one.variable, (place.port,))
         ):
             found.append(one)
     return found
@@ -165,20 +178,19 @@ PLACES: dict[str, PortPlace] = {
         "position", 1, _ON.format("PLACE"),
     ),
     "probe.friction_of_time": PortPlace("guide", "GuideLaw", _method(_FRICTION, NOW), "time", more=_TIMED),
-    "probe.friction_of_path": PortPlace("guide", "GuideLaw", _method(_FRICTION, NOW), "path", more=_WORN),
-    "probe.stiffness_of_time": PortPlace(
-        "fibre", "FibreLaw",
-        _method(("stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
-                 '"""Factor on the elastic tension."""'),
-                f"jnp.maximum(1.0 + {NOW}, ALWAYS_LEFT)"),
-        "time", more=_TIMED,
+    "probe.friction_of_path": PortPlace(
+        "guide", "GuideLaw", _method(_FRICTION, NOW), "path", more=_OVER.format("path")
     ),
-    "probe.damping_of_time": PortPlace(
-        "fibre", "FibreLaw",
-        _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
-                 '"""Factor on the viscous tension."""'),
-                f"jnp.maximum(1.0 + {NOW}, ALWAYS_LEFT)"),
-        "time", more=_TIMED,
+    "probe.friction_of_rest": PortPlace(
+        "guide", "GuideLaw", _method(_FRICTION, NOW), "rest", more=_OVER.format("rest")
+    ),
+    "probe.stiffness_of_time": PortPlace("fibre", "FibreLaw", _method(_STIFFNESS, _FACTOR), "time", more=_TIMED),
+    "probe.stiffness_of_cycles": PortPlace(
+        "fibre", "FibreLaw", _method(_STIFFNESS, _FACTOR), "cycles", more=_OVER.format("cycles")
+    ),
+    "probe.damping_of_time": PortPlace("fibre", "FibreLaw", _method(_DAMPING, _FACTOR), "time", more=_TIMED),
+    "probe.damping_of_cycles": PortPlace(
+        "fibre", "FibreLaw", _method(_DAMPING, _FACTOR), "cycles", more=_OVER.format("cycles")
     ),
 }  # fmt: skip
 """Of each probe: a law that is composed acts where a free curve does."""

@@ -200,6 +200,7 @@ def _expression(form: Form, ends: tuple[float, float], mirrored: bool) -> str:
 
 def _unit(quantity: Term, height: str, variable: str) -> str:
     slope = f"{height}/({variable})" if "/" in variable else f"{height.replace('-', '1')}/{variable}"
+    slope = height if variable == "-" else slope
     units = {
         "height": height, "slope": slope, "place": variable, "length": variable, "number": "-", "turn": "rad",
         "second": "-" if variable == "-" else f"1/({variable})" if "/" in variable else f"1/{variable}",

@@ -30,7 +30,7 @@ class FrictionWear(OfFriction):
     # A path is counted from where a record begins; in windows that begin anew there is none.
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     timed: ClassVar[bool] = True
-    worn: ClassVar[bool] = True
+    history: ClassVar[tuple[str, ...]] = ("path",)
     wear: jax.Array = quantity(
         "-", "relative change of Coulomb friction in the end", 0.3, lower=-0.98, upper=20.0, symbol="a"
     )
