@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-MEMORY = 1e-3
+FORGOTTEN_AFTER = 1e-3
 """m that surfaces slide until they have forgotten how long they were at rest."""
 FORGETS = 5e-3
 """s in which they forget it at the least: a state that changes faster would ask for steps finer than the samples."""
@@ -43,13 +43,13 @@ class Moment(NamedTuple):
 
 
 def resting(rest: jax.Array, speed: jax.Array) -> jax.Array:
-    """Rate of the time at rest: ``d rest/dt = 1 - |v| rest / s``, s the `MEMORY`.
+    """Rate of the time at rest: ``d rest/dt = 1 - |v| rest / s``, s the `FORGOTTEN_AFTER`.
 
     Source
     ------
     Aging law of the age of contacts: Dieterich, J. Geophys. Res. 84 (1979) 2161-2168; Ruina, ibid. 88 (1983).
     """
-    return 1.0 - rest * jnp.minimum(speed / MEMORY, 1.0 / FORGETS)
+    return 1.0 - rest * jnp.minimum(speed / FORGOTTEN_AFTER, 1.0 / FORGETS)
 
 
 def loading(stretch: Any, rate: Any) -> jax.Array:

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from fibrefit.discovery.curves.free_form import _rested
 from fibrefit.discovery.curves.probes import Curve, FrictionOfRest, StiffnessOfCycles
-from fibrefit.laws.moment import CYCLE, FORGETS, MEMORY, loading, resting
+from fibrefit.laws.moment import CYCLE, FORGETS, FORGOTTEN_AFTER, loading, resting
 from tests.simulation.drops import CONDITIONS, STEP, drop, respond
 
 GRAVITY, MASS = 9.81, CONDITIONS["weight_mass"]
@@ -28,8 +28,8 @@ def test_the_time_at_rest_grows_as_time_and_is_forgotten_within_a_millimetre() -
     assert float(resting(0.3, 0.0)) == 1.0
     speed, rested = 0.05, 0.4
     found = solve_ivp(lambda t, y: [float(resting(y[0], speed))], (0.0, 0.06), [rested], rtol=1e-9, atol=1e-12).y[0, -1]
-    steady = MEMORY / speed
-    assert found == pytest.approx(steady + (rested - steady) * math.exp(-speed * 0.06 / MEMORY), rel=1e-6)
+    steady = FORGOTTEN_AFTER / speed
+    assert found == pytest.approx(steady + (rested - steady) * math.exp(-speed * 0.06 / FORGOTTEN_AFTER), rel=1e-6)
     # No faster than samples can follow.
     assert float(resting(1.0, 100.0)) == pytest.approx(1.0 - 1.0 / FORGETS)
 
@@ -67,7 +67,7 @@ def test_a_friction_that_fades_when_the_weight_slides_is_integrated_with_that() 
     found = respond(record, effects, friction=level, **values)["position"]
 
     def rates(_: float, y: np.ndarray) -> list[float]:
-        forgets = min(abs(y[1]) / MEMORY, 1.0 / FORGETS)
+        forgets = min(abs(y[1]) / FORGOTTEN_AFTER, 1.0 / FORGETS)
         return [y[1], GRAVITY * math.sin(slope) - (level + growth * y[2]) / MASS, 1.0 - forgets * y[2]]
 
     times = STEP * np.arange(201)
@@ -84,6 +84,6 @@ def test_the_range_of_a_curve_over_the_time_at_rest_is_that_of_the_motion() -> N
     assert np.all(found[:101] == 0.0)
     assert found[600] == pytest.approx(0.25)
     times = step * np.arange(201)
-    slow = MEMORY / 0.02 + (0.25 - MEMORY / 0.02) * np.exp(-0.02 * times / MEMORY)
+    slow = FORGOTTEN_AFTER / 0.02 + (0.25 - FORGOTTEN_AFTER / 0.02) * np.exp(-0.02 * times / FORGOTTEN_AFTER)
     np.testing.assert_allclose(found[600:801], slow, rtol=1e-9)
     assert found[-1] == pytest.approx(399 * step + found[1000], rel=1e-6)

@@ -25,7 +25,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
-from fibrefit.laws.moment import FORGETS, MEMORY, loading
+from fibrefit.laws.moment import FORGETS, FORGOTTEN_AFTER, loading
 from fibrefit.laws.ports import PORTS, port_of
 
 SI = ROLES | STATES | HISTORY
@@ -354,13 +354,13 @@ def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]
     known = states | {"speed": speed, "time": times - times[:, :1]}
     ahead = np.where(found.motion.phase[:, :-1] != HELD, speed[:, :-1] * np.diff(times, axis=1), 0.0)
     known["path"] = np.cumsum(np.pad(ahead, ((0, 0), (1, 0))), axis=1)
-    known["rest"] = _rested(speed, found.motion.phase != HELD, np.diff(times, axis=1))
+    known["time at rest"] = _rested(speed, found.motion.phase != HELD, np.diff(times, axis=1))
     if "stretch" in states:
         # A slack fibre has neither.
         taut = states["stretch"] > 0.0
         known |= {name: np.where(taut, states[name], 0.0) for name in ("stretch", "stretch rate")}
         borne = np.asarray(loading(states["stretch"], states["stretch rate"]))[:, :-1] * np.diff(times, axis=1)
-        known["cycles"] = np.cumsum(np.pad(np.maximum(borne, 0.0), ((0, 0), (1, 0))), axis=1)
+        known["load cycles"] = np.cumsum(np.pad(np.maximum(borne, 0.0), ((0, 0), (1, 0))), axis=1)
     there = {variable: (values[moving], steps) for variable, values in known.items()}
     forces = [values[moving] for channel, values in found.readings.items() if channel in FORCES]
     if forces:
@@ -372,7 +372,7 @@ def _rested(speed: np.ndarray, begun: np.ndarray, steps: np.ndarray) -> np.ndarr
     """How long the weight of each record has been at rest at each instant, in s: `resting` from step to step."""
     rest = np.zeros(speed.shape)
     for n in range(steps.shape[1]):
-        fades = np.minimum(speed[:, n] / MEMORY, 1.0 / FORGETS) * steps[:, n]
+        fades = np.minimum(speed[:, n] / FORGOTTEN_AFTER, 1.0 / FORGETS) * steps[:, n]
         # The solution of a linear equation over the step; without motion it is the step itself.
         grown = np.where(fades > 0.0, -np.expm1(-fades) / np.where(fades > 0.0, fades, 1.0), 1.0)
         rest[:, n + 1] = np.where(begun[:, n], rest[:, n] * np.exp(-fades) + grown * steps[:, n], 0.0)

@@ -197,7 +197,7 @@ class CurveOverCourse(Curve):
 
     def as_of(self, moment: Moment) -> Self:
         """The height of the curve by then."""
-        height = self.at(getattr(moment, self.variable))
+        height = self.at(getattr(moment, *(self.history or ("time",))))
         return dataclasses.replace(self, **{self.heights[0]: height})
 
     @property
@@ -236,7 +236,7 @@ class FrictionOfRest(CurveOverCourse, GuideLaw):
 
     name: ClassVar[str] = "probe.friction_of_rest"
     history: ClassVar[tuple[str, ...]] = ("rest",)
-    variable: ClassVar[str] = "rest"
+    variable: ClassVar[str] = "time at rest"
     says: ClassVar[str] = "a friction in the guide that changes with the time for which the weight has been at rest"
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
@@ -277,7 +277,7 @@ class StiffnessOfCycles(StiffnessOfTime):
 
     name: ClassVar[str] = "probe.stiffness_of_cycles"
     history: ClassVar[tuple[str, ...]] = ("cycles",)
-    variable: ClassVar[str] = "cycles"
+    variable: ClassVar[str] = "load cycles"
     says: ClassVar[str] = "a stiffness of the fibre that changes with its load cycles"
 
 
@@ -286,7 +286,7 @@ class DampingOfCycles(DampingOfTime):
 
     name: ClassVar[str] = "probe.damping_of_cycles"
     history: ClassVar[tuple[str, ...]] = ("cycles",)
-    variable: ClassVar[str] = "cycles"
+    variable: ClassVar[str] = "load cycles"
     says: ClassVar[str] = "a damping of the fibre that changes with its load cycles"
 
 

@@ -113,12 +113,12 @@ SECOND_VARIABLES: tuple[SecondVariable, ...] = (
     SecondVariable("stretch rate", "m/s", "rate", "rate"),
     SecondVariable("time", "s", "", "moment.time", _BY_THEN, _TIMED),
     SecondVariable("path", "m", "", "moment.path", _BY_THEN, _OVER.format("path")),
-    SecondVariable("rest", "s", "", "moment.rest", _BY_THEN, _OVER.format("rest")),
-    SecondVariable("cycles", "-", "", "moment.cycles", _BY_THEN, _OVER.format("cycles")),
+    SecondVariable("time at rest", "s", "", "moment.rest", _BY_THEN, _OVER.format("rest")),
+    SecondVariable("load cycles", "-", "", "moment.cycles", _BY_THEN, _OVER.format("cycles")),
     SecondVariable("order of the record", "-", "", "(number - 1.0)", _IN_RECORD),
 )
 """All of them; which ones a law may change with is told by its place."""
-PORTS_OF_HISTORY = {"path": ("guide",), "rest": ("guide",), "cycles": ("fibre",)}
+PORTS_OF_HISTORY = {"path": ("guide",), "time at rest": ("guide",), "load cycles": ("fibre",)}
 """Ports that what comes together in a motion may change."""
 
 
