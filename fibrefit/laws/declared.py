@@ -6,11 +6,13 @@ import dataclasses
 import inspect
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.units import is_si
 from fibrefit.laws.law import Effect
+from fibrefit.laws.moment import HISTORY_OF_MOTION
 from fibrefit.laws.ports import PORTS, hooks_of, own_classes, port_of
 
 MOVED = {
@@ -18,6 +20,7 @@ MOVED = {
     "sought": "A search tries an effect of your own where you name it in also.",
     "costly": "Take it out: a search asks it of its own catalogue only.",
     "like": "Take it out: a search asks it of its own catalogue only.",
+    "worn": 'Write history = ("path",) for what depends on the path travelled.',
 }
 """Attributes of laws that have no meaning there any more."""
 KINDS = "a subclass of GuideLaw, FibreLaw, PulleyLaw, DriveLaw, PushLaw, PivotLaw, SensorLaw or RigLaw"
@@ -84,6 +87,10 @@ def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:
         if name not in names:
             do = did_you_mean(name, names)
             yield StudyError(f"{where}, strength", f'no parameter "{name}"', f"one of {', '.join(names)}", do)
+    asked: Any = effect.history
+    for name in [name for name in asked if name not in HISTORY_OF_MOTION] if isinstance(asked, tuple) else [asked]:
+        expected = f"a tuple of {', '.join(map(repr, HISTORY_OF_MOTION))}"
+        yield StudyError(f"{where}, history", f"{name!r}", expected, did_you_mean(str(name), HISTORY_OF_MOTION))
     yield from (error for p in effect.parameters for error in _of_unit(p, f"{where}, parameter {p.name}"))
 
 

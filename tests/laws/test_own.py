@@ -54,6 +54,13 @@ AT_ONCE = [
     (FIELD, f"    rigs = frozenset()\n{FIELD}", "rigs: means nothing in a law.*acts_on"),
     (FIELD, f"    stif = True\n{FIELD}", 'stif: means nothing in a law.*"stiff"'),
     (FIELD, f"    strength = ('d',)\n{FIELD}", 'no parameter "d"'),
+    (FIELD, f"    worn = True\n{FIELD}", "worn: means nothing in a law.*history = "),
+    (
+        FIELD,
+        f"    history = ('pat',)\n{FIELD}",
+        """history: 'pat'; expected a tuple of 'path', 'rest', 'cycles'.*"path""",
+    ),
+    (FIELD, f"    history = 'rest'\n{FIELD}", "history: 'rest'; expected a tuple of"),
 ]
 ONLY_WHEN_ASKED = [
     (ANSWER, f"{ANSWER} + 5.0", "force: does not vanish at its null: position or stretch"),
