@@ -117,9 +117,9 @@ def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: d
     [
         (FrictionOfTime, 0.5),
         (FrictionOfPath, 0.15),
-        (StiffnessOfTime, 0.01),
+        pytest.param(StiffnessOfTime, 0.01, marks=pytest.mark.slow),
         (StiffnessOfCycles, 0.03),
-        (DampingOfTime, 0.3),
+        pytest.param(DampingOfTime, 0.3, marks=pytest.mark.slow),
     ],
 )
 def test_a_law_over_the_course_of_a_record_is_found(
