@@ -218,7 +218,7 @@ class FrictionOfTime(CurveOverCourse, GuideLaw):
         return self.now
 
 
-class FrictionOfPath(CurveOverCourse, GuideLaw):
+class FrictionOfPath(FrictionOfTime):
     """A friction of the guide that changes with the path travelled."""
 
     name: ClassVar[str] = "probe.friction_of_path"
@@ -226,22 +226,14 @@ class FrictionOfPath(CurveOverCourse, GuideLaw):
     variable: ClassVar[str] = "path"
     says: ClassVar[str] = "a friction in the guide that changes with the path that the weight has travelled"
 
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """Height of the curve."""
-        return self.now
 
-
-class FrictionOfRest(CurveOverCourse, GuideLaw):
+class FrictionOfRest(FrictionOfTime):
     """A friction of the guide that changes with how long the weight has been at rest."""
 
     name: ClassVar[str] = "probe.friction_of_rest"
     history: ClassVar[tuple[str, ...]] = ("rest",)
     variable: ClassVar[str] = "time at rest"
     says: ClassVar[str] = "a friction in the guide that changes with the time for which the weight has been at rest"
-
-    def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
-        """Height of the curve."""
-        return self.now
 
 
 class StiffnessOfTime(CurveOverCourse, FibreLaw):
