@@ -11,12 +11,15 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from typing import NamedTuple
 
+import numpy as np
+
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.laws.told import described, holding
@@ -84,7 +87,7 @@ def unnamed(
     # What the time does not suffice to ask is not held against an effect that was found.
     left, _ = in_time(partial(_left, comparison, chosen, seen), 0.0)
     predicted, _ = in_time(partial(_curve_predicts_more, comparison, chosen, seen, before), False)
-    if predicted or _leaves_much(comparison, chosen, left):
+    if predicted or (_leaves_much(comparison, chosen, left) and not _another_promises(comparison, chosen, seen, left)):
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same quantity may stand in for one law of it.
@@ -181,6 +184,19 @@ def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> boo
     """
     near = slopes_tell(comparison.search.gap(comparison.search.plain(comparison.parent)))
     return not near and left > LIKENESS * comparison.gain(chosen)
+
+
+def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None, left: float) -> bool:
+    """Whether slopes predict of a further effect a fair share of what tests see left: the next round tries that first.
+
+    Two effects are no less likely than a law that nobody has seen, and are sooner tried; a law of what these leave, or
+    in their place, is looked for after that.
+    """
+    search, best = (comparison.search, chosen) if seen is None else (seen.search, seen.found)
+    swift = [effect for effect in search.extensions(best) if not is_costly(effect)]
+    predicted = partial(search.predicted_gains, best, search.inference.slopes(best), swift, "what is left beside it")
+    gains, came = in_time(predicted, dict[type[Effect], PredictedGain]())
+    return came and max((one.gain for one in gains.values()), default=-np.inf) > PROMISING * left
 
 
 def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:

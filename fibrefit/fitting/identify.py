@@ -220,15 +220,10 @@ def _as_it_ended(task: Task, ended: Ended) -> Starts:
     return collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
 
 
-def _rate(task: Task) -> float:
-    """Of the first record, in Hz."""
-    return 1.0 / float(np.diff(np.asarray(task.problem.observations.experiment.times)[0]).mean())
-
-
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How) -> Identification:
     plain = optimum(task, values, how.ended)
     normal = plain.scores.normal_matrix()
-    bars = error_bars(plain.problem, plain.scores, _rate(task))
+    bars = error_bars(plain.problem, plain.scores, task.rate)
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
     problem, seen, sound = best.problem, best.seen, best.sound
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, instants(problem.model.effects))

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, estimates, ratio
+from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, error_bars, estimates, ratio
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
 from fibrefit.fitting.gls import gls_estimate, problem_at
@@ -19,7 +19,7 @@ from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
 from fibrefit.fitting.search.each_by_itself import loses
-from fibrefit.fitting.search.optimum import Ended, Optimum
+from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -129,7 +129,17 @@ def reported(
         if gls.records_differ and (_fits_alone(alike, found) or loses(total(alike.seen.gap), total(found.seen.gap))):
             return replace(found, why=Why("loses_less", failed=failed), checks=checks)
         return alike
-    return replace(_of_plain(task, plain, bars, success), why=doubt or NOT_COMPARED, checks=checks)
+    return replace(_without_likelihood(task, plain, bars, success, ended), why=doubt or NOT_COMPARED, checks=checks)
+
+
+def _without_likelihood(task: Task, plain: Optimum, bars: ErrorBars, success: bool, ended: Ended | None) -> Reported:
+    """The plain estimate; where a search ended with records that differ, that of each record if it leaves less."""
+    alike = _of_plain(task, plain, bars, success)
+    if ended is None or not ended.differ or plain.differ:
+        return alike
+    apart = optimum_of_each(plain, ended.local)
+    own = _of_plain(task, apart, error_bars(apart.problem, apart.scores, task.rate), success)
+    return own if total(own.seen.gap) < total(alike.seen.gap) else alike
 
 
 def _fits_alone(alike: Reported, own: Reported) -> bool:

@@ -61,6 +61,11 @@ class Task:
         """The first way, ``(n_stage, n_record)``; its last stage is the whole of each record."""
         return self.horizons[0]
 
+    @property
+    def rate(self) -> float:
+        """Samples a second of the first record, in Hz."""
+        return 1.0 / float(np.diff(np.asarray(self.problem.observations.experiment.times)[0]).mean())
+
     def alone(self, record: int) -> Task:
         """The task of a single record, all values its own."""
         problem, layout = self.problem, self.problem.layout

@@ -65,6 +65,7 @@ class Bench:
         monkeypatch.setattr(module, "fitted_about", self.about)
         monkeypatch.setattr(module, "is_costly", lambda effect: False)
         self.second, self.least = 0.0, list[float]()
+        self.slopes: dict[Any, float] = {HARDENING: 0.0}
 
     def alarms(self, search: Any, one: Model) -> list[Alarm]:
         self.searches.append(search)
@@ -86,15 +87,24 @@ class Bench:
         self.least.append(least)
         return SimpleNamespace(found=[Model((*parent.effects, *effects), self.second)])
 
+    def search(self) -> Any:
+        """Whose slopes predict of further effects what they are told to."""
+        predicted = {effect: SimpleNamespace(gain=gain) for effect, gain in self.slopes.items()}
+        return SimpleNamespace(
+            plain=lambda one: one,
+            gap=lambda one: self.gap,
+            tried=self.tried,
+            inference=SimpleNamespace(again=lambda one: one, slopes=lambda one: None),
+            extensions=lambda one: list(self.slopes),
+            predicted_gains=lambda *of: predicted,
+        )
+
     @staticmethod
     def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
-        search = cast(Any, SimpleNamespace(plain=lambda one: one, gap=lambda one: self.gap, tried=self.tried))
-        search.inference = SimpleNamespace(again=lambda one: one)
-        search.extensions = lambda one: [HARDENING]
-        comparison = Comparison(search, cast(Any, parent), ())
+        comparison = Comparison(self.search(), cast(Any, parent), ())
         base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
         return unnamed(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
 
@@ -119,6 +129,16 @@ def test_a_law_has_to_gain_what_the_effect_does_and_what_is_left_beside_it(
     assert (bool(bench.ports), found is not None) == (fitted, there)
     if found is not None:
         assert (found.law[0].names, found.law[1], found.curves) == ((LAW.name,), "told", ["a curve"])
+
+
+@pytest.mark.parametrize(("promised", "fitted"), [(PROMISING * 60.0, True), (PROMISING * 60.0 + 0.1, False)])
+def test_a_further_effect_that_promises_what_is_left_is_tried_before_a_law(
+    monkeypatch: pytest.MonkeyPatch, promised: float, fitted: bool
+) -> None:
+    bench = Bench(monkeypatch, **{TOE.name: 60.0})
+    bench.gap, bench.slopes = FAR, {HARDENING: promised, OFFSET: -3.0}
+    assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
+    assert bool(bench.ports) is fitted
 
 
 @pytest.mark.parametrize(
@@ -212,9 +232,9 @@ def test_a_law_in_the_place_of_a_name_comes_before_one_beside_it(monkeypatch: py
 def test_what_is_left_is_asked_where_readings_are_linearised_about_the_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, **{TOE.name: 50.0})
     bench.gap = FAR
-    there = Confirmation(cast(Any, "there"), cast(Any, Model((TOE,), 40.0)), cast(Any, BASE))
+    there = Confirmation(bench.search(), cast(Any, Model((TOE,), 40.0)), cast(Any, BASE))
     assert bench.asked(BASE, Model((TOE,), 30.0), there) is not None
-    assert bench.searches[0] == "there"
+    assert bench.searches[0] is there.search
 
 
 @pytest.mark.parametrize(

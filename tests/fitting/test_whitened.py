@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.core.time_limit import time_limit
 from fibrefit.fitting import reported as last_step
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identify import How, identify
-from fibrefit.fitting.result import Identification
+from fibrefit.fitting.result import Identification, total
+from fibrefit.fitting.search.each_by_itself import means
+from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence
@@ -21,6 +24,7 @@ from fibrefit.study.summaries.check import Check
 from tests.fitting import made
 
 VAGUE = "viscous_coefficient"
+STIFFNESSES = [made.TRUTH["stiffness"] * np.exp(away) for away in (-0.03, 0.01, 0.02)]
 
 
 def fitted(
@@ -71,15 +75,19 @@ def test_a_profile_of_the_objective_is_its_normal_interval(task: Task, found: Id
         assert cost(moved) - evidence.mode.objective == pytest.approx(4.0, rel=0.1)
 
 
-def test_records_that_differ_are_told(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def differing(tmp_path_factory: pytest.TempPathFactory) -> Task:
     """Drops of 3 % stiffer and softer fibres; the other parameters are the same."""
-    stiffness = [made.TRUTH["stiffness"] * np.exp(away) for away in (-0.03, 0.01, 0.02)]
     lifts = (5e-3, 1e-2, 7e-3)
     records = [
         made.record(f"drop_{i}.csv", lift, seed=i, share=0.5, stiffness=each)
-        for i, (lift, each) in enumerate(zip(lifts, stiffness, strict=True))
+        for i, (lift, each) in enumerate(zip(lifts, STIFFNESSES, strict=True))
     ]
-    found = identify(made.task(tmp_path, records, lifts=lifts), starts=1)
+    return made.task(tmp_path_factory.mktemp("differing"), records, lifts=lifts)
+
+
+def test_records_that_differ_are_told(differing: Task) -> None:
+    found = identify(differing, starts=1)
     assert found.estimator == "generalised least squares"
     assert all(check.passed for check in found.checks if check.name != "starts agree")
     between = found.between["stiffness"]
@@ -93,7 +101,25 @@ def test_records_that_differ_are_told(tmp_path: Path) -> None:
     place = found.gls.evidence.mode.unknowns.names.index("stiffness")
     eta = found.gls.local[:, found.problem.layout.names.index("stiffness")]
     assert place == 0
-    np.testing.assert_allclose(eta, stiffness, rtol=2e-3)
+    np.testing.assert_allclose(eta, STIFFNESSES, rtol=2e-3)
+
+
+def test_where_no_time_is_left_for_records_that_differ_a_search_is_told_as_it_ended(differing: Task) -> None:
+    """Values that all share lose bounces, and would be called noise of twice its size."""
+    local = np.asarray(differing.problem.layout.local(differing.start)).copy()
+    names = differing.problem.layout.names
+    for name, value in {**made.TRUTH, **made.NUISANCES, "stiffness": np.array(STIFFNESSES)}.items():
+        local[:, names.index(name)] = value
+    there = dataclasses.replace(differing, start=means(differing.problem.layout, local))
+
+    def left(differ: bool) -> float:
+        with time_limit(0.0):
+            found = identify(there, 1, 0, How(ended=Ended(local, differ, {})))
+        assert (found.gls, found.why.identifier) == (None, "no_time")
+        return total(found.gap)
+
+    assert left(True) < 1.1
+    assert left(False) > 2.0
 
 
 def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:

@@ -210,7 +210,7 @@ class Search:
             Nats that slopes have to predict of an effect that is followed, where fewer would do otherwise.
         """
         slopes, plain = self.inference.slopes(parent), self.plain(parent)
-        predictions = self._predicted_gains(parent, slopes, effects, what)
+        predictions = self.predicted_gains(parent, slopes, effects, what)
         most = max((prediction.gain for prediction in predictions.values()), default=-np.inf)
         if little_is_missing(self.gap(plain), most):
             found = self._from_slopes(parent, slopes, predictions, what, least)
@@ -230,7 +230,7 @@ class Search:
             pooled = self.inference.pooled(parent)
             seed = self.inference.slopes(pooled)
             # There an effect is followed from its full strength alone, as it has to take the place of differences.
-            there = self._predicted_gains(pooled, seed, seen, what)
+            there = self.predicted_gains(pooled, seed, seen, what)
             views.append((pooled, {effect: one._replace(weak=one.values) for effect, one in there.items()}, seed))
             seen = [effect for effect in seen if effect in there]
         starts = [
@@ -279,7 +279,7 @@ class Search:
             left = [start for start in left if may_do_better(start.predicted_gain, gain)]
         return found, {start.effect for start in begun}
 
-    def _predicted_gains(
+    def predicted_gains(
         self, parent: LaplaceFit, slopes: Seed, effects: Sequence[type[Effect]], what: str
     ) -> dict[type[Effect], PredictedGain]:
         """What slopes predict of each effect, as far as the time goes: those of a supermodel together."""

@@ -189,6 +189,6 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
 
 def _left(problem: Problem, values: np.ndarray) -> tuple[float, float]:
     """Largest normalised rms of a channel, and the sum of squares of all."""
-    squares = np.square(linearised(problem, values).residuals)
+    squares = np.square(linearised(problem, problem.layout.local(values)).residuals)
     counted = np.maximum(np.count_nonzero(squares, axis=(0, 2)), 1)
     return float(np.sqrt(np.max(np.sum(squares, axis=(0, 2)) / counted))), float(np.sum(squares))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -108,7 +108,8 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
     """
     problem, known = task.problem, input_errors(task)
     if not known:
-        linear, local = linearised(problem, values), np.asarray(problem.layout.local(values))
+        local = np.asarray(problem.layout.local(values))
+        linear = linearised(problem, local)
         return Optimum(problem, values, local, linear, uncertainty.Scores.of(problem, linear, values))
     if ended is not None and ended.differ and ended.coefficients is not None:
         # Values that all records share would lose bounces of those that differ.
@@ -135,6 +136,14 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
         found.coefficients,
         found.view,
         found.predicted_reduction,
+    )
+
+
+def optimum_of_each(shared: Optimum, local: np.ndarray) -> Optimum:
+    """An optimum of exact inputs with values of each record, ``(n_record, n_local)`` in SI units, about shared ones."""
+    linear = linearised(shared.problem, local)
+    return replace(
+        shared, local=local, linear=linear, scores=uncertainty.Scores.of(shared.problem, linear, shared.values)
     )
 
 

@@ -94,20 +94,21 @@ def _root(free: jax.Array, problem: Problem) -> jax.Array:
     return gram_root(problem.gram(values) * slope[:, None] * slope)
 
 
-def linearised(problem: Problem, values: np.ndarray) -> Linearised:
-    """`Problem.linearised` in NumPy: the one compiled program that answers all questions about a single place.
+def linearised(problem: Problem, local: np.ndarray) -> Linearised:
+    """`Problem.linearised_at` in NumPy: the one compiled program that answers all questions about a single place.
 
     Parameters
     ----------
     problem : Problem
-    values : (n_free,) in SI units
+    local : (n_record, n_local) in SI units
     """
-    return jax.tree.map(np.asarray, problem.followed(problem.layout.local(np.asarray(values)))[0])
+    return jax.tree.map(np.asarray, problem.followed(local)[0])
 
 
 def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:
     """`Problem.gram` in NumPy, ``(n_free + 1, n_free + 1)`` per SI units of the values ``(n_free,)``."""
-    linear, layout = linearised(problem, values), problem.layout
+    layout = problem.layout
+    linear = linearised(problem, layout.local(np.asarray(values)))
     columns = np.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
     columns = columns.reshape(len(layout.records), -1, columns.shape[-1])
     places = np.column_stack([layout.local_columns, np.full(len(layout.records), layout.size)])

@@ -34,7 +34,7 @@ class PointMasses(FibreLaw):
     singular: ClassVar[float] = 0.1
     points: ClassVar[int] = 2
     """Number of points, n."""
-    fibre_mass: jax.Array = quantity("kg", "mass of the fibre", 2e-3, lower=0.0, upper=10.0, symbol="m_f")
+    fibre_mass: jax.Array = quantity("kg", "mass of the fibre", 5e-3, lower=0.0, upper=10.0, symbol="m_f")
 
 
 @functools.cache
