@@ -109,7 +109,7 @@ def test_samples_that_are_not_valid_do_not_count(tmp_path: Path) -> None:
 
 
 def test_padding_counts_for_nothing(task: Task) -> None:
-    linear = linearised(task.problem, task.start)
+    linear = linearised(task.problem, task.problem.layout.local(task.start))
     assert linear.residuals.shape[-1] > made.SAMPLES
     assert not linear.residuals[..., made.SAMPLES :].any()
     assert not linear.slopes[..., made.SAMPLES :, :].any()
