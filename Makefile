@@ -11,7 +11,7 @@ demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --figures png --force
 
 test: .venv/installed-test
-	$(RUN) -m pytest -n 2
+	$(RUN) -m pytest -n 2 --dist loadfile
 
 bench: .venv/installed-bench
 	$(RUN) -m tests.benchmarks

@@ -42,7 +42,7 @@ def found(task: Task) -> Identification:
     return identified(task)
 
 
-@pytest.mark.parametrize(("rise", "route"), [(2.0, "_far"), (0.15, "_near")])
+@pytest.mark.parametrize(("rise", "route"), [pytest.param(2.0, "_far", marks=pytest.mark.slow), (0.15, "_near")])
 def test_a_planted_law_is_found_however_much_of_it_is_missing(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rise: float, route: str
 ) -> None:
@@ -115,8 +115,8 @@ def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: d
 @pytest.mark.parametrize(
     ("probe", "height"),
     [
-        (FrictionOfTime, 0.5),
-        (FrictionOfPath, 0.15),
+        pytest.param(FrictionOfTime, 0.5, marks=pytest.mark.slow),
+        pytest.param(FrictionOfPath, 0.15, marks=pytest.mark.slow),
         pytest.param(StiffnessOfTime, 0.01, marks=pytest.mark.slow),
         (StiffnessOfCycles, 0.03),
         pytest.param(DampingOfTime, 0.3, marks=pytest.mark.slow),

@@ -56,6 +56,7 @@ def error_left(truth: np.ndarray, search: Search, base: LaplaceFit) -> float:
     return float(np.abs(base.local[:, base.supermodel.names.index("stiffness")] / truth - 1.0).max())
 
 
+@pytest.mark.slow
 def test_what_records_differ_by_is_not_taken_for_errors_of_their_inputs(
     far_apart: tuple[np.ndarray, Search, LaplaceFit], monkeypatch: pytest.MonkeyPatch
 ) -> None:

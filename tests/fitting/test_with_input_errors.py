@@ -62,6 +62,7 @@ def test_a_measured_drive_with_noise_leaves_neither_bias_nor_gap() -> None:
     assert np.sqrt(np.sum(plain**2) / samples) > 1.03 * gap
 
 
+@pytest.mark.slow
 def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[-1],)})

@@ -56,6 +56,7 @@ def test_what_was_put_in_is_found_again() -> None:
     assert balance(found) < 1e-2
 
 
+@pytest.mark.slow
 def test_a_force_that_is_logged_wrongly_widens_the_errors_to_what_is_true() -> None:
     found = fitted(ripple=1.5)
     for name, value in TRUE.items():

@@ -127,6 +127,7 @@ def test_figures_are_drawn_and_chosen_by_name(kept: Path, sampled: Sampled) -> N
         sampled.plot_bands("nothing.csv")
 
 
+@pytest.mark.slow
 def test_a_checkpoint_goes_on_and_ends_the_same(study: Study, fit: Fit, sampled: Sampled, tmp_path: Path) -> None:
     cut = Settings(seed=1, max_steps=20)
     first = sample_study(study, start=fit, settings=cut, folder=tmp_path)
