@@ -194,8 +194,11 @@ def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirma
     """
     search, best = (comparison.search, chosen) if seen is None else (seen.search, seen.found)
     swift = [effect for effect in search.extensions(best) if not is_costly(effect)]
-    predicted = partial(search.predicted_gains, best, search.inference.slopes(best), swift, "what is left beside it")
-    gains, came = in_time(predicted, dict[type[Effect], PredictedGain]())
+
+    def predicted() -> dict[type[Effect], PredictedGain]:
+        return search.predicted_gains(best, search.inference.slopes(best), swift, "what is left beside it")
+
+    gains, came = in_time(predicted, {})
     return came and max((one.gain for one in gains.values()), default=-np.inf) > PROMISING * left
 
 
