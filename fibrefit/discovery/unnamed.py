@@ -198,7 +198,7 @@ def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirma
     def predicted() -> dict[type[Effect], PredictedGain]:
         return search.predicted_gains(best, search.inference.slopes(best), swift, "what is left beside it")
 
-    gains, came = in_time(predicted, {})
+    gains, came = in_time(predicted, dict[type[Effect], PredictedGain]())
     return came and max((one.gain for one in gains.values()), default=-np.inf) > PROMISING * left
 
 
