@@ -49,6 +49,8 @@ def members() -> Iterator[tuple[str, Any]]:
                 yield f"{name}.{member}", function
 
 
+OF_MANY_FITS = ("batch", "plan", "series_of")
+"""Functions whose examples take as long as those of all others together."""
 MEMBERS = dict(members())
 EXPLAINED = {
     name: function
@@ -71,7 +73,9 @@ def carried_out(tests: list[doctest.DocTest], folder: Path, monkeypatch: pytest.
     return runner.summarize(verbose=False)
 
 
-@pytest.mark.parametrize("name", fibrefit.__all__)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in OF_MANY_FITS else name for name in fibrefit.__all__]
+)
 def test_the_example_is_true(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     offered = getattr(fibrefit, name)
     function = offered if inspect.isfunction(offered) else type(offered).__call__

@@ -125,7 +125,7 @@ def scores(curve: FreeCurve, heights: np.ndarray) -> np.ndarray:
     return (off - np.average(off, weights=errors**-2)) / errors
 
 
-@pytest.mark.parametrize(("probe", "size"), PLANTED)
+@pytest.mark.parametrize(("probe", "size"), [*PLANTED[:2], pytest.param(*PLANTED[2], marks=pytest.mark.slow)])
 def test_a_planted_curve_is_found_within_its_errors(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, probe: type[Curve], size: float
 ) -> None:
@@ -148,6 +148,7 @@ def test_a_planted_curve_is_found_within_its_errors(
     assert best.gap_after == pytest.approx(1.0, abs=NOISE)
 
 
+@pytest.mark.slow
 def test_a_planted_curve_gains_as_much_about_itself(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,6 +216,7 @@ def test_the_time_spent_near_the_knots_is_that_of_the_motion(found: Identificati
         assert seconds.sum() == pytest.approx(step * np.sum(moving & within), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(monkeypatch: pytest.MonkeyPatch) -> None:
     study = load_study(DRIVE)
     study = study.model_copy(update={"records": study.records[:1]})

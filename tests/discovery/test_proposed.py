@@ -145,6 +145,7 @@ def test_records_without_it_have_no_law_over_their_course(task: Task, found: Ide
     assert law_over_course(search, parent, found, ()) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("change", "second"), [(0.8, "direction"), (0.0, "")])
 def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
     task: Task, found: Identification, change: float, second: str

@@ -129,6 +129,7 @@ def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
     assert asked == [task.traces[1].name]
 
 
+@pytest.mark.slow
 def test_a_task_of_one_record_sees_what_that_of_all_sees_there(tmp_path: Path) -> None:
     Case("records that differ", "null", "pulley_drive", 3, "pink", 0.03, tuning=True).write(tmp_path)
     file = tmp_path / "study.toml"

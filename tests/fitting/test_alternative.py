@@ -41,7 +41,7 @@ def told(found: Identification) -> Alternative | None:
     [
         pytest.param({"clock": 1.05}, "study.clock", 1.0 / 1.05 - 1.0, marks=pytest.mark.slow),
         pytest.param({"clock": 0.95}, "study.clock", 1.0 / 0.95 - 1.0, marks=pytest.mark.slow),
-        ({"positions": 1.1}, "sensor.position_gain", 1.1),
+        pytest.param({"positions": 1.1}, "sensor.position_gain", 1.1, marks=pytest.mark.slow),
     ],
     ids=str,
 )

@@ -63,6 +63,7 @@ def test_an_effect_that_is_held_stays_and_what_needs_another_goes_with_it(viscou
     assert len(plain.start) == plain.problem.layout.size == layout.size - 1
 
 
+@pytest.mark.slow
 def test_the_fit_is_that_of_starts_as_they_are_drawn(viscous: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     led = identify(viscous, starts=made.STARTS)
     module = importlib.import_module("fibrefit.fitting.identify")

@@ -122,6 +122,7 @@ def test_where_no_time_is_left_for_records_that_differ_a_search_is_told_as_it_en
     assert left(False) > 2.0
 
 
+@pytest.mark.slow
 def test_missing_physics_keeps_the_plain_estimate(tmp_path: Path) -> None:
     missing = {"effects": (ViscousFriction,), f"guide__viscous_friction__{VAGUE}": 2.0}
     found = fitted(tmp_path, **missing)
@@ -157,6 +158,7 @@ def test_values_of_each_record_stand_where_they_leave_noise_and_shared_ones_do_n
     assert last_step._fits_alone(left(alike), left(own)) is stands
 
 
+@pytest.mark.slow
 def test_a_robust_fit_stays_plain_and_one_that_a_bound_stops_is_told(tmp_path: Path) -> None:
     assert "a robust (soft-L1) loss was requested" in estimator_sentence(fitted(tmp_path / "robust", robust=True).why)
     stopped = fitted(tmp_path / "bound", '[parameters.damping]\nbounds = ["0 N s/m", "20 N s/m"]')

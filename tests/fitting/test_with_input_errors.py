@@ -77,6 +77,7 @@ def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
     assert np.mean(found.sensitivities.downweight < 0.5) < 0.5 * np.mean(first.downweight < 0.5)
 
 
+@pytest.mark.slow
 def test_readings_linearised_by_somebody_else_are_not_linearised_again(monkeypatch: pytest.MonkeyPatch) -> None:
     from fibrefit.fitting.search import with_input_errors as module
 

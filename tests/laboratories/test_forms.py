@@ -90,6 +90,7 @@ def test_a_cart_on_a_belt_over_many_files(tmp_path: Path) -> None:
         near(told["parameters"]["friction"], made.CART["friction"], 0.15)
 
 
+@pytest.mark.slow
 def test_pendulums_that_were_released_once(tmp_path: Path) -> None:
     """Time since the logger's start, angle of an encoder and its rate; held by hand before."""
     names, counts, inertia = [], 2.0 * np.pi / 8192, 0.2235 * 0.31692 * made.PENDULUM["length"]

@@ -56,6 +56,7 @@ def test_a_pendulum_that_is_held_and_let_go(tmp_path: Path) -> None:
     assert failed <= {"starts", "identifiability"}
 
 
+@pytest.mark.slow
 def test_two_free_decays_of_a_cart_tell_its_mass_by_the_one_that_was_added(tmp_path: Path) -> None:
     for name, added in (("plain", 0.0), ("loaded", 0.986)):
         rows = made.cart(2.0, 200.0, lambda t: 0.0, (0.06, 0.0), added)

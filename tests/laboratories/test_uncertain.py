@@ -72,6 +72,7 @@ def test_an_uncertain_scale_of_the_position_widens_what_divides_by_it(tmp_path: 
     assert abs(found["mass"].value - made.CART["mass"]) < 0.1 * found["mass"].std_error
 
 
+@pytest.mark.slow
 def test_a_free_decay_needs_the_mass_only_as_well_as_it_is_known(tmp_path: Path) -> None:
     rows = made.cart(2.0, 200.0, lambda t: 0.0, (0.06, 0.0))
     made.write(tmp_path / "a.csv", "time [s],X [m]", rows[:, [0, 2]], "%.5f")

@@ -83,6 +83,7 @@ def test_what_was_put_in_explains_the_velocity(tmp_path: Path, record: np.ndarra
     assert float(jnp.sqrt(jnp.mean(wrong**2))) > 4.0
 
 
+@pytest.mark.slow
 def test_along_the_motion(tmp_path: Path, record: np.ndarray) -> None:
     fit = fit_study(load_study(study(tmp_path, record, 'measured = "velocity"\ndriven_by = "position"\n')), starts=1)
     near(fit)

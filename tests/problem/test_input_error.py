@@ -227,6 +227,7 @@ def test_the_best_errors_lower_the_cost_as_predicted(task: Task, known: dict[str
     assert before - cost == pytest.approx(predicted_reduction, rel=0.05)
 
 
+@pytest.mark.slow
 def test_what_counts_in_full_is_what_the_linearised_problem_foretells() -> None:
     study = load_study(STUDY)
     task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))

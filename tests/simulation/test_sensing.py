@@ -76,6 +76,7 @@ def test_derivatives_are_those_of_the_readings(effects: tuple, name: str, values
     assert np.sqrt(np.mean(error**2)) < AS_DIFFERENCES * np.sqrt(np.mean(exact**2))
 
 
+@pytest.mark.slow
 def test_the_slope_at_no_lag_at_all_is_that_of_a_small_one() -> None:
     zero = {TIME_CONSTANT: 0.0, LATE: 0.0, FREQUENCY: math.inf, RATIO: 0.05}
     found = jacobian(SHORT, (GAUGE, LAG, DELAY), **zero)["force"]

@@ -68,6 +68,7 @@ def test_a_force_that_is_logged_wrongly_widens_the_errors_to_what_is_true() -> N
     assert "discrepancy" in found.parameters["mass"].std_errors
 
 
+@pytest.mark.slow
 def test_without_widening_the_errors_would_be_too_small() -> None:
     found = fitted(ripple=1.5)
     misses = [
@@ -140,6 +141,7 @@ def test_refusals(tmp_path: Path) -> None:
         task_of(load_study(path))
 
 
+@pytest.mark.slow
 def test_the_study_that_ships(tmp_path: Path) -> None:
     found = fit_study(load_study(Path(__file__).resolve().parents[2] / "configs" / "guided_axis"), starts=STARTS)
     assert found.parameters["mass"].value == pytest.approx(axis.TRUTH["mass"], rel=0.01)

@@ -120,6 +120,7 @@ def test_the_command_shows_a_result_again(saved: Path) -> None:
     assert "One set of parameters does not serve all speeds" in " ".join(shown.output.split())
 
 
+@pytest.mark.slow
 def test_where_there_is_no_law_none_is_preferred(tmp_path: Path) -> None:
     found = asked(tmp_path, 8)
     assert found.answer == "constant"
