@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from fibrefit.problem.estimate.evidence import (
     LEVELS,
     MANY,
     MarginalLikelihood,
+    _inside_bounds,
+    _over_grid,
     laplace,
     laplace_evidence,
 )
@@ -168,6 +171,20 @@ def test_a_bound_away_from_the_priors_mean_cuts_the_evidence() -> None:
     found = weighed(linear, of)
     assert found.mode.place.z[2] == 1.0
     assert agreeing(found) == pytest.approx(_by_quadrature(linear, of, 0.0, 1.0) + np.log(2.0), abs=1.0)
+
+
+@pytest.mark.parametrize("away", [-1e200, 1e200])
+def test_where_bounds_leave_nothing_a_model_is_impossible(away: float) -> None:
+    of = bounded(replace(unknowns(), mean=np.zeros(3)), lower=(2, 0.0), upper=(2, 1.0))
+    places = np.array([[0.0, 0.0, away], [0.0, 0.0, 0.5]])
+    shares = _inside_bounds(of, places, np.broadcast_to(np.eye(3), (2, 3, 3)))
+    assert np.isneginf(shares[0])
+    assert np.isfinite(shares[1])
+    found = _over_grid(cast(Any, None), np.zeros((2, 1)), shares, places, np.zeros((2, 3, 3)))
+    assert found.log == shares[1]
+    assert found.weight.tolist() == [0.0, 1.0]
+    nowhere = _over_grid(cast(Any, None), np.zeros((1, 1)), shares[:1], places[:1], np.zeros((1, 3, 3)))
+    assert np.isneginf(nowhere.log)
 
 
 def _by_quadrature(linear: Linear, of: Unknowns, low: float, high: float) -> float:

@@ -197,6 +197,8 @@ def _over_grid(
     found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray
 ) -> MarginalLikelihood:
     peak = logs.max()
+    if np.isneginf(peak):
+        return MarginalLikelihood(found, peak, grid, logs, np.full(len(grid), 1.0 / len(grid)), z, covariance)
     weight = np.exp(logs - peak)
     whole = float(peak + np.log(weight.sum()))
     return MarginalLikelihood(found, whole, grid, logs, weight / weight.sum(), z, covariance)
@@ -220,8 +222,12 @@ def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) ->
         below, above = (unknowns.lower[j] - z[:, j]) / error, (unknowns.upper[j] - z[:, j]) / error
         # Of the two tails the probability between is the difference of those on the side where both are small.
         low, high = np.where(below > 0.0, -above, below), np.where(below > 0.0, -below, above)
-        beyond = np.minimum(log_ndtr(low) - log_ndtr(high), -1e-300)
-        total += log_ndtr(high) + np.log(-np.expm1(beyond))
+        whole, cut = log_ndtr(high), log_ndtr(low)
+        # So far outside that a logarithm overflows, bounds leave nothing.
+        beyond = np.minimum(
+            np.where(np.isneginf(whole), -np.inf, cut) - np.where(np.isneginf(whole), 0.0, whole), -1e-300
+        )
+        total += whole + np.log(-np.expm1(beyond))
     return total
 
 
