@@ -18,11 +18,11 @@ from typing import Any
 
 from tests.validation.cases import RIGS
 from tests.validation.mistakes import MISTAKES, Mistaken, mistakes
-from tests.validation.tables import ROOT, Share, append, median, read, revision, table, write_between
+from tests.validation.tables import Share, append, median, read, revision, table, write_between
 from tests.validation.validate_discover import DOCUMENT, FAR, LIMIT, told
 from tests.validation.workers import carried_out
 
-RESULTS = ROOT / "results" / "validate_mistakes"
+RESULTS = Path(__file__).parent / "outcomes" / "mistakes"
 HELD_TO = ">= 90 %"
 SWAPPED = "look exchanged"
 """Words in which exchanged columns are told."""
@@ -118,7 +118,9 @@ def lines_of(found: Sequence[Told]) -> list[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.validation.validate_mistakes", description=__doc__)
-    parser.add_argument("--release", required=True, help="label; another one draws other series")
+    parser.add_argument(
+        "--release", required=True, action="append", help="label; another one draws other series; several for the table"
+    )
     parser.add_argument("--cases", type=int, default=0, help="further series of each mistake; 0 prints the table only")
     parser.add_argument("--mistake", action="append", choices=MISTAKES, help="may be given again; all if not given")
     parser.add_argument("--rig", action="append", choices=RIGS, help="both if not given")
@@ -126,11 +128,14 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a series may take")
     parser.add_argument("--document", action="store_true", help="write the table into docs/discovery.md")
     given = parser.parse_args()
-    path = RESULTS / f"{given.release}.csv"
+    release, *others = given.release
+    if others and given.cases:
+        parser.error("series are searched of one release at a time")
+    path = RESULTS / f"{release}.csv"
     done = {row.case for row in read(path, Told)}
     jobs = []
     for mistake in given.mistake or MISTAKES:
-        further = itertools.islice(mistakes(given.release, mistake, given.rig or RIGS), FAR)
+        further = itertools.islice(mistakes(release, mistake, given.rig or RIGS), FAR)
         jobs.append(itertools.islice((one for one in further if one.name not in done), given.cases))
     turns = [one for turn in zip(*jobs, strict=True) for one in turn]
     for number, one in enumerate(carried_out(carry_out, turns, given.processes, given.limit), 1):
@@ -139,7 +144,7 @@ def main() -> None:
         said = row.added or row.says[:80]
         print(f"[{number}/{len(turns)}] {row.case}: {'right' if row.right else 'WRONG'}, {row.verdict} {said}"
               f" ({row.seconds:.0f} s)", flush=True)  # fmt: skip
-    lines = lines_of(read(path, Told))
+    lines = lines_of([row for label in given.release for row in read(RESULTS / f"{label}.csv", Told)])
     print("\n".join(lines))
     if given.document:
         write_between(DOCUMENT, "table of mistakes", lines)
