@@ -168,7 +168,7 @@ def of_grams(at_hand: np.ndarray, further: np.ndarray) -> Worth:
     """What a record adds, of Gram matrices of one base parameter and two effects."""
     context = SimpleNamespace(base=("stiffness",), each=())
     search: Any = SimpleNamespace(context=context, effects=(SimpleNamespace(name="a"), SimpleNamespace(name="b")))
-    return _worth(search, at_hand[None], further, Choice(0, {}))
+    return _worth(search, (at_hand[None], further), 0, Choice(0, {}))
 
 
 def test_what_a_record_first_shows_or_determines_is_told_apart_from_what_it_shows_better() -> None:
@@ -186,6 +186,19 @@ def test_what_is_shown_at_hand_is_still_shown_where_a_further_record_can_imitate
     found = of_grams(np.diag([4.0, 1.0, 1.0]), like)
     assert set(found.limits) == {"a", "b"}
     assert found.limits["a"] == 1.0
+
+
+@pytest.mark.parametrize("scatter", [0.0, 1e-6, 0.01, 1.0])
+def test_a_mean_is_known_no_better_than_records_that_differ_tell_it(scatter: float) -> None:
+    """Each of n records tells a value with a variance of its own, 1/I and that between records: the mean has 1/sum."""
+    names, step, informs = ("stiffness", "damping"), 0.01, np.array([400.0, 400.0, 4e4])
+    beside = Beside(None, {"stiffness": scatter})
+    grams = np.stack([np.diag([of, 9.0]) for of in informs])
+    held = beside.held(grams, names, 0, np.full((3, 2), step))
+    found = [_errors(held[:number], 2, len(beside.deviations(names))) for number in (2, 3)]
+    each = 1.0 / (1.0 / informs + (scatter / step) ** 2)
+    for errors, number in zip(found, (2, 3), strict=True):
+        np.testing.assert_allclose(errors, [each[:number].sum() ** -0.5, (9.0 * number) ** -0.5], rtol=1e-6)
 
 
 def test_a_record_that_first_shows_an_effect_comes_first() -> None:

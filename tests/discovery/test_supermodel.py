@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,11 +18,12 @@ from fibrefit.discovery.engine.supermodel import (
     Supermodel,
     coefficients_at,
     residual_rows,
+    simulation_groups,
     stretch_products,
     supermodel_of,
 )
 from fibrefit.discovery.search.inputs import coefficients_of
-from fibrefit.laws.catalogue import find_effect
+from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors
@@ -39,6 +41,8 @@ STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
 SINGLE = 1e-4
 #: Two ways to the same sum of some thousand squares.
 EXACT = 1e-8
+#: Of a change by a difference of two simulations, by programs that round otherwise.
+DIFFERENCES = 1e-6
 
 
 @pytest.fixture(scope="module")
@@ -189,3 +193,36 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     assert common_noise.whitened(supermodel).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
     # The negative control: were only the readings counted, the errors would cost nothing.
     assert wave @ wave > 10.0 * SINGLE * cost
+
+
+def test_effects_simulated_in_groups_are_those_of_one_model(task: Task) -> None:
+    effects = [
+        find_effect(name)
+        for name in ("guide.viscous_friction", "sensor.force_gain", "fibre.hardening", "pulley.capstan_friction")
+    ]
+    sensitivities = sensitivities_of(task, task.start, no_errors(input_errors(task)))
+    whole = supermodel_of(task, effects, sensitivities)
+    apart = replace(whole, groups=simulation_groups(effects))
+    assert sorted(effect.name for group in apart.groups for effect in group) == sorted(one.name for one in effects)
+    assert len(apart.groups) > 2
+    local = transferred(whole, Supermodel(task), np.asarray(task.problem.layout.local(task.start)))
+    strengths = [f"{effect.name}.{effect.strength[0]}" for effect in effects]
+    # Not in the order of the groups, and more columns than are whitened at once.
+    names = [strengths[2], "damping", strengths[0], *strengths[3:], "stiffness", strengths[1]]
+    columns = np.array([whole.names.index(name) for name in names])
+    targets = local[:, columns] + 0.01 * np.array([whole.declared[name].typical for name in names])
+    counts = task.counts[-1]
+    rows = np.asarray(apart.rows(local, columns, targets, counts))
+    expected = np.asarray(whole.rows(local, columns, targets, counts))
+    assert rows.shape == expected.shape
+    assert np.all(np.abs(rows - expected).max(axis=-1) <= DIFFERENCES * np.abs(expected).max(axis=-1))
+    np.testing.assert_allclose(
+        np.asarray(residual_rows(apart, local, counts)), np.asarray(residual_rows(whole, local, counts)), atol=1e-9
+    )
+
+
+def test_what_takes_long_to_compile_is_in_no_group_with_others() -> None:
+    groups = simulation_groups(list(CATALOGUE.values()))
+    assert len([effect for group in groups for effect in group]) == len(CATALOGUE)
+    (alone,) = (group for group in groups if find_effect("fibre.mass") in group)
+    assert len(alone) == 1

@@ -231,7 +231,7 @@ def visible(share: float) -> bool:
     like = np.sqrt(1.0 - share**2)
     grams = np.array([[[1.0, like, like], [like, 1.0, 1.0], [like, 1.0, 1.0]]])
     context: Any = SimpleNamespace(base=("stiffness",), each=())
-    return bool(distinguish.likeness(grams, context)[2][0, 1] > 0.5)
+    return bool(distinguish.likeness(grams, len(context.base), len(context.each))[2][0, 1] > 0.5)
 
 
 def determined(share: float) -> bool:

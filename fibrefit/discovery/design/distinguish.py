@@ -110,7 +110,9 @@ def confusion(
     floor = least_sizes(effects)
     for _ in range(ROUNDS):
         columns, targets = changed_values(supermodel, context, local, strengths, sizes)
-        norms, unique, cosine = likeness(grams_at_hand(supermodel, context, local, columns, targets), context)
+        norms, unique, cosine = likeness(
+            grams_at_hand(supermodel, context, local, columns, targets), len(context.base), len(context.each)
+        )
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is requested.
@@ -176,7 +178,7 @@ def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | Non
     grams = grams_at_hand(
         as_simulated(supermodel, local, search.context.whole), search.context, local, columns, targets
     )
-    before = float(likeness(grams, search.context)[2][0, 1])
+    before = float(likeness(grams, len(search.context.base), len(search.context.each))[2][0, 1])
     further = menu_grams(supermodel, search.context, local, columns, targets, menu)
     after = np.array([_cosine_with(grams, gram, search.context) for gram in further])
     if not np.isfinite(after).any():
@@ -191,7 +193,7 @@ def _cosine_with(grams: np.ndarray, further: np.ndarray, context: SearchContext)
     """Cosine of two effects with a further record; nan where it cannot be simulated, or one of them is hidden then."""
     if not np.isfinite(further).all():
         return float("nan")
-    _, unique, cosine = likeness(np.concatenate([grams, further[None]]), context)
+    _, unique, cosine = likeness(np.concatenate([grams, further[None]]), len(context.base), len(context.each))
     return float(cosine[0, 1]) if (unique > UNIQUE).all() else float("nan")
 
 
@@ -286,15 +288,15 @@ def strengths_of(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]
     return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
 
 
-def likeness(grams: np.ndarray, context: SearchContext) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Size of each effect's own change, its share of the whole change, and the cosines."""
-    own, whole = projected(grams, len(context.base), len(context.each))
-    norms = np.sqrt(np.maximum(np.diag(own), 0.0))
+def likeness(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Size of each effect's own change, its share of the whole change, and the cosines; columns as of `projected`."""
+    left, whole = projected(grams, shared, own)
+    norms = np.sqrt(np.maximum(np.diag(left), 0.0))
     total = np.sqrt(np.diag(whole))
     unique = np.divide(norms, total, out=np.zeros_like(norms), where=total > 0.0)
     visible = unique > UNIQUE
     safe = np.where(visible, norms, 1.0)
-    cosine = np.abs(own / np.outer(safe, safe)) * np.outer(visible, visible)
+    cosine = np.abs(left / np.outer(safe, safe)) * np.outer(visible, visible)
     np.fill_diagonal(cosine, 1.0)
     return norms, unique, cosine
 

@@ -40,6 +40,7 @@ from fibrefit.discovery.engine.thresholds import APART, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
+from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.simulation.model import Experiment
@@ -86,6 +87,10 @@ class Beside:
         names = [unknowns.names[i] for i in unknowns.scattering]
         return cls(search.inference.common_noise.whitening, dict(zip(names, levels.tolist(), strict=True)))
 
+    def deviations(self, names: Sequence[str]) -> list[int]:
+        """Which of some shared values differ between records."""
+        return [i for i, name in enumerate(names) if self.scatter.get(name, 0.0) > 0.0]
+
     def held(self, grams: np.ndarray, names: Sequence[str], own: int, sizes: np.ndarray) -> np.ndarray:
         """Gram matrices in which each record has deviations of its own (random effects), as large as is known.
 
@@ -100,8 +105,7 @@ class Beside:
         sizes : (n_record, n_shared)
             Relative changes of the shared values that their columns stand for.
         """
-        scattering = [i for i, name in enumerate(names) if self.scatter.get(name, 0.0) > 0.0]
-        last = len(names) + own
+        scattering, last = self.deviations(names), len(names) + own
         places = np.r_[:last, scattering, last : grams.shape[1]].astype(int)
         wide = grams[:, places][:, :, places]
         for j, i in enumerate(scattering):
@@ -176,8 +180,7 @@ def worths(
 ) -> tuple[list[Worth], float]:
     """What each of some records would add, and the nats by which the records at hand tell the rivals apart.
 
-    Inputs count as known; for error bars and detection limits noise counts as white, and records as alike. Records that
-    cannot be simulated are left out.
+    Inputs count as known. Records that cannot be simulated are left out.
 
     Parameters
     ----------
@@ -187,31 +190,57 @@ def worths(
         Two, or none.
     choices : sequence of Choice
     beside : Beside
-        Of the records at hand, for the nats by which rivals differ.
+        Of the records at hand.
     """
-    supermodel, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
+    plain, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
+    supermodel = replace(plain, whitening=beside.whitening)
     columns, targets = changed_values(
         supermodel, context, local, strengths_of(search.effects), little_sizes(search.effects)
     )
+    shared, own = len(context.base), len(context.each)
+    sizes = _relative(local[:, columns[:shared]], targets[:, :shared])
     grams = grams_at_hand(supermodel, context, local, columns, targets)
+    # What is believed of shared values counts as one more record.
+    grams = beside.held(grams, context.base, own, np.concatenate([sizes, sizes[:1]]))
     added = menu_grams(supermodel, context, local, columns, targets, choices)
+    added = [
+        beside.held(gram[None], context.base, own, sizes[[choice.record]])[0]
+        for gram, choice in zip(added, choices, strict=True)
+    ]
+    own += len(beside.deviations(context.base))
     possible = [i for i, gram in enumerate(added) if np.isfinite(gram).all()]
     now, nats = float("nan"), [float("nan")] * len(possible)
     if rivals and possible:
         now, nats = _apart(search, rivals, [choices[i] for i in possible], beside)
     found = [
-        replace(_worth(search, grams, added[i], choices[i]), nats=apart)
+        replace(_worth(search, (grams, added[i]), own, choices[i]), nats=apart)
         for i, apart in zip(possible, nats, strict=True)
         if not rivals or np.isfinite(apart)
     ]
     return found, now
 
 
-def _worth(search: Search, grams: np.ndarray, further: np.ndarray, choice: Choice) -> Worth:
-    """What a record adds to error bars and detection limits, from Gram matrices as of `changed_values`."""
-    context, whole = search.context, np.concatenate([grams, further[None]])
-    before, after = (_errors(each, len(context.base), len(context.each)) for each in (grams, whole))
-    (norms, unique, _), (norms_then, unique_then, _) = likeness(grams, context), likeness(whole, context)
+def _relative(values: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Relative changes from values to others."""
+    return np.asarray((targets - values) / np.where(values == 0.0, 1.0, values))
+
+
+def _worth(search: Search, grams: tuple[np.ndarray, np.ndarray], own: int, choice: Choice) -> Worth:
+    """What a record adds to error bars and detection limits, from Gram matrices of those at hand and its own.
+
+    Parameters
+    ----------
+    search : Search
+    grams : ((n_record, n, n), (n, n))
+        Columns as of `changed_values`, with deviations of a record, see `Beside.held`.
+    own : int
+        Number of columns that are each record's own.
+    choice : Choice
+    """
+    context, whole = search.context, np.concatenate([grams[0], grams[1][None]])
+    shared = len(context.base)
+    before, after = (_errors(each, shared, own) for each in (grams[0], whole))
+    (norms, unique, _), (norms_then, unique_then, _) = (likeness(each, shared, own) for each in (grams[0], whole))
     names, known, shows = [effect.name for effect in search.effects], np.isfinite(before), unique > UNIQUE
     # What was seen is seen still where far more of a change is imitated in a further record.
     most = np.maximum(norms, np.where(unique_then > UNIQUE, norms_then, norms))
@@ -226,7 +255,7 @@ def _worth(search: Search, grams: np.ndarray, further: np.ndarray, choice: Choic
 
 
 def _plain(supermodel: Supermodel) -> Supermodel:
-    """A supermodel with white noise and known inputs: what further records would be like is not known better."""
+    """A supermodel with known inputs, in white noise as yet."""
     return replace(supermodel, sensitivities=None, whitening=None)
 
 
@@ -238,8 +267,10 @@ def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
     information = np.zeros((shared, shared))
     for gram in grams:
         mine = gram[shared : shared + own, shared : shared + own]
-        cross = gram[:shared, shared : shared + own]
-        information += gram[:shared, :shared] - cross @ np.linalg.pinv(mine, rcond=UNKNOWN, hermitian=True) @ cross.T
+        unit = scale_of(mine)
+        cross = gram[:shared, shared : shared + own] / unit
+        inverse = np.linalg.pinv(mine / np.outer(unit, unit), rcond=UNKNOWN, hermitian=True)
+        information += gram[:shared, :shared] - cross @ inverse @ cross.T
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     safe = np.where(size > 0.0, size, 1.0)
     values, vectors = np.linalg.eigh(information / np.outer(safe, safe))
@@ -283,9 +314,7 @@ def _missed(
 
     def seen(model: Supermodel, values: np.ndarray, goals: np.ndarray, counts: np.ndarray) -> np.ndarray:
         grams = replace(model, whitening=beside.whitening).grams(values, columns, goals, counts)
-        here = values[:, columns[:shared]]
-        sizes = (goals[:, :shared] - here) / np.where(here == 0.0, 1.0, here)
-        return beside.held(grams, subset.shared, own, sizes)
+        return beside.held(grams, subset.shared, own, _relative(values[:, columns[:shared]], goals[:, :shared]))
 
     def left(grams: np.ndarray) -> float:
         if not np.isfinite(grams).all():

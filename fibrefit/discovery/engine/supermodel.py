@@ -66,6 +66,8 @@ class Supermodel:
         Of channels whose readings are taken for what coarse steps say of them.
     compiled : set of int
         Numbers of columns its programs were compiled for.
+    groups : tuple of tuple of Effect classes
+        Effects that are simulated together, apart from all others, see `simulation_groups`; none where all are.
     """
 
     task: Task
@@ -73,6 +75,7 @@ class Supermodel:
     whitening: BlockFilter | None = None
     in_steps: StepLikelihood | None = None
     compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
+    groups: tuple[tuple[type[Effect], ...], ...] = ()
 
     @property
     def problem(self) -> Problem:
@@ -162,6 +165,8 @@ class Supermodel:
         Parameters and errors as `grams`.
         """
         check_time()
+        if self.groups:
+            return self._rows_by_group(local, columns, targets, counts)
         active = len(columns)
         # A program of its own for fewer columns takes longer to compile than the wider one to run.
         width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
@@ -175,6 +180,40 @@ class Supermodel:
         horizon = jnp.asarray(counts, dtype=jnp.int32)
         rows = _rows(self._bare, jnp.asarray(local), varied, horizon, self._offset)
         return self.seen(rows[:, : 1 + -(-active // BUCKET) * BUCKET])
+
+    @cached_property
+    def parts(self) -> tuple[tuple[Supermodel, np.ndarray], ...]:
+        """The supermodel of each group, as a search makes it, and where its values ``(n_part,)`` are among these."""
+        model, apart = self.problem.model, {effect for group in self.groups for effect in group}
+        left_out = {f"{effect.name}.{parameter.name}" for effect in apart for parameter in effect.parameters}
+        slots = tuple(slot for slot in self.problem.layout.slots if slot.name not in left_out)
+        base = Problem(
+            replace(model, effects=tuple(effect for effect in model.effects if effect not in apart)),
+            Layout(slots, self.problem.layout.records),
+            self.problem.observations,
+        )
+        task, found = replace(self.task, problem=base), []
+        for group in self.groups:
+            part = supermodel_of(task, sorted(group, key=lambda effect: effect.name))
+            part = replace(part, sensitivities=self.sensitivities, in_steps=self.in_steps)
+            found.append((part, np.array([self.names.index(name) for name in part.names])))
+        return tuple(found)
+
+    def _rows_by_group(
+        self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
+    ) -> jax.Array:
+        """Rows of effects that are absent in each other's models, where residuals are the same therefore."""
+        rows: dict[int, jax.Array] = {}
+        for part, places in self.parts:
+            own = [i for i, column in enumerate(columns) if column in places and 1 + i not in rows]
+            if not own and rows:
+                continue
+            within = np.array([np.flatnonzero(places == columns[i])[0] for i in own], dtype=int)
+            found = part.rows(local[:, places], within, targets[:, own], counts)
+            rows.setdefault(0, found[:, 0])
+            rows.update({1 + i: found[:, 1 + j] for j, i in enumerate(own)})
+        whole = jnp.stack([rows[i] for i in range(1 + len(columns))], axis=1)
+        return jnp.pad(whole, ((0, 0), (0, -len(columns) % BUCKET), (0, 0)))
 
     def seen(self, rows: jax.Array) -> jax.Array:
         """Rows ``(n_record, n_row, n_channel * n_time)`` of readings taken for fine ones as what readings say."""
@@ -227,6 +266,9 @@ def residual_rows(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray)
     local : (n_record, n_local) in SI units
     counts : (n_record,) int
     """
+    if supermodel.groups:
+        part, places = supermodel.parts[0]
+        return residual_rows(part, local[:, places], counts)
     width = 1 + max(supermodel.compiled)
     # The first row is of the values as they are: the first of them goes to where it is.
     targets = np.repeat(local[:, :1], width, axis=1)
@@ -252,6 +294,11 @@ def group_of(effect: type[Effect], effects: Sequence[type[Effect]], stiff: bool 
     if alone(effect):
         return (effect,)
     return tuple(other for other in effects if not alone(other) and _kind(other) == _kind(effect))
+
+
+def simulation_groups(effects: Sequence[type[Effect]], stiff: bool = False) -> tuple[tuple[type[Effect], ...], ...]:
+    """All effects, each in its `group_of`: together their program would take many minutes to compile."""
+    return tuple(dict.fromkeys(group_of(effect, effects, stiff) for effect in effects))
 
 
 def _kind(effect: type[Effect]) -> tuple[str, bool, bool, bool, bool]:

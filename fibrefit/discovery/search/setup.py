@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.effort import TOO_FAR, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, simulation_groups, supermodel_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.checks import AGREED, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
@@ -98,11 +98,12 @@ def _is_elsewhere(one: LaplaceFit, best: LaplaceFit) -> bool:
 
 
 def set_up(task: Task, before: Identification | None, effects: Sequence[type[Effect]], tell: Progress) -> Search:
-    """As `prepared_search`, all effects in one supermodel, at a task's first values where nothing was fitted."""
+    """As `prepared_search`, all effects in one supermodel of groups, at first values where nothing was fitted."""
     wanted = _wanted(task, effects)
     values = task.start if before is None else before.plain.values
     sensitivities = None if before is None else sensitivities_of(task, values, before.coefficients, is_far(before))
-    supermodel = supermodel_of(task, wanted, sensitivities)
+    stiff = any(effect.stiff for effect in task.problem.model.effects)
+    supermodel = replace(supermodel_of(task, wanted, sensitivities), groups=simulation_groups(wanted, stiff))
     gap = 1.0 if before is None else total(before.gap)
     fit = Refit(_local(supermodel, task, values), gap**2 * float(supermodel.samples.sum()), {}, 0)
     return _search(task, wanted, supermodel, _context(task), fit, tell)

@@ -121,7 +121,7 @@ class RecordPlan(FoundResult):
             rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
             probability_distinguished_now=probability_distinguished(self.now) if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
-            remarks=(*self.remarks, *REMARKS),
+            remarks=self.remarks,
             provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
         )
 
@@ -143,10 +143,9 @@ class RecordPlan(FoundResult):
         )
 
 
-REMARKS = (
-    "Predicted from slopes about the values found, with known inputs. Rivals are told apart in the noise that measured "
-    "records leave, and records may differ as these do; for errors and limits noise is white, and records are alike.",
-)
+FROM_SLOPES = "Predicted from slopes about the values found, with known inputs,"
+AS_MEASURED = f"{FROM_SLOPES} in the noise that the measured records leave; records may differ as these do."
+AS_PLANNED = f"{FROM_SLOPES} in white noise, and records are alike: nothing is measured yet."
 NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 
 
@@ -202,10 +201,10 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
     fit = None if is_planned(study) else identify(task, 1, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
-    found, remarks, beside = _rivals(task, search, named, fit, tell) if rivals else ([], (), Beside())
+    found, remarks, beside = _rivals(task, search, named, fit, tell)
     tell("weighing the records that could be taken", None)
     ranked, now = worths(search, found, choices, beside)
-    remarks += _left_out(study, len(choices) - len(ranked), len(choices))
+    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), AS_PLANNED if fit is None else AS_MEASURED)
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
     priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
@@ -270,16 +269,16 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
 def _rivals(
     task: Task, search: Search, effects: Sequence[type[Effect]], fit: object, tell: Progress
 ) -> tuple[list[Explanation], tuple[str, ...], Beside]:
-    """Rivals with the values they have in the records at hand, remarks on those that these do not have, and noise.
+    """Rivals, if any, with the values they have in the records at hand, remarks on those without any, and noise.
 
     One without evidence for it has the strength that would just be found, as by itself it would be none; of its
     typical size are those that the records cannot show, and all where nothing is measured.
     """
     if fit is None:
         return [_typical(task, effect, task.start) for effect in effects], (), Beside()
-    tell("fitting the rivals", None)
     search, base = prepared_search(task, fit, effects, tell)  # type: ignore[arg-type]
-    tried = {one.effects[-1]: one for one in search.tried(base, effects, "fitting the rivals").found}
+    asked = search.tried(base, effects, "fitting the rivals").found if effects else ()
+    tried = {one.effects[-1]: one for one in asked}
     found, remarks = [], []
     for effect in effects:
         if effect in tried and tried[effect].log - base.log > NAMED:
