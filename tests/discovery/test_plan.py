@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -31,6 +32,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.plots.plan import plan_figures
+from fibrefit.problem.noise.blocks import BLOCK, BlockFilter
 from fibrefit.problem.task import Task
 from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
@@ -313,3 +315,18 @@ def test_what_deviations_of_a_record_can_imitate_tells_rivals_apart_by_the_less_
     held = beside.held(gram, ("stiffness",), 0, np.full((2, 1), step))
     left = float(projected(held, 1, held.shape[1] - 2)[0].sum())
     assert left == pytest.approx(2.0 * n * r**2 / (1.0 + n * (scatter / step) ** 2), rel=1e-6)
+
+
+def test_a_record_is_seen_in_the_noise_of_the_one_it_is_like() -> None:
+    """Two records of which the second is half as long, in white noise of different size."""
+    levels = np.array([1.0, 0.5])
+    taps = np.zeros((2, 2, 1, BLOCK, BLOCK))
+    taps[:] = np.eye(BLOCK) * levels[:, None, None, None]
+    taps[1, 1] = 0.0
+    none = np.zeros((2, 2, 1, BLOCK, 1))
+    filtering = BlockFilter(taps, none, np.moveaxis(none, -1, -2), np.zeros((2, 2, 1, 1, 1)))
+    ones = jnp.ones((2, 1, 2 * BLOCK))
+    turned = np.asarray(filtering.of_records([1, 0]).whiten(ones))
+    assert np.array_equal(turned, np.asarray(filtering.whiten(ones))[::-1])
+    assert not turned[0, 0, BLOCK:].any()
+    assert np.all(turned[1] == 1.0)

@@ -247,17 +247,20 @@ def menu_grams(
     for batch in batches(menu, len(local)):
         rows = [choice.record for choice in batch]
         data, values = records_of(supermodel.problem, local, batch)
-        elsewhere = as_simulated(with_records(supermodel, data), values, context.whole[rows])
+        elsewhere = as_simulated(with_records(supermodel, data, rows), values, context.whole[rows])
         goals, shifted = targets[rows], (values != local[rows])[:, columns]
         goals[shifted] += values[:, columns][shifted] - local[rows][:, columns][shifted]
         found += list(elsewhere.grams(values, columns, goals, context.whole[rows])[:, :-1, :-1])
     return found[: len(menu)]
 
 
-def with_records(supermodel: Supermodel, data: Observations) -> Supermodel:
-    """A supermodel with other records."""
+def with_records(supermodel: Supermodel, data: Observations, like: Sequence[int] | None = None) -> Supermodel:
+    """A supermodel with other records; the noise of each is that of the record it is like, by default at its place."""
     problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
-    return replace(supermodel, task=replace(supermodel.task, problem=problem))
+    whitening = supermodel.whitening
+    if whitening is not None and like is not None:
+        whitening = whitening.of_records(like)
+    return replace(supermodel, task=replace(supermodel.task, problem=problem), whitening=whitening)
 
 
 def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Supermodel:

@@ -298,13 +298,15 @@ def _missed(
     fitted to both by its slopes there, in each record by deviations of its own too. Not finite of one that cannot be
     simulated.
     """
-    supermodel, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
+    plain, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
+    supermodel = replace(plain, whitening=beside.whitening)
     truth = _values(supermodel, search.task, true)
     data = supermodel.problem.observations
     at_hand = with_records(supermodel, data._replace(measured=_readings(supermodel.problem, truth, data.experiment)))
     subset = context.subset((other.effect,))
     starts = _starts(supermodel, _values(supermodel, search.task, other), other.effect)
-    fits = [refit(at_hand, subset, start, context.whole, enough=FITTED_WELL) for start in starts]
+    unweighted = replace(at_hand, whitening=None)
+    fits = [refit(unweighted, subset, start, context.whole, enough=FITTED_WELL) for start in starts]
     found = min(fits, key=lambda fit: fit.cost if np.isfinite(fit.cost) else np.inf).local
     names = (*subset.shared, *subset.each)
     columns = np.array([supermodel.names.index(name) for name in names])
@@ -313,7 +315,7 @@ def _missed(
     shared, own = len(subset.shared), len(subset.each)
 
     def seen(model: Supermodel, values: np.ndarray, goals: np.ndarray, counts: np.ndarray) -> np.ndarray:
-        grams = replace(model, whitening=beside.whitening).grams(values, columns, goals, counts)
+        grams = model.grams(values, columns, goals, counts)
         return beside.held(grams, subset.shared, own, _relative(values[:, columns[:shared]], goals[:, :shared]))
 
     def left(grams: np.ndarray) -> float:
@@ -329,7 +331,7 @@ def _missed(
         taken, true_values = records_of(supermodel.problem, truth, batch)
         values = records_of(supermodel.problem, found, batch)[1]
         there = with_records(
-            supermodel, taken._replace(measured=_readings(supermodel.problem, true_values, taken.experiment))
+            supermodel, taken._replace(measured=_readings(supermodel.problem, true_values, taken.experiment)), rows
         )
         goals = values[:, columns] + difference_steps(values[:, columns], size)
         further += list(seen(there, values, goals, context.whole[rows]))

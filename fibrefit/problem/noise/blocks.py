@@ -52,6 +52,11 @@ class BlockFilter(eqx.Module):
         """Number of channels."""
         return self.taps.shape[2]
 
+    def of_records(self, records: Sequence[int]) -> BlockFilter:
+        """The filter of other records, each like one of these, whose places are given."""
+        places = np.asarray(records)
+        return BlockFilter(*(part[:, places] for part in (self.taps, self.onto, self.drive, self.carry)))
+
     def whiten(self, residuals: jax.Array) -> jax.Array:
         """Innovations of unit variance ``(n_record, n_channel, n_time)``; zero where a sample is masked."""
         return self.whiten_rows(residuals[None])[0]
