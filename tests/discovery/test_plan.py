@@ -11,13 +11,14 @@ from typing import Any, cast
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.discovery.design import apart as contests
 from fibrefit.discovery.design import plan as module
+from fibrefit.discovery.design.apart import Beside, Contest, Explanation, apart
 from fibrefit.discovery.design.distinguish import detectable, menu_grams, projected
 from fibrefit.discovery.design.plan import (
-    Beside,
-    Explanation,
     Worth,
     _errors,
     _worth,
@@ -26,6 +27,7 @@ from fibrefit.discovery.design.plan import (
     probability_distinguished,
     worths,
 )
+from fibrefit.discovery.engine.supermodel import residual_rows
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
@@ -77,7 +79,10 @@ def plan(folder: Path) -> RecordPlan:
 
 def test_a_faster_drop_tells_drag_from_viscous_friction_better_than_one_more_of_the_same(plan: RecordPlan) -> None:
     nats = {i: worth.nats for i, (worth, _) in enumerate(plan.further)}
-    assert list(nats.values()) == sorted(nats.values(), reverse=True)
+    looked = [worth.nats for worth, _ in plan.further if worth.refitted]
+    assert list(nats.values())[: len(looked)] == sorted(looked, reverse=True)
+    assert list(nats.values())[len(looked) :] == sorted(list(nats.values())[len(looked) :], reverse=True)
+    assert f"fitted to the {len(looked)} that slopes put first" in plan.summary().remarks[-1]
     assert plan.best.conditions["lift"] == pytest.approx(8e-3)
     again = next(worth for worth, _ in plan.further if not worth.choice.conditions)
     assert plan.further[0][0].nats > 2.0 * again.nats
@@ -277,6 +282,72 @@ def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be
     assert max(worth.nats for worth in ranked) > 2.0 * now
     absent: Any = Explanation(RIVALS[0], dict(zip(base.supermodel.names, base.local.T, strict=True)))
     assert worths(search, [absent, found[1]], options_of(search.task)[:1], Beside())[1] < 1e-3 * now
+
+
+@pytest.fixture(scope="module")
+def contest(search: Search) -> Contest:
+    """Quadratic drag is true, viscous friction its rival; records differ in their stiffness."""
+    base: Any = SimpleNamespace(supermodel=search.base.supermodel, local=search.base.fit.local)
+    viscous, drag = (just_found(search, base, effect) for effect in RIVALS)
+    assert viscous is not None
+    assert drag is not None
+    return Contest.of(search, drag, viscous, Beside(scatter={"stiffness": 3e-3, "damping": 0.0}))
+
+
+def test_a_rival_refitted_to_a_further_record_misses_what_another_solver_finds(contest: Contest) -> None:
+    """SciPy's dogbox on differences of residual rows, prior rows of the deviations written out."""
+    choice = Choice(0, {"lift": 12e-3})
+    there, values, counts = contest._further([choice] * 2)
+    shared, each = contest.subset.shared, contest.subset.each
+    names = contest.supermodel.names
+    places = [names.index(name) for name in (*shared, *each)]
+    start = np.concatenate([contest.found, values[:1]])
+    scale = np.abs(start[0, places]) + 1e-9
+    stiffness = shared.index("stiffness")
+    samples = np.append(contest.counts, counts[0])
+
+    def local(x: np.ndarray) -> np.ndarray:
+        split = len(shared), len(shared) + 3 * len(each)
+        all_of = start.copy()
+        all_of[:, places[: len(shared)]] += x[: split[0]] * scale[: len(shared)]
+        all_of[:, places[len(shared) :]] += x[split[0] : split[1]].reshape(3, -1) * scale[len(shared) :]
+        all_of[:, places[stiffness]] *= np.exp(3e-3 * x[split[1] :])
+        return all_of
+
+    def residuals(x: np.ndarray) -> np.ndarray:
+        of_all = local(x)
+        at_hand = residual_rows(contest.at_hand, of_all[:2], samples[:2])
+        further = residual_rows(there, np.repeat(of_all[2:], 2, axis=0), samples[[2, 2]])[:1]
+        return np.concatenate([np.ravel(at_hand), np.ravel(further), x[-3:]])
+
+    ends = least_squares(residuals, np.zeros(len(shared) + 3 * len(each) + 3), method="dogbox", diff_step=1e-6)
+    refitted = contest.refitted(choice)
+    assert refitted == pytest.approx(ends.cost, rel=0.02)
+    assert refitted > contest.now
+
+
+def test_rivals_are_refitted_to_further_records_until_slopes_promise_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    promised = {"a": (9.0, 8.0, np.nan, 30.0, 20.0, 5.0), "b": (9.0, 12.0, 3.0, 25.0, 40.0, 5.0)}
+    kept = {"a": {3: 4.0, 4: 11.0}, "b": {3: 5.0, 4: 10.0}}
+    looked: list[tuple[str, int]] = []
+
+    def contest_of(search: Search, true: str, other: str, beside: Beside) -> Any:
+        def refitted(choice: int) -> float:
+            looked.append((true, choice))
+            return kept[true][choice]
+
+        return SimpleNamespace(by_slopes=lambda choices: promised[true], refitted=refitted, now=float(ord(true)))
+
+    monkeypatch.setattr(Contest, "of", contest_of)
+    given: Any = (None, "ab", range(6), Beside())
+    now, nats, refitted = apart(*given)
+    assert now == ord("a")
+    assert refitted == [3, 4]
+    assert looked == [("a", 3), ("b", 3), ("a", 4), ("b", 4)]
+    assert nats[:2] == [9.0, 8.0]
+    assert nats[3:] == [4.0, 10.0, 5.0]
+    monkeypatch.setattr(contests, "LOOKS", 1)
+    assert apart(*given)[2] == [3]
 
 
 @pytest.mark.parametrize(("shown", "says"), [(True, "would just be found"), (False, "they cannot show it")])

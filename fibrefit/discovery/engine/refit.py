@@ -8,7 +8,7 @@ raises the damping where that one shrinks a radius, and candidates that bounce e
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -36,10 +36,14 @@ class Subset:
         Values all records share.
     each : tuple of str
         Values of each record's own.
+    scatter : mapping of str to float
+        Relative standard deviations between records of those shared values that differ there (random effects); what a
+        record's own deviations cost by them counts.
     """
 
     shared: tuple[str, ...]
     each: tuple[str, ...]
+    scatter: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,8 @@ class _Map:
         self.shared = np.array([index[name] for name in subset.shared], dtype=int)
         self.each = np.array([index[name] for name in subset.each], dtype=int)
         self.columns = np.concatenate([self.shared, self.each])
+        self.scattering = np.array([i for i, name in enumerate(subset.shared) if name in subset.scatter], dtype=int)
+        self.sigma = np.array([subset.scatter[subset.shared[i]] for i in self.scattering])
         self.rest = local.copy()
         ranges = {slot.name: slot.range for slot in supermodel.problem.layout.slots}
         self.lower = np.array([ranges[name].lower for name in subset.shared])
@@ -80,36 +86,48 @@ class _Map:
 
     def unknowns(self) -> np.ndarray:
         """Unknowns of the values it was made from."""
-        return np.concatenate([self.rest[:, self.shared].mean(axis=0), self.rest[:, self.each].ravel()])
+        mean = self.rest[:, self.shared].mean(axis=0)
+        own = np.log(self.rest[:, self.shared[self.scattering]] / mean[self.scattering])
+        return np.concatenate([mean, self.rest[:, self.each].ravel(), own.ravel()])
 
-    def split(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Shared values and those of each record, ``(n_record, n_each)``."""
-        n = len(self.shared)
-        return unknowns[:n], unknowns[n:].reshape(self.records, len(self.each))
+    def split(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Shared values, those of each record ``(n_record, n_each)``, and its deviations ``(n_record, n_scattering)``.
+
+        Deviations are natural logarithms of factors.
+        """
+        n, last = len(self.shared), len(self.shared) + self.records * len(self.each)
+        return unknowns[:n], unknowns[n:last].reshape(self.records, -1), unknowns[last:].reshape(self.records, -1)
 
     def local(self, unknowns: np.ndarray) -> np.ndarray:
         """Values of each record."""
         local = self.rest.copy()
-        local[:, self.shared], local[:, self.each] = self.split(unknowns)
+        local[:, self.shared], local[:, self.each], deviations = self.split(unknowns)
+        local[:, self.shared[self.scattering]] *= np.exp(deviations)
         return local
 
     def normal(self, unknowns: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Normal matrix, gradient and cost."""
-        local = self.local(unknowns)
+        local, deviations = self.local(unknowns), self.split(unknowns)[2]
         steps = difference_steps(local[:, self.columns], self.size)
         changes = self.supermodel.grams(local, self.columns, local[:, self.columns] + steps, counts)
+        n, active, total = len(self.shared), len(self.columns), len(unknowns)
         per = np.concatenate([1.0 / steps, np.ones((len(steps), 1))], axis=1)
-        grams = changes * per[:, :, None] * per[:, None, :]
-        n, own, total = len(self.shared), len(self.each), len(unknowns)
-        places = np.concatenate(
-            [
-                np.repeat(np.arange(n)[None], self.records, axis=0),
-                n + np.arange(self.records * own).reshape(self.records, own),
-            ],
-            axis=1,
-        )
+        # A change of the shared value changes a record's by its factor, one of its deviation by what it is.
+        per[:, self.scattering] *= np.exp(deviations)
+        columns = np.r_[:active, self.scattering, active].astype(int)
+        per = per[:, columns]
+        per[:, active:-1] *= unknowns[self.scattering]
+        grams = changes[:, columns][:, :, columns] * per[:, :, None] * per[:, None, :]
+        each = n + np.arange(self.records * len(self.each)).reshape(self.records, -1)
+        own = total - deviations.size + np.arange(deviations.size).reshape(deviations.shape)
+        places = np.concatenate([np.repeat(np.arange(n)[None], self.records, axis=0), each, own], axis=1)
         matrix = assembled(grams[:, :-1, :-1], places, total)
-        return matrix, gathered(grams[:, :-1, -1], places, total), float(grams[:, -1, -1].sum())
+        gradient, cost = gathered(grams[:, :-1, -1], places, total), float(grams[:, -1, -1].sum())
+        if deviations.size:
+            matrix[own, own] += self.sigma**-2.0
+            gradient[own] += deviations / self.sigma**2
+            cost += float(((deviations / self.sigma) ** 2).sum())
+        return matrix, gradient, cost
 
     def clipped(self, unknowns: np.ndarray) -> np.ndarray:
         """Shared values put back inside their bounds."""

@@ -14,9 +14,8 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.discovery.design.apart import Beside, Explanation
 from fibrefit.discovery.design.plan import (
-    Beside,
-    Explanation,
     Worth,
     just_found,
     options_of,
@@ -146,6 +145,10 @@ class RecordPlan(FoundResult):
 FROM_SLOPES = "Predicted from slopes about the values found, with known inputs,"
 AS_MEASURED = f"{FROM_SLOPES} in the noise that the measured records leave; records may differ as these do."
 AS_PLANNED = f"{FROM_SLOPES} in white noise, and records are alike: nothing is measured yet."
+BY_SLOPES = (
+    "Of the {} further records, the rivals were fitted to the {} that slopes put first; for the others slopes speak "
+    "alone, and they mostly promise too much."
+)
 NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 
 
@@ -205,6 +208,8 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     tell("weighing the records that could be taken", None)
     ranked, now = worths(search, found, choices, beside)
     remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), AS_PLANNED if fit is None else AS_MEASURED)
+    if refitted := sum(worth.refitted for worth in ranked):
+        remarks += (BY_SLOPES.format(len(ranked), refitted),)
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
     priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
@@ -316,7 +321,8 @@ def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, fl
 def _order(purpose: Purpose):  # type: ignore[no-untyped-def]
     """Key by which records are ranked; of two that add as much the cheaper one comes first.
 
-    What is determined or shown for the first time gains more than any factor.
+    What is determined or shown for the first time gains more than any factor; a record to which rivals were fitted is
+    known to tell them apart, of others slopes say so.
     """
 
     def key(priced: tuple[Worth, float]) -> tuple[int, float, float]:
@@ -324,7 +330,7 @@ def _order(purpose: Purpose):  # type: ignore[no-untyped-def]
         first, gained = {
             "errors": (len(worth.determined), worth.error),
             "power": (len(worth.shown), worth.limit),
-            "rivals": (0, -worth.nats),
+            "rivals": (int(worth.refitted), -worth.nats),
         }[purpose]
         return -first, float(gained), minutes
 

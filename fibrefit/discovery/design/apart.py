@@ -1,0 +1,302 @@
+"""How far apart two rivals are in a further record: by what the one that is wrong, at its best, still misses.
+
+Source
+------
+T-optimal design, Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fibrefit.discovery.design.distinguish import projected, with_records
+from fibrefit.discovery.design.menu import batches, records_of
+from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.refit import Subset, difference_steps, refit
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.discovery.model.finding import Choice
+from fibrefit.discovery.search.search import Search
+from fibrefit.laws.law import Effect
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.task import Task
+from fibrefit.simulation.model import Experiment
+
+FITTED_WELL = 1e-6
+"""Relative fall of a rival's cost at which it is fitted well enough."""
+REFITTED_WELL = 1e-2
+"""The same of one that is fitted to a further record too: its nats are wanted, not its values."""
+LOOKS = 8
+"""Most further records to which rivals are refitted, each as often as a fit asks; slopes do for the order of others."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """An explanation with its values.
+
+    Parameters
+    ----------
+    effect : Effect class
+    values : mapping of str to (n_record,) in SI units
+        Of the whole model, its base parameters and what is each record's own among them.
+    """
+
+    effect: type[Effect]
+    values: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What the records at hand tell of their noise, and of how much they differ.
+
+    Parameters
+    ----------
+    whitening : Whitening or None
+        Of the noise that a model leaves; None where it counts as white.
+    scatter : mapping of str to float
+        Relative standard deviation of a parameter between records, by its name.
+    """
+
+    whitening: Any = None
+    scatter: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, search: Search, base: LaplaceFit) -> Beside:
+        """That of the model without the rivals."""
+        evidence, unknowns = base.evidence, base.evidence.mode.unknowns
+        levels = evidence.weight @ evidence.grid
+        names = [unknowns.names[i] for i in unknowns.scattering]
+        return cls(search.inference.common_noise.whitening, dict(zip(names, levels.tolist(), strict=True)))
+
+    def deviations(self, names: Sequence[str]) -> list[int]:
+        """Which of some shared values differ between records."""
+        return [i for i, name in enumerate(names) if self.scatter.get(name, 0.0) > 0.0]
+
+    def held(self, grams: np.ndarray, names: Sequence[str], own: int, sizes: np.ndarray) -> np.ndarray:
+        """Gram matrices in which each record has deviations of its own (random effects), as large as is known.
+
+        Parameters
+        ----------
+        grams : (n_record, n, n)
+            Of shared columns, each record's own, and further ones.
+        names : sequence of str
+            Of the shared columns.
+        own : int
+            Number of each record's own.
+        sizes : (n_record, n_shared)
+            Relative changes of the shared values that their columns stand for.
+        """
+        scattering, last = self.deviations(names), len(names) + own
+        places = np.r_[:last, scattering, last : grams.shape[1]].astype(int)
+        wide = grams[:, places][:, :, places]
+        for j, i in enumerate(scattering):
+            wide[:, last + j, last + j] += (sizes[:, i] / self.scatter[names[i]]) ** 2
+        return wide
+
+
+@dataclass(frozen=True)
+class Lengthened(Supermodel):
+    """A supermodel with one more record than its programs take, which they simulate after the others.
+
+    Parameters
+    ----------
+    further : Supermodel
+        Of as many records; the first one is the record in addition.
+    """
+
+    further: Supermodel | None = None
+
+    @classmethod
+    def by(cls, supermodel: Supermodel, further: Supermodel) -> Lengthened:
+        """A supermodel with the first record of another one too."""
+        return cls(**{one.name: getattr(supermodel, one.name) for one in fields(Supermodel)}, further=further)
+
+    def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """As those of a supermodel, the further record last."""
+        assert self.further is not None
+        at_hand = super().grams(local[:-1], columns, targets[:-1], counts[:-1])
+        last = [np.repeat(each[-1:], len(at_hand), axis=0) for each in (local, targets, counts)]
+        return np.concatenate([at_hand, self.further.grams(last[0], columns, last[1], last[2])[:1]])
+
+
+@dataclass(frozen=True)
+class Contest:
+    """A rival, fitted to what a true model says of the records at hand, without noise.
+
+    Parameters
+    ----------
+    supermodel : Supermodel
+        Of both, in the noise of the records at hand.
+    truth, found : (n_record, n_local) in SI units
+        Values of the true model, and of the rival at its best.
+    subset : Subset
+        What of the rival is fitted, and what of it differs between records.
+    counts : (n_record,) int
+        Samples of each record.
+    beside : Beside
+    """
+
+    supermodel: Supermodel
+    truth: np.ndarray
+    found: np.ndarray
+    subset: Subset
+    counts: np.ndarray
+    beside: Beside
+
+    @classmethod
+    def of(cls, search: Search, true: Explanation, other: Explanation, beside: Beside) -> Contest:
+        """That of a model that is true and another one.
+
+        Parameters
+        ----------
+        search : Search
+        true, other : Explanation
+        beside : Beside
+            Of the records at hand.
+        """
+        plain, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
+        truth = _values(plain, search.task, true)
+        blank = cls(
+            replace(plain, whitening=beside.whitening),
+            truth,
+            truth,
+            replace(context.subset((other.effect,)), scatter={n: sd for n, sd in beside.scatter.items() if sd > 0.0}),
+            context.whole,
+            beside,
+        )
+        starts = _starts(plain, _values(plain, search.task, other), other.effect)
+        unweighted, alike = replace(blank.at_hand, whitening=None), replace(blank.subset, scatter={})
+        fits = [refit(unweighted, alike, start, context.whole, enough=FITTED_WELL) for start in starts]
+        best = min(fits, key=lambda fit: fit.cost if np.isfinite(fit.cost) else np.inf)
+        return replace(blank, found=best.local)
+
+    @cached_property
+    def at_hand(self) -> Supermodel:
+        """With the records at hand as the true model says they are."""
+        return _as_read(self.supermodel, self.truth, self.supermodel.problem.observations)
+
+    @cached_property
+    def grams(self) -> np.ndarray:
+        """Gram matrices of the rival in the records at hand."""
+        return self._seen(self.at_hand, self.found, self.counts)
+
+    @property
+    def now(self) -> float:
+        """Nats by which it misses the records at hand."""
+        return self._left(self.grams)
+
+    def _seen(self, model: Supermodel, values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Gram matrices of some records at values of the rival, with what deviations of a record do."""
+        shared, names = len(self.subset.shared), (*self.subset.shared, *self.subset.each)
+        columns = np.array([model.names.index(name) for name in names])
+        size = np.array([abs(model.declared[name].typical) for name in names])
+        steps = difference_steps(values[:, columns], size)
+        grams = model.grams(values, columns, values[:, columns] + steps, counts)
+        relative = relative_changes(values[:, columns], values[:, columns] + steps)
+        return self.beside.held(grams, self.subset.shared, len(self.subset.each), relative[:, :shared])
+
+    def _left(self, grams: np.ndarray) -> float:
+        """Nats that remain where all that is fitted has moved as the slopes say."""
+        if not np.isfinite(grams).all():
+            return float("nan")
+        shared = len(self.subset.shared)
+        return 0.5 * max(float(projected(grams, shared, grams.shape[1] - shared - 1)[0].sum()), 0.0)
+
+    def by_slopes(self, choices: Sequence[Choice]) -> list[float]:
+        """Nats by which it misses them and each of some further records, as its slopes there say.
+
+        Not finite of one that cannot be simulated.
+        """
+        further: list[np.ndarray] = []
+        for batch in batches(choices, len(self.found)):
+            there, values, counts = self._further(batch)
+            further += list(self._seen(there, values, counts))
+        return [self._left(np.concatenate([self.grams, gram[None]])) for gram in further[: len(choices)]]
+
+    def refitted(self, choice: Choice) -> float:
+        """Nats by which it misses them and a further record, fitted to all of them.
+
+        Far from where it was found a rival bends to what its slopes there cannot follow, and misses less.
+        """
+        there, values, counts = self._further([choice] * len(self.found))
+        whole = Lengthened.by(self.at_hand, there)
+        start, samples = np.concatenate([self.found, values[:1]]), np.append(self.counts, counts[0])
+        return 0.5 * refit(whole, self.subset, start, samples, enough=REFITTED_WELL).cost
+
+    def _further(self, batch: Sequence[Choice]) -> tuple[Supermodel, np.ndarray, np.ndarray]:
+        """Further records as the true model says they would be, the rival's values there, and their samples."""
+        rows = [choice.record for choice in batch]
+        data, true_values = records_of(self.supermodel.problem, self.truth, batch)
+        values = records_of(self.supermodel.problem, self.found, batch)[1]
+        return _as_read(self.supermodel, true_values, data, rows), values, self.counts[rows]
+
+
+def apart(
+    search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice], beside: Beside
+) -> tuple[float, list[float], list[int]]:
+    """Nats by which two rivals differ: at hand, and with each choice; whichever of them is true.
+
+    Slopes order the choices; rivals are refitted to the first ones of them in turn, until none is left of which slopes
+    promise more than was found.
+
+    Returns
+    -------
+    now : float
+    nats : list of float
+    refitted : list of int
+        Those choices to which the rivals were refitted.
+    """
+    first, second = rivals
+    ways = [Contest.of(search, true, other, beside) for true, other in ((first, second), (second, first))]
+    nats = [min(pair) for pair in zip(*(way.by_slopes(choices) for way in ways), strict=True)]
+    refitted: list[int] = []
+    for i in np.argsort(-np.nan_to_num(np.array(nats)), kind="stable")[:LOOKS]:
+        if refitted and not nats[i] > max(nats[j] for j in refitted):
+            break
+        nats[i] = min(way.refitted(choices[i]) for way in ways)
+        refitted.append(int(i))
+    return min(way.now for way in ways), nats, refitted
+
+
+def relative_changes(values: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Relative changes from values to others."""
+    return np.asarray((targets - values) / np.where(values == 0.0, 1.0, values))
+
+
+def _as_read(
+    supermodel: Supermodel, local: np.ndarray, data: Observations, like: Sequence[int] | None = None
+) -> Supermodel:
+    """A supermodel whose records, like some of those at hand, are read as values of it say."""
+    readings = _predicted(supermodel.problem, jnp.asarray(local), data.experiment)
+    return with_records(supermodel, data._replace(measured={name: readings[name] for name in data.measured}), like)
+
+
+@eqx.filter_jit
+def _predicted(problem: Problem, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
+    return problem.predict(local, experiment)
+
+
+def _values(supermodel: Supermodel, task: Task, rival: Explanation) -> np.ndarray:
+    """Values ``(n_record, n_local)`` of a supermodel that are those of a rival, the other one absent."""
+    local = absent_values(supermodel, len(task.problem.layout.records))
+    for j, name in enumerate(supermodel.names):
+        if name in rival.values:
+            local[:, j] = rival.values[name]
+    return local
+
+
+def _starts(supermodel: Supermodel, start: np.ndarray, effect: type[Effect]) -> list[np.ndarray]:
+    """Where a rival is fitted from: with its effect as strong as it was found, weak and absent."""
+    absent, blank = start.copy(), absent_values(supermodel, len(start))
+    columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
+    absent[:, columns] = blank[:, columns]
+    return [start, strengthened(supermodel, start, (effect,), SMALL), absent]
