@@ -172,6 +172,7 @@ def test_a_planted_curve_gains_as_much_about_itself(
     assert about_itself == pytest.approx(first, abs=0.5)
 
 
+@pytest.mark.slow
 def test_no_curve_is_worth_anything_where_there_is_nothing(task: Task, found: Identification) -> None:
     """The negative control: each costs more than it gains, and is level within its errors."""
     nothing = np.zeros(ForceErrorOfForce.knots)

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.discovery.design import apart as contests
 from fibrefit.discovery.design import plan as module
-from fibrefit.discovery.design.apart import Beside, Contest, Explanation, apart
+from fibrefit.discovery.design.apart import Beside, Contest, Explanation, nats_apart
 from fibrefit.discovery.design.distinguish import detectable, menu_grams, projected
 from fibrefit.discovery.design.plan import (
     Worth,
@@ -340,14 +340,14 @@ def test_rivals_are_refitted_to_further_records_until_slopes_promise_no_more(mon
 
     monkeypatch.setattr(Contest, "of", contest_of)
     given: Any = (None, "ab", range(6), Beside())
-    now, nats, refitted = apart(*given)
+    now, nats, refitted = nats_apart(*given)
     assert now == ord("a")
     assert refitted == [3, 4]
     assert looked == [("a", 3), ("b", 3), ("a", 4), ("b", 4)]
     assert nats[:2] == [9.0, 8.0]
     assert nats[3:] == [4.0, 10.0, 5.0]
     monkeypatch.setattr(contests, "LOOKS", 1)
-    assert apart(*given)[2] == [3]
+    assert nats_apart(*given)[2] == [3]
 
 
 @pytest.mark.parametrize(("shown", "says"), [(True, "would just be found"), (False, "they cannot show it")])

@@ -118,7 +118,7 @@ def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: d
         pytest.param(FrictionOfTime, 0.5, marks=pytest.mark.slow),
         pytest.param(FrictionOfPath, 0.15, marks=pytest.mark.slow),
         pytest.param(StiffnessOfTime, 0.01, marks=pytest.mark.slow),
-        (StiffnessOfCycles, 0.03),
+        pytest.param(StiffnessOfCycles, 0.03, marks=pytest.mark.slow),
         pytest.param(DampingOfTime, 0.3, marks=pytest.mark.slow),
     ],
 )

@@ -52,6 +52,7 @@ def followed(task: Task) -> tuple[PredictedGain, Any, Any]:
     return prediction, search.inference.extended(parent, supermodel, twice, prediction, slopes), parent
 
 
+@pytest.mark.slow
 def test_slips_at_instants_of_their_own_are_found(task: Task) -> None:
     prediction, found, parent = followed(with_slips(task, LENGTH))
     name = of_each(SLIP, 2).name

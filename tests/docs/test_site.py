@@ -76,6 +76,7 @@ def copy_of_docs(tmp_path: Path) -> Path:
     return tmp_path / "docs"
 
 
+@pytest.mark.slow
 def test_it_builds_without_a_warning(copy_of_docs: Path) -> None:
     """As `make docs` does but for the pictures of the effects, which simulate; notebooks are shown as they were run."""
     for package in ("myst_nb", "latex2mathml"):

@@ -84,6 +84,7 @@ def test_a_law_with_which_a_value_is_another_by_a_factor_fails_the_fit(tmp_path:
     assert "the fit is of no use" in fit_sentence(check)
 
 
+@pytest.mark.slow
 def test_stribeck_friction_that_damping_takes_up_fails_the_fit(tmp_path: Path) -> None:
     """A friction that falls over the speeds of a bounce is a negative damping there."""
     shape = {"guide__stribeck_friction__breakaway_excess": 4.0, "guide__stribeck_friction__stribeck_velocity": 0.2}

@@ -312,6 +312,7 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     assert advice_sentence(further).startswith(("A further record with lift", "No further record"))
 
 
+@pytest.mark.slow
 def test_the_share_of_unknown_minima_is_that_of_its_posterior() -> None:
     """Minima and their shares drawn as likely as each other, starts from these: of those like the starts at hand."""
     random, left = np.random.default_rng(1), []

@@ -84,6 +84,7 @@ def length_of(problem: Problem) -> int:
     return int(problem.observations.experiment.times.shape[1])
 
 
+@pytest.mark.slow
 def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(long_task: Task) -> None:
     problem, near = long_task.problem, long_task.horizons[:, 0]
     began = problem.layout.free(sobol_starts(problem.layout, long_task.start, long_task.spread, 2, 0))
@@ -118,6 +119,7 @@ def fine_task(tmp_path_factory: pytest.TempPathFactory) -> Task:
     return made.task(tmp_path_factory.mktemp("fine"), [one], lifts=(0.01,))
 
 
+@pytest.mark.slow
 def test_few_of_many_samples_lead_starts_to_the_same_place(fine_task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = fine_task.problem
     began = problem.layout.free(sobol_starts(problem.layout, fine_task.start, fine_task.spread, 4, 0))

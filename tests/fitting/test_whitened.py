@@ -207,7 +207,7 @@ def test_a_mode_short_of_which_a_step_would_gain_is_not_taken_for_one(
     assert kept or "(failed: convergence of the solver)" in estimator_sentence(again.why)
 
 
-@pytest.mark.parametrize("kind", ["hum", "slow"])
+@pytest.mark.parametrize("kind", [pytest.param("hum", marks=pytest.mark.slow), "slow"])
 def test_noise_of_other_kinds_is_noise(tmp_path: Path, kind: str) -> None:
     records = []
     for i, lift in enumerate(made.LIFTS):

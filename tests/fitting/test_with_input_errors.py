@@ -40,6 +40,7 @@ def test_a_descent_ends_where_it_is_judged_to_have_arrived() -> None:
     assert not converged(REDUCTION_TOLERANCE, True).passed
 
 
+@pytest.mark.slow
 def test_a_measured_drive_with_noise_leaves_neither_bias_nor_gap() -> None:
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[0], study.records[3])})

@@ -87,6 +87,7 @@ def test_what_lies_between_a_command_and_its_force_is_undone(name: str) -> None:
     np.testing.assert_allclose(np.asarray(again)[inside], pushed[inside], atol=0.02)
 
 
+@pytest.mark.slow
 def test_a_force_that_acts_late_on_a_measured_motion(tmp_path: Path) -> None:
     late, commanded = 0.012, rows(3)
     command = np.array([drive(t + late) for t in commanded[:, 0]])

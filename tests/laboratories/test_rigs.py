@@ -34,6 +34,7 @@ def near(fit: Fit, name: str, truth: float, share: float = 0.02) -> None:
     assert abs(found.value - truth) <= max(FEW_ERRORS * found.std_error, share * abs(truth)), f"{name}: {found}"
 
 
+@pytest.mark.slow
 def test_a_pendulum_that_is_held_and_let_go(tmp_path: Path) -> None:
     rows = made.pendulum(seconds=8.0)
     held = np.column_stack([np.arange(-50, 0) / 100.0, np.full(50, rows[0, 1])])
@@ -128,6 +129,7 @@ def test_a_sign_is_refused_only_where_it_is_proven(tmp_path: Path) -> None:
     assert task_of(load_study(made.study(tmp_path, text))).start.size
 
 
+@pytest.mark.slow
 def test_a_fall_of_which_the_force_alone_was_measured(tmp_path: Path) -> None:
     folder = tmp_path / "drops"
     drops.study(folder)

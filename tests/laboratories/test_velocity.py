@@ -70,6 +70,7 @@ def test_driven_by_the_force(tmp_path: Path, record: np.ndarray) -> None:
     assert {"velocity"} == set(fit.identification.problem.model.rig.channels)
 
 
+@pytest.mark.slow
 def test_what_was_put_in_explains_the_velocity(tmp_path: Path, record: np.ndarray) -> None:
     """Without a search: in each window only the speed at its start is found."""
     known = {**{name: made.CART[put_in] for name, put_in in NAMES.items()}, "guide.spring.spring_zero": 0.0}

@@ -125,6 +125,7 @@ def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: di
     assert rms[1] == pytest.approx(2.0 * rms[0], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[str, InputErrors]) -> None:
     quiet, random = no_errors(known), np.random.default_rng(2)
     wave = {"drive": 0.01 * random.standard_normal(quiet["drive"].shape)}

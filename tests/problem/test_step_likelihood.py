@@ -82,6 +82,7 @@ def test_what_errors_of_inputs_leave_is_what_a_search_over_them_leaves(seed: int
     assert 0.9 * (first - true) < first - found < 1.6 * (first - true) + 0.1
 
 
+@pytest.mark.slow
 def test_what_a_model_is_worth_beside_another_is_what_a_search_says() -> None:
     random = np.random.default_rng(7)
     signal = np.concatenate([3.0 * np.sin(9.0 * TIMES), np.zeros(len(TIMES))])

@@ -77,6 +77,7 @@ def posterior() -> Posterior:
     return sample_posterior(task, ChainStart(fitted(task)), PosteriorRequest(settings=SETTINGS))
 
 
+@pytest.mark.slow
 def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: sampling._Ready, posterior: Posterior) -> None:
     evidence = ready.deviations.evidence
     for index, name in enumerate(("stiffness", "damping", "friction")):
@@ -136,6 +137,7 @@ def test_where_records_agree_nothing_widens(ready: sampling._Ready) -> None:
     assert sd(ready, True) > 5.0 * sd(ready, False)
 
 
+@pytest.mark.slow
 def test_plain_and_whitened_estimates_are_compared_record_by_record() -> None:
     """Records that differ set off no alarm; the negative control, viscous friction that the model lacks, does."""
     assert prepared(differing_series(AWAY, 1000)).hausman.chance > 0.01

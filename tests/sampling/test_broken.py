@@ -155,6 +155,7 @@ def falling(small: tuple[Task, np.ndarray]) -> Task:
     return replace(task, problem=task.problem.until(jnp.full(2, FALLING)))
 
 
+@pytest.mark.slow
 def test_unseen_parameters_end_as_their_priors(falling: Task) -> None:
     stated = {"stiffness": Prior(True, 2e4, 0.5), "damping": Prior(False, 20.0, 3.0)}
     found = sample_posterior(

@@ -107,6 +107,7 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
         np.testing.assert_allclose(found, expected[..., lag], atol=0.03)
 
 
+@pytest.mark.slow
 def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior: Posterior) -> None:
     found = cross_validate(posterior)
     assert found.effective_parameters == pytest.approx(posterior.target.size, abs=4.0)

@@ -37,6 +37,7 @@ def near_the_jump() -> tuple[Branch, Branch, Branch]:
     return tuple(curve.branches[name] for name in ("rest", "up", "down"))
 
 
+@pytest.mark.slow
 def test_from_rest_it_jumps_between_4_2_and_4_3_hz() -> None:
     rest = near_the_jump()[0]
     np.testing.assert_allclose(rest.max_angle[1:3], [0.21, 0.76], atol=TWO_DIGITS)

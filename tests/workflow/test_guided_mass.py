@@ -90,6 +90,7 @@ def test_friction_that_differs_by_direction_is_found_in_sum_with_a_constant_forc
     assert push == pytest.approx(axis.TRUTH["offset"] + 0.25 * axis.TRUTH["friction"], abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_window_of_the_study_is_used(tmp_path: Path) -> None:
     rate = 500.0
     for window, samples in (("", 50), ("0.2 s", 100)):

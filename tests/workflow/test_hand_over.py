@@ -73,6 +73,7 @@ def test_covariance_is_that_of_the_error_bars(fit: Fit) -> None:
     assert correlation.abs().to_numpy().max() <= 1.0 + 1e-12
 
 
+@pytest.mark.slow
 def test_what_was_loaded_draws_and_predicts_as_what_was_found(fit: Fit, again: StoredResult) -> None:
     assert set(again.plot()) == set(fit.plot())
     holdout = fibrefit.example("drop_series") / "holdout"
@@ -141,6 +142,7 @@ def test_names_are_escaped_in_a_notebook(study: Study) -> None:
     assert "&lt;b&gt;" in odd._repr_html_()
 
 
+@pytest.mark.slow
 def test_a_path_does_where_a_study_does(folder: Path, study: Study) -> None:
     by_path, by_study = fibrefit.simulate(folder), fibrefit.simulate(study)
     np.testing.assert_array_equal(by_path.readings["force"], by_study.readings["force"])

@@ -240,7 +240,7 @@ class Contest:
         return _as_read(self.supermodel, true_values, data, rows), values, self.counts[rows]
 
 
-def apart(
+def nats_apart(
     search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice], beside: Beside
 ) -> tuple[float, list[float], list[int]]:
     """Nats by which two rivals differ: at hand, and with each choice; whichever of them is true.

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from fibrefit.discovery.design.apart import Beside, Explanation, apart, relative_changes
+from fibrefit.discovery.design.apart import Beside, Explanation, nats_apart, relative_changes
 from fibrefit.discovery.design.distinguish import (
     UNIQUE,
     changed_values,
@@ -139,7 +139,7 @@ def worths(
     possible = [i for i, gram in enumerate(added) if np.isfinite(gram).all()]
     now, nats, refitted = float("nan"), [float("nan")] * len(possible), list[int]()
     if rivals and possible:
-        now, nats, refitted = apart(search, rivals, [choices[i] for i in possible], beside)
+        now, nats, refitted = nats_apart(search, rivals, [choices[i] for i in possible], beside)
     found = [
         replace(_worth(search, (grams, added[i]), own, choices[i]), nats=nats[j], refitted=j in refitted)
         for j, i in enumerate(possible)
