@@ -18,6 +18,7 @@ from fibrefit.discovery.engine.effort import (
     PROMISING,
     compared_again,
     in_wrong_minimum,
+    slopes_tell,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
@@ -87,7 +88,9 @@ class Comparison:
         return one.log - self.parent.log
 
 
-def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparison | None = None) -> Comparison:
+def comparison_of(
+    search: Search, parent: LaplaceFit, what: str, first: Comparison | None = None, before: Comparison | None = None
+) -> Comparison:
     """A parent with each further effect, all compared in the noise that the best one of them leaves.
 
     Where candidates lead the parent to a place that makes all of them wrong minima, they begin anew from there.
@@ -100,9 +103,11 @@ def comparison_of(search: Search, parent: LaplaceFit, what: str, first: Comparis
         What is said of it while it goes on.
     first : Comparison, optional
         Of effects one by one: what gained most there is tried first, in case the time ends.
+    before : Comparison, optional
+        Of the round that led to the parent.
     """
     began = time.monotonic()
-    comparison = _looked_at(search, parent, what, first)
+    comparison = _looked_at(search, parent, what, first, before)
     if comparison.moved and _all_left_behind(comparison):
         anew, _ = in_time(partial(_looked_at, comparison.search, comparison.parent, what, first), None)
         comparison = comparison if anew is None else replace(anew, moved=True)
@@ -115,7 +120,9 @@ def _all_left_behind(comparison: Comparison) -> bool:
     return all(in_wrong_minimum(one.log, comparison.parent.log) for one in compared)
 
 
-def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison | None) -> Comparison:
+def _looked_at(
+    search: Search, parent: LaplaceFit, what: str, first: Comparison | None, before: Comparison | None = None
+) -> Comparison:
     """A parent with each further effect, from where the parent is."""
     gains = {} if first is None else {one.effects[-1]: first.gain(one) for one in first.found}
     effects = sorted(search.extensions(parent), key=lambda effect: -gains.get(effect, 0.0))
@@ -123,9 +130,17 @@ def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison 
     # What explained much by itself does not wait for what did not.
     costly = [each for each in effects if is_costly(each) and not (each in known and gains[each] > BEYOND_DOUBT)]
     swift = [each for each in effects if each not in costly]
+    near = None if before is None else before.parent
+    if near is not None and not (parent.effects and slopes_tell(search.gap(search.plain(near)))):
+        near = None
     with time_limit(LOOKING * time_left()):
-        tried, _ = in_time(partial(search.tried, parent, swift, what), Tried([], tuple(swift)))
+        look = partial(search.tried, parent, swift, what, near=near, blindly=near is None)
+        tried, _ = in_time(look, Tried([], tuple(swift)))
     comparison = _in_one_noise(search, parent, tried)
+    if near is not None:
+        # Slopes say little of what changes a model's kind, and a program for each parent takes long to compile.
+        unlike = {one.effects[-1] for one in tried.found if one.effects[-1].singular and not one.evidence.mode.steps}
+        costly += [each for each in swift if each in unlike]
     if not costly:
         return comparison
     least, _ = in_time(partial(_worth_following, comparison), -np.inf)
@@ -134,7 +149,10 @@ def _looked_at(search: Search, parent: LaplaceFit, what: str, first: Comparison 
     # Noise that the best of the others leaves holds what it does not explain: what explains that is nothing in it.
     begun = comparison if comparison.moved else Comparison(search, parent, tuple(tried.found))
     with time_limit(LOOKING * time_left()):
-        more, _ = in_time(partial(begun.search.tried, begun.parent, costly, what, least), Tried([], tuple(costly)))
+        # Where what was found leaves no more than noise, what slopes predict little of is not what is missing.
+        blindly = near is None or least == -np.inf
+        look = partial(begun.search.tried, begun.parent, costly, what, least, near=near, blindly=blindly)
+        more, _ = in_time(look, Tried([], tuple(costly)))
     return _with_costly(comparison, begun, more)
 
 
@@ -144,13 +162,16 @@ def _with_costly(comparison: Comparison, begun: Comparison, more: Tried) -> Comp
     Parameters
     ----------
     comparison : Comparison
-        Of all others.
+        Of all others, and of what slopes predict nothing of.
     begun : Comparison
         These as they were found, in the noise in which the last ones were looked at.
     more : Tried
         The last ones.
     """
-    followed = [one for one in more.found if one.evidence.mode.steps]
+    followed, looked = [one for one in more.found if one.evidence.mode.steps], {one.names for one in more.found}
+    comparison, begun = (
+        replace(one, found=tuple(each for each in one.found if each.names not in looked)) for one in (comparison, begun)
+    )
     if max((begun.gain(one) for one in followed), default=-np.inf) > max(map(begun.gain, begun.found), default=0.0):
         found = [*begun.found, *more.found]
     else:

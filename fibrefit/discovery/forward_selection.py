@@ -156,7 +156,8 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     """A selection after one more round, and whether an effect was added."""
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
-    comparison = comparison_of(at.search, at.best, f"trying each effect, round {len(at.steps) + 1}", at.singles)
+    what = f"trying each effect, round {len(at.steps) + 1}"
+    comparison = comparison_of(at.search, at.best, what, at.singles, at.comparison)
     single, found = at.singles or comparison, believed(comparison, limits.choose)
     at, found = _where_it_is(
         replace(at, undone=(), search=comparison.search, best=comparison.parent, comparison=found.comparison), found

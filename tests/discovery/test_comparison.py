@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
@@ -13,9 +14,15 @@ from fibrefit.discovery import comparison
 from fibrefit.discovery.choice import chosen_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
 from fibrefit.discovery.search.search import Tried
+from fibrefit.laws.catalogue import CATALOGUE
 from tests.discovery.test_pairs import EFFECTS, Model
 
 BASE = Model((), 0.0)
+
+
+def searched(gap: float = 2.0, **what: Any) -> Any:
+    """A search in which every model leaves one gap."""
+    return SimpleNamespace(gap=lambda one: gap, plain=lambda one: one, **what)
 
 
 @pytest.mark.parametrize(
@@ -53,12 +60,12 @@ def test_what_is_beyond_doubt_is_so_over_the_parent_from_where_it_led(
 def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
 
-    def tried(parent: Any, effects: Sequence[Any], what: str) -> Tried:
+    def tried(parent: Any, effects: Sequence[Any], what: str, **how: Any) -> Tried:
         asked.append(tuple(effects))
         return Tried([], tuple(effects))
 
     one, two, three, four, beside = EFFECTS[:5]
-    search: Any = SimpleNamespace(extensions=lambda parent: (one, two, three, four), tried=tried)
+    search = searched(extensions=lambda parent: (one, two, three, four), tried=tried)
     monkeypatch.setattr(
         comparison, "_in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, ())
     )
@@ -76,12 +83,12 @@ def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
     """What was not followed explained nothing, whatever slopes predict of it."""
     asked: list[Any] = []
 
-    def tried(parent: Any, effects: Sequence[Any], *of: Any) -> Tried:
+    def tried(parent: Any, effects: Sequence[Any], *of: Any, **how: Any) -> Tried:
         asked.append(tuple(effects))
         return Tried([], tuple(effects))
 
     one, costly, beside = EFFECTS[:3]
-    search: Any = SimpleNamespace(extensions=lambda parent: (one, costly), tried=tried)
+    search = searched(extensions=lambda parent: (one, costly), tried=tried)
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is costly)
     monkeypatch.setattr(comparison, "_in_one_noise", lambda *of: comparison.Comparison(search, of[1], ()))
     monkeypatch.setattr(comparison, "_worth_following", lambda found: -1.0)
@@ -91,6 +98,38 @@ def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
     assert asked == ([(one,), (costly,)] if last else [(costly, one)])
 
 
+PRESLIDING, DRAG, CREEP = (CATALOGUE[name] for name in ("guide.presliding", "guide.quadratic_drag", "fibre.creep"))
+
+
+@pytest.mark.parametrize(("gap", "least"), [(1.05, np.inf), (1.05, 20.0), (1.05, -np.inf), (2.0, -np.inf)])
+def test_what_changes_a_models_kind_is_followed_beside_an_effect_only_where_more_is_missing(
+    monkeypatch: pytest.MonkeyPatch, gap: float, least: float
+) -> None:
+    """Where slopes predict nothing of it. On a model that is far from the records slopes are not taken for anything."""
+    asked: list[Any] = []
+    parent = Model((CREEP,), 50.0)
+
+    def tried(at: Any, effects: Sequence[Any], *of: Any, near: Any, blindly: bool = True) -> Tried:
+        asked.append((tuple(effects), near, blindly))
+        gains = {PRESLIDING: 9.0 if blindly else -4.0, DRAG: -2.0}
+        found = [Model((CREEP, each), parent.log + gains[each], steps=3 * (gains[each] > 0.0)) for each in effects]
+        return Tried(cast(Any, found), ())
+
+    search = searched(gap, extensions=lambda at: (PRESLIDING, DRAG), tried=tried)
+    as_found = lambda search, parent, tried: comparison.Comparison(search, parent, tuple(tried.found))  # noqa: E731
+    monkeypatch.setattr(comparison, "_in_one_noise", as_found)
+    monkeypatch.setattr(comparison, "_worth_following", lambda found: least)
+    before = comparison.Comparison(search, cast(Any, BASE), ())
+    ended = comparison.comparison_of(search, cast(Any, parent), "", None, before)
+    found = {one.effects[-1]: one.log for one in ended.found}
+    if gap > 1.1:
+        assert asked == [((PRESLIDING, DRAG), None, True)]
+    else:
+        assert asked[0] == ((PRESLIDING, DRAG), BASE, False)
+        assert asked[1:] == [((PRESLIDING,), BASE, least == -np.inf)] * (least < np.inf)
+    assert found == {PRESLIDING: 59.0 if least == -np.inf else 46.0, DRAG: 48.0}
+
+
 @pytest.mark.parametrize(("moved", "gain", "begun"), [(True, -600.0, 2), (True, -3.0, 1), (False, -600.0, 1)])
 def test_candidates_begin_anew_where_the_parent_was_led_away_from_all_of_them(
     monkeypatch: pytest.MonkeyPatch, moved: bool, gain: float, begun: int
@@ -98,7 +137,7 @@ def test_candidates_begin_anew_where_the_parent_was_led_away_from_all_of_them(
     better, parents = Model((), 500.0), list[Any]()
     behind, ahead = (Model(EFFECTS[:1], 500.0 + nats) for nats in (gain, 40.0))
 
-    def looked_at(search: Any, parent: Any, what: str, first: Any) -> comparison.Comparison:
+    def looked_at(search: Any, parent: Any, what: str, *of: Any) -> comparison.Comparison:
         parents.append(parent)
         there: Any = ((ahead,) if parent is better else (behind,), better)
         return comparison.Comparison(search, there[1], there[0], frozenset({behind.names}), moved=moved)

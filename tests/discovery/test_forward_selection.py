@@ -20,10 +20,12 @@ from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noi
 from fibrefit.discovery.conclusion import _never_tried
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine import remaining
+from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.screening import Elsewhere, Screen
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
 from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, rivals_of
 from fibrefit.discovery.pairs import pruned
@@ -43,8 +45,8 @@ VISCOUS, DRAG, DELAY = (
 )
 STRIBECK = CATALOGUE["guide.stribeck_friction"]
 COEFFICIENT = "guide.viscous_friction.viscous_coefficient"
-FAINT, PLAIN = 0.1, 1.0
-"""Coefficients in N s/m: one that leaves a gap of hardly more than noise, and one that does not."""
+FAINT, NEAR, PLAIN = 0.1, 0.2, 1.0
+"""Coefficients in N s/m: one that leaves a gap of hardly more than noise, one of which slopes tell, one that is far."""
 SURE = 4.0
 """Standard errors by which a value may be off."""
 
@@ -165,7 +167,35 @@ def both(made: Case) -> LaplaceFit:
 def with_effect(made: Case, parent: LaplaceFit, effect: type[Effect]) -> LaplaceFit:
     """An effect on a parent, from where slopes predict most of it."""
     inference, supermodel = made.search.inference, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
-    return inference.extended(parent, supermodel, effect, inference.screened(parent, supermodel, [effect])[effect])
+    return inference.extended(
+        parent,
+        supermodel,
+        effect,
+        Screen(inference, parent, inference.slopes(parent)).predicted(supermodel, [effect])[effect],
+    )
+
+
+@pytest.mark.parametrize(("parent", "effect"), [(VISCOUS, DRAG), (VISCOUS, DELAY), (DELAY, VISCOUS)])
+@pytest.mark.parametrize("coefficient", [FAINT, NEAR])
+def test_slopes_in_a_model_without_the_parent_s_effects_predict_what_those_beside_them_do(
+    case: Callable[..., Case], coefficient: float, parent: type[Effect], effect: type[Effect]
+) -> None:
+    made = case(coefficient)
+    search, first = made.search, with_effect(made, made.base, parent)
+    assert slopes_tell(search.gap(search.plain(made.base)))
+    slopes, lean = search.inference.slopes(first), search.supermodel_with((effect,))
+    near = Elsewhere(lean, transferred(lean, made.base.supermodel, made.base.local), ())
+    beside, without = (
+        Screen(search.inference, first, slopes, there).predicted(search.supermodel_with((parent, effect)), [effect])
+        for there in (None, near)
+    )
+    assert without[effect].gain == pytest.approx(beside[effect].gain, abs=0.3, rel=0.05)
+    for name, value in beside[effect].values.items():
+        typical = lean.declared[name].typical
+        assert without[effect].values[name] == pytest.approx(value, rel=0.2, abs=0.05 * typical)
+    # On the model the search began with they predict something else.
+    alone = Screen(search.inference, made.base, search.inference.slopes(made.base)).predicted(lean, [effect])
+    assert abs(alone[effect].gain - beside[effect].gain) > 3.0
 
 
 def test_what_is_left_of_what_was_found_is_told_when_the_time_is_over(case: Callable[..., Case]) -> None:

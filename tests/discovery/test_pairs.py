@@ -32,6 +32,7 @@ class Model:
 
     effects: tuple[Any, ...]
     log: float
+    steps: int = 3
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -39,7 +40,7 @@ class Model:
 
     @property
     def evidence(self) -> Any:
-        return SimpleNamespace(mode=SimpleNamespace(steps=3))
+        return SimpleNamespace(mode=SimpleNamespace(steps=self.steps))
 
     @property
     def supermodel(self) -> Any:

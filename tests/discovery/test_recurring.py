@@ -13,7 +13,7 @@ import pytest
 from fibrefit.discovery import comparison
 from fibrefit.discovery.engine import laplace_inference
 from fibrefit.discovery.engine.recurring import BETWEEN, _between, best_combination, may_recur, predicted_recurrence
-from fibrefit.discovery.engine.screening import PredictedGain
+from fibrefit.discovery.engine.screening import PredictedGain, Screen
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.search.search import Tried
 from fibrefit.laws.catalogue import CATALOGUE
@@ -48,7 +48,7 @@ def followed(task: Task) -> tuple[PredictedGain, Any, Any]:
     search = begun_at(task, (twice,))
     parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     supermodel, slopes = search.supermodel_for(twice), search.inference.slopes(parent)
-    prediction = predicted_recurrence(search.inference, parent, supermodel, twice, slopes)
+    prediction = predicted_recurrence(Screen(search.inference, parent, slopes), supermodel, twice)
     return prediction, search.inference.extended(parent, supermodel, twice, prediction, slopes), parent
 
 
@@ -139,7 +139,7 @@ def test_what_is_costly_is_looked_at_in_the_noise_all_others_were(
     asked = list[str]()
 
     def searched(name: str) -> Any:
-        def tried(parent: Model, effects: Any, what: str, least: float = -np.inf) -> Tried:
+        def tried(parent: Model, effects: Any, what: str, least: float = -np.inf, **how: Any) -> Tried:
             if swift in effects:
                 return Tried(cast(Any, [Model((swift,), 20.0)]), ())
             asked.append(name)

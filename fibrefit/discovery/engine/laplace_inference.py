@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import jax.numpy as jnp
@@ -21,17 +21,11 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
 from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
 from fibrefit.discovery.engine.screening import (
-    Approach,
     PredictedGain,
     accompanied,
-    accompaniment_of,
-    directions,
-    slightly,
     stands_for_differences,
-    starting_strength,
 )
 from fibrefit.discovery.engine.secant import SecantGram, Seed
-from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
@@ -39,9 +33,8 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace, laplace_evidence, most_probable_sigma
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams, place_of
 from fibrefit.problem.estimate.sandwich import overdispersion_of_scores
-from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.noise.spectrum import Noise
 
 
@@ -183,7 +176,7 @@ class LaplaceInference:
         """
         found = parent.evidence.mode
         if stands_for_differences(effect) and found.sigma.any():
-            at, gram = self._absent_beside(parent, supermodel, effect, slopes)
+            at, gram = self.absent_beside(parent, supermodel, effect, slopes)
             evidence = laplace_evidence(at.unknowns, at, gram, most_probable_sigma(at), **descent(found.objective))
             return LaplaceFit((*parent.effects, effect), supermodel, evidence)
         local = transferred(supermodel, parent.supermodel, parent.local)
@@ -205,7 +198,7 @@ class LaplaceInference:
                 break
         return max(ends, key=lambda end: end.log)
 
-    def _absent_beside(
+    def absent_beside(
         self, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed | None
     ) -> tuple[PosteriorMode, SecantGram]:
         """A parent with an effect at its null, and products there."""
@@ -228,82 +221,6 @@ class LaplaceInference:
 
         local_grams(unknowns, found.place, gram)
         return Seed(unknowns.names, kept[0])
-
-    def screened(
-        self,
-        parent: LaplaceFit,
-        supermodel: Supermodel,
-        effects: Sequence[type[Effect]],
-        slopes: Seed | None = None,
-        ways: Mapping[type[Effect], Approach] | None = None,
-    ) -> dict[type[Effect], PredictedGain]:
-        """Score test of each effect on top of a parent: the gain it predicts, at the best of its shapes.
-
-        All effects of a supermodel are looked at together, one simulation each.
-
-        Parameters
-        ----------
-        parent : LaplaceFit
-        supermodel : Supermodel
-            One that holds all of them.
-        effects : sequence of Effect classes
-        slopes : Seed, optional
-            Of the parent, where they are known, see `slopes`.
-        ways : mapping of Effect class to Approach, optional
-            The only one to look at of an effect; all its shapes by default.
-        """
-        unknowns, found = unknowns_of(supermodel, self.context, parent.effects, self.reference), parent.evidence.mode
-        slopes = self.slopes(parent) if slopes is None else slopes
-        gram = self.beside(supermodel, slopes.slopes)
-        base = transferred(supermodel, parent.supermodel, parent.local)
-        best = dict.fromkeys(effects, PredictedGain(-np.inf, {}, {}, {}))
-        shapes = {effect: [ways[effect]] if ways else directions(effect) for effect in effects}
-        for number in range(max((len(of) for of in shapes.values()), default=0)):
-            there = {effect: of[number] for effect, of in shapes.items() if number < len(of)}
-            local = base.copy()
-            for effect, direction in there.items():
-                for name, value in direction.shapes.items():
-                    local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
-            for effect, prediction in self._predicted_gains(supermodel, gram, unknowns, local, found, there):
-                best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
-        for effect in filter(stands_for_differences, effects if found.sigma.any() else ()):
-            # Of the standard deviations of the others, smaller without that record, a score test says nothing.
-            predicted = laplace(self._absent_beside(parent, supermodel, effect, slopes)[0])
-            best[effect] = best[effect]._replace(gain=predicted.log - parent.log)
-        return best
-
-    def _predicted_gains(
-        self,
-        supermodel: Supermodel,
-        gram: Gram,
-        unknowns: Unknowns,
-        local: np.ndarray,
-        found: PosteriorMode,
-        there: dict[type[Effect], Approach],
-    ) -> list[tuple[type[Effect], PredictedGain]]:
-        """Score test of each direction: its gain less what it costs, and where that is."""
-        ways = [
-            (effect, f"{effect.name}.{name}", weak) for effect, way in there.items() for name, weak in way.strengths
-        ]
-        columns = np.array([supermodel.names.index(name) for _, name, _ in ways])
-        place = place_of(unknowns, local, found.place.eta)
-        values = np.array([slightly(supermodel, *way) for way in ways])
-        grams = local_grams(unknowns, place, gram, (columns, values))
-        test = score_test(unknowns, place, grams, len(columns), found.sigma)
-        seen = np.where(test.information > 0.0, test.information, np.inf)
-        gains = np.where(test.information > 0.0, 0.5 * test.score**2 / seen - PRICE, -np.inf)
-        found_all = []
-        shares = -test.score / seen
-        for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):
-            shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
-            start = {name: starting_strength(supermodel, name, float(value), share)}
-            little = there[effect].strengths[0][1] if effect.singular else weak
-            hardly = {name: starting_strength(supermodel, name, little, float(np.sign(share) or 1.0))}
-            slight = {name: float(value)}
-            places = shapes | start, shapes | hardly, shapes | slight
-            beside = accompaniment_of(supermodel, unknowns, name, test, i)
-            found_all.append((effect, PredictedGain(float(gain), *places, beside)))
-        return found_all
 
     def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """The first steps of a hypothesis without some of its effects, warm started from where it is."""
@@ -375,16 +292,6 @@ class LaplaceInference:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
         left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
         return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
-
-    def beside(self, supermodel: Supermodel, known: Slopes) -> Gram:
-        """Products of known slopes of a parent's unknowns and of further columns of a supermodel."""
-        seen, number = self.common_noise.whitened(supermodel), known.rows.shape[1] - 1
-
-        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            further = seen.slopes(local, columns[number:], targets[:, number:], self.context.whole)
-            return known.beside(further.columns(np.arange(1, len(columns) - number + 1))).grams(seen.sensitivities)
-
-        return gram
 
 
 def _with_absent(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:

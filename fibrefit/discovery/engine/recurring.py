@@ -8,11 +8,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import happens_in_several
-from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.priors import unknowns_of
-from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly
-from fibrefit.discovery.engine.secant import Seed
+from fibrefit.discovery.engine.screening import Approach, PredictedGain, Screen, directions, slightly
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.families import family_of, instants_of
 from fibrefit.laws.law import INSTANTS, Effect
@@ -41,9 +37,7 @@ def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain])
     )
 
 
-def predicted_recurrence(
-    inference: LaplaceInference, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed
-) -> PredictedGain:
+def predicted_recurrence(screen: Screen, supermodel: Supermodel, effect: type[Effect]) -> PredictedGain:
     """Score test of an effect that recurs, at the instants at which it predicts most.
 
     What a record says of an instant does not depend on those of others: slopes at a few instants in all records give
@@ -51,19 +45,14 @@ def predicted_recurrence(
 
     Parameters
     ----------
-    inference : LaplaceInference
-    parent : LaplaceFit
+    screen : Screen
+        Of a parent.
     supermodel : Supermodel
         One that holds the effect too.
     effect : Effect class
-    slopes : Seed
-        Of the parent.
     """
-    unknowns, found = (
-        unknowns_of(supermodel, inference.context, parent.effects, inference.reference),
-        parent.evidence.mode,
-    )
-    base, gram = transferred(supermodel, parent.supermodel, parent.local), inference.beside(supermodel, slopes.slopes)
+    parent, gram, unknowns = screen.parent, screen.gram(supermodel), screen.unknowns(supermodel)
+    base, found = transferred(supermodel, parent.supermodel, parent.local), parent.evidence.mode
     ((strength, weak),) = directions(effect)[0].strengths
     name = f"{effect.name}.{strength}"
     further = np.array([supermodel.names.index(name)]), np.array([slightly(supermodel, effect, name, weak)])
@@ -88,7 +77,7 @@ def predicted_recurrence(
         best = best_combination(known, gain, best)
     at = dict(zip(names, looked[best, np.arange(len(names))].tolist(), strict=True))
     way = Approach(at, ((strength, weak),))
-    return inference.screened(parent, supermodel, [effect], slopes, {effect: way})[effect]
+    return screen.predicted(supermodel, [effect], {effect: way})[effect]
 
 
 def best_combination(

@@ -13,33 +13,35 @@ import numpy as np
 
 from fibrefit.core.progress import Progress
 from fibrefit.core.time_limit import beyond_limits
-from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, Trial, fit_all, own_task, trial_of
-from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
+from fibrefit.discovery.engine.candidates import (
+    Hypothesis,
+    SearchContext,
+    fit_all,
+    own_task,
+    transferred,
+)
 from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.recurring import may_recur, predicted_recurrence
 from fibrefit.discovery.engine.refit import Refit
-from fibrefit.discovery.engine.screening import PredictedGain
+from fibrefit.discovery.engine.screening import Elsewhere, PredictedGain, Screen
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
+from fibrefit.discovery.search.plain_squares import from_plain_squares
 from fibrefit.discovery.search.starts import (
     EffectStart,
-    has_valleys,
     is_worth_following,
     little_is_missing,
     may_do_better,
     most_promising,
-    starting_values,
 )
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
 FOLLOWED = 8
 """Candidates that are followed before it is tested whether the next ones may still do better than the best of them."""
-SCREENING_SHARE = 0.7
-"""Share of a round's time in which all candidates take their first steps."""
 INSTEAD = 6
 """Candidates that are also followed from where records do not differ: whether they do what differences would."""
 
@@ -167,6 +169,18 @@ class Search:
         group = kept if reused else group_of(effect, self.effects, stiff)
         return self.supermodel_with((*others, *group))
 
+    def _screen(
+        self, effect: type[Effect], parent: LaplaceFit, slopes: Seed, near: LaplaceFit | None
+    ) -> tuple[Screen, Supermodel]:
+        """Score tests of an effect and its group on a parent, and the supermodel that holds all of them."""
+        there = () if near is None else near.effects
+        known, screen = self.supermodel_for(effect, there), Screen(self.inference, parent, slopes)
+        if known.holds(parent.effects):
+            return screen, known
+        if near is not None and not effect.needs:
+            screen = replace(screen, near=Elsewhere(known, transferred(known, near.supermodel, near.local), there))
+        return screen, self.supermodel_for(effect, parent.effects)
+
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
         """The supermodel that holds these effects and no others; made where there is none yet."""
         held = {*self.task.problem.model.effects, *effects}
@@ -197,7 +211,10 @@ class Search:
             and effect.name not in excluded
         )
 
-    def tried(self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float = -np.inf) -> Tried:
+    def tried(
+        self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float = -np.inf,
+        near: LaplaceFit | None = None, blindly: bool = True,
+    ) -> Tried:  # fmt: skip
         """A parent with each of some effects, as far as the time goes.
 
         Parameters
@@ -208,12 +225,17 @@ class Search:
             What is said of it while it goes on.
         least : float
             Nats that slopes have to predict of an effect that is followed, where fewer would do otherwise.
+        near : LaplaceFit, optional
+            A model that leaves little, without the last effect of the parent, in which slopes may be taken.
+        blindly : bool
+            Whether what changes a model's kind is followed whatever slopes say of it.
         """
         slopes, plain = self.inference.slopes(parent), self.plain(parent)
-        predictions = self.predicted_gains(parent, slopes, effects, what)
+        predictions = self.predicted_gains(parent, slopes, effects, what, near)
         most = max((prediction.gain for prediction in predictions.values()), default=-np.inf)
         if little_is_missing(self.gap(plain), most):
-            found = self._from_slopes(parent, slopes, predictions, what, least)
+            follow = partial(is_worth_following, least=least, blindly=blindly)
+            found = self._from_slopes(parent, slopes, predictions, what, follow, near)
         else:
             found = self._by_predicted_gain(parent, plain, predictions, what, least)
         reached = {one.effects[-1] for one in found}
@@ -221,8 +243,9 @@ class Search:
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
 
     def _from_slopes(
-        self, parent: LaplaceFit, slopes: Seed, predictions: PredictedGains, what: str, least: float
-    ) -> list[LaplaceFit]:
+        self, parent: LaplaceFit, slopes: Seed, predictions: PredictedGains, what: str, follow: Callable[..., bool],
+        near: LaplaceFit | None,
+    ) -> list[LaplaceFit]:  # fmt: skip
         """A parent with each effect whose slopes predict something, from where it is weak."""
         views = [(parent, predictions, slopes)]
         seen = list(predictions)
@@ -230,7 +253,7 @@ class Search:
             pooled = self.inference.pooled(parent)
             seed = self.inference.slopes(pooled)
             # There an effect is followed from its full strength alone, as it has to take the place of differences.
-            there = self.predicted_gains(pooled, seed, seen, what)
+            there = self.predicted_gains(pooled, seed, seen, what, near)
             views.append((pooled, {effect: one._replace(weak=one.values) for effect, one in there.items()}, seed))
             seen = [effect for effect in seen if effect in there]
         starts = [
@@ -239,9 +262,9 @@ class Search:
             for effect in most_promising(predicted, seen, len(seen) if view is parent else INSTEAD)
         ]
         # What most is predicted of is followed first: where the time ends, it is the rest that was not looked at.
-        near = [start for start in starts if is_worth_following(start.effect, start.predicted_gain, least)]
-        near.sort(key=lambda start: -start.predicted_gain)
-        found, followed = self._followed(parent, near, what)
+        likely = [start for start in starts if follow(start.effect, start.predicted_gain)]
+        likely.sort(key=lambda start: -start.predicted_gain)
+        found, followed = self._followed(parent, likely, what)
         ends: dict[type[Effect], LaplaceFit] = {}
         for one in found:
             last = one.effects[-1]
@@ -280,27 +303,33 @@ class Search:
         return found, {start.effect for start in begun}
 
     def predicted_gains(
-        self, parent: LaplaceFit, slopes: Seed, effects: Sequence[type[Effect]], what: str
+        self,
+        parent: LaplaceFit,
+        slopes: Seed,
+        effects: Sequence[type[Effect]],
+        what: str,
+        near: LaplaceFit | None = None,
     ) -> dict[type[Effect], PredictedGain]:
         """What slopes predict of each effect, as far as the time goes: those of a supermodel together."""
         once, recurring = [one for one in effects if not one.recurs], [one for one in effects if one.recurs]
-        groups: dict[int, tuple[Supermodel, list[type[Effect]]]] = {}
+        groups: dict[int, tuple[Screen, Supermodel, list[type[Effect]]]] = {}
         for effect in once:
-            supermodel = self.supermodel_for(effect, parent.effects)
-            groups.setdefault(id(supermodel), (supermodel, []))[1].append(effect)
+            screen, supermodel = self._screen(effect, parent, slopes, near)
+            program = supermodel if screen.near is None else screen.near.supermodel
+            groups.setdefault(id(program), (screen, supermodel, []))[2].append(effect)
         screens = list[Callable[[], Any]]()
-        for supermodel, some in groups.values():
-            test = partial(self.inference.screened, parent, supermodel, some, slopes)
+        for screen, supermodel, some in groups.values():
+            test = partial(screen.predicted, supermodel, some)
             screens.append(self.recalled("screened", parent, [effect.name for effect in some], test))
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         known = {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
-        more = {one: self.supermodel_for(one, parent.effects) for one in recurring if may_recur(one, known)}
+        more = {one: self._screen(one, parent, slopes, near) for one in recurring if may_recur(one, known)}
         asked = [
             self.recalled(
                 "recurring", parent, effect.name,
-                partial(predicted_recurrence, self.inference, parent, supermodel, effect, slopes),
+                partial(predicted_recurrence, screen, supermodel, effect),
             )
-            for effect, supermodel in more.items()
+            for effect, (screen, supermodel) in more.items()
         ]  # fmt: skip
         judged = recurring if all(screen is not None for screen in found) else []
         nothing = {one: PredictedGain(-PRICE, {}, {}, {}) for one in judged if one not in more}
@@ -321,7 +350,7 @@ class Search:
         # From afar slopes predict too much: what they predict less of than was found is not what is missing.
         while left and (gain <= NAMED or predictions[left[0][0]].gain > gain):
             now = {each: predictions[each] for each in left.pop(0)}
-            found += self._from_plain_squares(parent, plain, now, what)
+            found += from_plain_squares(self, parent, plain, now, what)
             gain = max((one.log - parent.log for one in found), default=0.0)
         behind = (*(each for group in left for each in group), *far)
         return [*found, *(self._as_predicted(parent, each, min(predictions[each].gain, 0.0)) for each in behind)]
@@ -333,63 +362,6 @@ class Search:
     def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:
         """A parent with an effect that is not there: its slopes predict too little to look any further."""
         return self.inference.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
-
-    def _from_plain_squares(
-        self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
-    ) -> list[LaplaceFit]:
-        """A parent with each effect, from where plain squares led: in full those that are promising there."""
-        ends = sorted(self._in_plain_squares(plain, predictions, what), key=lambda end: end.fit.cost)
-        near = promising(plain.fit.cost, [end.fit.cost for end in ends])
-        fit = partial(self._fitted, parent, predictions)
-        jobs = [
-            self.recalled("fitted", parent, (end.names, end.fit.cost, is_near), partial(fit, end, is_near))
-            for end, is_near in zip(ends, near, strict=True)
-        ]
-        share = 1.0 - SCREENING_SHARE
-        found = fit_all(jobs, lambda done: self.tell(what, SCREENING_SHARE + share * done / max(len(jobs), 1)))
-        return [one for one in found if one is not None]
-
-    def _fitted(self, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool) -> LaplaceFit:
-        """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
-        lead = self.inference.fitted if near else partial(self.inference.without_descent, parent=parent)
-        found = lead(end.supermodel, end.effects, end.fit.local)
-        effect = end.effects[-1]
-        # What is over within a few samples is nothing in plain squares, and much where noise is slow.
-        missed = predictions[effect].gain > NAMED and found.log <= parent.log
-        if not missed and not (near and in_wrong_minimum(found.log, parent.log)):
-            return found
-        prediction = self.inference.screened(parent, end.supermodel, [effect])[effect]
-        if not np.isfinite(prediction.gain):
-            return found
-        return max(found, self.inference.extended(parent, end.supermodel, effect, prediction), key=lambda one: one.log)
-
-    def _in_plain_squares(self, plain: Hypothesis, predictions: PredictedGains, what: str) -> list[Hypothesis]:
-        """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
-        begun = {
-            effect: () if is_searched_widely(i) and not has_valleys(effect) else starting_values(prediction)
-            for i, (effect, prediction) in enumerate(predictions.items())
-        }
-        jobs = [
-            self.recalled(
-                "screening", plain, (effect.name, starts),
-                partial(trial_of, self.supermodel_for(effect, plain.effects), self.context, plain, (effect,), starts),
-            )
-            for effect, starts in begun.items()
-        ]  # fmt: skip
-        tell = lambda done: self.tell(what, 0.6 * SCREENING_SHARE * done / max(len(jobs), 1))  # noqa: E731
-        trials: list[Trial] = [trial for trial in fit_all(jobs, tell) if trial is not None]
-        trials.sort(key=lambda trial: trial.fits[0].cost)
-        close = promising(plain.fit.cost, [trial.fits[0].cost for trial in trials])
-        near = [trial for trial, is_near in zip(trials, close, strict=True) if is_near]
-        further = [
-            self.recalled(
-                "refitted", plain, (trial.effects[-1].name, trial.fits[0].cost), partial(trial.refitted, self.context)
-            )
-            for trial in near
-        ]
-        ends = fit_all(further, lambda done: None)
-        found = [trial.as_it_is() if end is None else end for trial, end in zip(near, ends, strict=True)]
-        return [*found, *(trial.as_it_is() for trial in trials[len(near) :])]
 
     def task_with(self, fitted: LaplaceFit) -> tuple[Task, np.ndarray]:
         """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""

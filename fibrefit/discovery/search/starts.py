@@ -32,13 +32,13 @@ def little_is_missing(gap: float, predicted_gain: float) -> bool:
     return slopes_tell(gap) or (gap <= TOO_FAR and predicted_gain <= BEYOND_DOUBT)
 
 
-def is_worth_following(effect: type[Effect], predicted_gain: float, least: float) -> bool:
-    """Whether an effect is followed: one at whose null the model changes its kind whatever slopes say there.
+def is_worth_following(effect: type[Effect], predicted_gain: float, least: float, blindly: bool = True) -> bool:
+    """Whether an effect is followed: one at whose null the model changes its kind `blindly`, whatever slopes say there.
 
     Slopes are taken at a few shapes, and what they predict includes its price: where that is nothing, an effect would
     have to gain twice as much at a shape between these to be named.
     """
-    return bool(effect.singular) or predicted_gain > max(0.0, least)
+    return (blindly and bool(effect.singular)) or predicted_gain > max(0.0, least)
 
 
 def may_do_better(predicted_gain: float, gain: float) -> bool:
