@@ -198,6 +198,22 @@ def test_slopes_in_a_model_without_the_parent_s_effects_predict_what_those_besid
     assert abs(alone[effect].gain - beside[effect].gain) > 3.0
 
 
+@pytest.mark.parametrize("stiff", [False, True])
+def test_beside_a_stiff_effect_slopes_of_a_whole_group_are_taken_without_it(task: Task, stiff: bool) -> None:
+    """Laws with a memory are a group, and each is alone where equations are stiff."""
+    memory = tuple(CATALOGUE[name] for name in ("fibre.maxwell_branch", "fibre.hysteresis"))
+    first = CATALOGUE["guide.presliding"] if stiff else DELAY
+    assert bool(first.stiff) is stiff
+    search = set_up(task, None, (*memory, first), quiet)
+    supermodel, local = search.base.supermodel, search.base.fit.local
+    parent, near = (SimpleNamespace(effects=some, supermodel=supermodel, local=local) for some in ((first,), ()))
+    for effect in memory:
+        screen, whole = search._screen(effect, cast(Any, parent), cast(Any, None), cast(Any, near))
+        group = whole if screen.near is None else screen.near.supermodel
+        assert group.holds(memory)
+        assert whole.holds((*group.effects, first))
+
+
 def test_what_is_left_of_what_was_found_is_told_when_the_time_is_over(case: Callable[..., Case]) -> None:
     """An effect that was found is not lost for one simulation."""
     made = case(PLAIN)

@@ -177,9 +177,13 @@ class Search:
         known, screen = self.supermodel_for(effect, there), Screen(self.inference, parent, slopes)
         if known.holds(parent.effects):
             return screen, known
+        whole = self.supermodel_for(effect, parent.effects)
         if near is not None and not effect.needs:
             screen = replace(screen, near=Elsewhere(known, transferred(known, near.supermodel, near.local), there))
-        return screen, self.supermodel_for(effect, parent.effects)
+            # Beside a stiff effect groups are smaller.
+            if not whole.holds(known.effects):
+                whole = self.supermodel_with((*parent.effects, *known.effects))
+        return screen, whole
 
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
         """The supermodel that holds these effects and no others; made where there is none yet."""
