@@ -187,6 +187,19 @@ def test_where_bounds_leave_nothing_a_model_is_impossible(away: float) -> None:
     assert np.isneginf(nowhere.log)
 
 
+@pytest.mark.parametrize("lost", [np.nan, np.inf])
+def test_where_a_motion_is_lost_there_is_no_evidence(lost: float) -> None:
+    logs, places = np.array([np.nan, -3.0]), np.zeros((2, 3))
+    found = _over_grid(cast(Any, None), np.zeros((2, 1)), logs, places, np.zeros((2, 3, 3)))
+    assert found.log == -3.0
+    assert found.weight.tolist() == [0.0, 1.0]
+    of, linear = unknowns(), Linear.drawn(2, TRUTH)
+    place = begun(of)
+    normal = arrowhead(of, place, linear.gram)
+    normal = normal._replace(blocks=np.full_like(normal.blocks, lost), cost=np.inf)
+    assert np.isneginf(laplace(PosteriorMode(of, place, normal, np.zeros(1), np.inf, 1)).log)
+
+
 def _by_quadrature(linear: Linear, of: Unknowns, low: float, high: float) -> float:
     """Logarithm of the evidence with the third coordinate's prior cut to an interval and not renormalised."""
     without = replace(of, precision=of.precision + np.diag([0.0, 0.0, 1e14]))

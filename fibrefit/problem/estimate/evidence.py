@@ -164,8 +164,9 @@ def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
     return np.asarray(evidence.grid[int(np.argmax(evidence.weight))])
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def laplace(found: PosteriorMode) -> MarginalLikelihood:
-    """MarginalLikelihood from the matrices at a mode."""
+    """MarginalLikelihood from the matrices at a mode; none where a motion is lost, of which there are no numbers."""
     unknowns, place, normal = found.unknowns, found.place, found.normal
     grid, prior = grid_of(len(unknowns.scattering))
     n = len(unknowns.each)
@@ -196,6 +197,7 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
 def _over_grid(
     found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray
 ) -> MarginalLikelihood:
+    logs = np.where(np.isnan(logs), -np.inf, logs)
     peak = logs.max()
     if np.isneginf(peak):
         return MarginalLikelihood(found, peak, grid, logs, np.full(len(grid), 1.0 / len(grid)), z, covariance)
