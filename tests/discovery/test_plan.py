@@ -82,7 +82,7 @@ def test_a_faster_drop_tells_drag_from_viscous_friction_better_than_one_more_of_
     looked = [worth.nats for worth, _ in plan.further if worth.refitted]
     assert list(nats.values())[: len(looked)] == sorted(looked, reverse=True)
     assert list(nats.values())[len(looked) :] == sorted(list(nats.values())[len(looked) :], reverse=True)
-    assert f"fitted to the {len(looked)} that slopes put first" in plan.summary().remarks[-1]
+    assert f"fitted to {len(looked)} of {len(nats)} further records" in plan.summary().remarks[-1]
     assert plan.best.conditions["lift"] == pytest.approx(8e-3)
     again = next(worth for worth, _ in plan.further if not worth.choice.conditions)
     assert plan.further[0][0].nats > 2.0 * again.nats

@@ -146,8 +146,8 @@ FROM_SLOPES = "Predicted from slopes about the values found, with known inputs,"
 AS_MEASURED = f"{FROM_SLOPES} in the noise that the measured records leave; records may differ as these do."
 AS_PLANNED = f"{FROM_SLOPES} in white noise, and records are alike: nothing is measured yet."
 BY_SLOPES = (
-    "Of the {} further records, the rivals were fitted to the {} that slopes put first; for the others slopes speak "
-    "alone, and they mostly promise too much."
+    "The rivals were fitted to {} of {} further records, first to that of which slopes promise most; for the others "
+    "slopes speak alone, and they mostly promise too much."
 )
 NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 
@@ -209,7 +209,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     ranked, now = worths(search, found, choices, beside)
     remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), AS_PLANNED if fit is None else AS_MEASURED)
     if refitted := sum(worth.refitted for worth in ranked):
-        remarks += (BY_SLOPES.format(len(ranked), refitted),)
+        remarks += (BY_SLOPES.format(refitted, len(ranked)),)
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
     priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
