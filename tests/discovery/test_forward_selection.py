@@ -25,11 +25,11 @@ from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.screening import Elsewhere, Screen
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
 from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, rivals_of
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
+from fibrefit.discovery.search.screen import Elsewhere, Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
 from fibrefit.fitting.checks import CONVERGED

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from fibrefit.core.progress import quiet
-from fibrefit.discovery.engine import screening
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.screening import Screen
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search import screen
+from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
@@ -42,7 +42,7 @@ def test_it_is_found_though_its_deviation_accounts_for_it(
     assert found.pop(f"study.other_fibre@{odd}") > 2.0 * NAMED
     assert max(found.values()) < NAMED
     # A score test at the standard deviations of all records says hardly anything of it.
-    monkeypatch.setattr(screening, "stands_for_differences", lambda effect: False)
+    monkeypatch.setattr(screen, "stands_for_differences", lambda effect: False)
     slopes = search.inference.slopes(base)
     effect = next(one for one in search.effects if one.name == f"study.other_fibre@{odd}")
     supermodel = search.supermodel_for(effect, ())

@@ -12,9 +12,10 @@ import pytest
 
 from fibrefit.discovery import comparison
 from fibrefit.discovery.engine import laplace_inference
-from fibrefit.discovery.engine.recurring import BETWEEN, _between, best_combination, may_recur, predicted_recurrence
-from fibrefit.discovery.engine.screening import PredictedGain, Screen
+from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search.recurring import BETWEEN, _between, best_combination, may_recur, predicted_recurrence
+from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Tried
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.families import instants_of, of_each, of_record

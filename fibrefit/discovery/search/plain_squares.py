@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, Trial, fit_all, trial_of
 from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widely, promising
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.screening import Screen
+from fibrefit.discovery.engine.screening import PredictedGains
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search.base import SearchBase
+from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.starts import has_valleys, starting_values
-
-if TYPE_CHECKING:
-    from fibrefit.discovery.search.search import PredictedGains, Search
 
 SCREENING_SHARE = 0.7
 """Share of a round's time in which all candidates take their first steps."""
 
 
 def from_plain_squares(
-    search: Search, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
+    search: SearchBase, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
 ) -> list[LaplaceFit]:
     """A parent with each effect, from where plain squares led: in full those that are promising there."""
     ends = sorted(_in_plain_squares(search, plain, predictions, what), key=lambda end: end.fit.cost)
@@ -37,7 +35,9 @@ def from_plain_squares(
     return [one for one in found if one is not None]
 
 
-def _fitted(search: Search, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool) -> LaplaceFit:
+def _fitted(
+    search: SearchBase, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool
+) -> LaplaceFit:
     """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
     lead = search.inference.fitted if near else partial(search.inference.without_descent, parent=parent)
     found = lead(end.supermodel, end.effects, end.fit.local)
@@ -53,7 +53,9 @@ def _fitted(search: Search, parent: LaplaceFit, predictions: PredictedGains, end
     return max(found, search.inference.extended(parent, end.supermodel, effect, prediction), key=lambda one: one.log)
 
 
-def _in_plain_squares(search: Search, plain: Hypothesis, predictions: PredictedGains, what: str) -> list[Hypothesis]:
+def _in_plain_squares(
+    search: SearchBase, plain: Hypothesis, predictions: PredictedGains, what: str
+) -> list[Hypothesis]:
     """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
     begun = {
         effect: () if is_searched_widely(i) and not has_valleys(effect) else starting_values(prediction)

@@ -1,35 +1,28 @@
-"""What a search works with, and how it tries effects on top of models: nothing here changes what was found before."""
+"""How a search tries effects on top of models: nothing here changes what was found before."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from pathlib import Path
-from threading import Lock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.progress import Progress
-from fibrefit.core.time_limit import beyond_limits
 from fibrefit.discovery.engine.candidates import (
     Hypothesis,
-    SearchContext,
     fit_all,
-    own_task,
     transferred,
 )
-from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.recurring import may_recur, predicted_recurrence
-from fibrefit.discovery.engine.refit import Refit
-from fibrefit.discovery.engine.screening import Elsewhere, PredictedGain, Screen
+from fibrefit.discovery.engine.screening import PredictedGain, PredictedGains
 from fibrefit.discovery.engine.secant import Seed
-from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
+from fibrefit.discovery.search.base import SearchBase
 from fibrefit.discovery.search.plain_squares import from_plain_squares
+from fibrefit.discovery.search.recurring import may_recur, predicted_recurrence
+from fibrefit.discovery.search.screen import Elsewhere, Screen
 from fibrefit.discovery.search.starts import (
     EffectStart,
     is_worth_following,
@@ -38,7 +31,6 @@ from fibrefit.discovery.search.starts import (
     most_promising,
 )
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
 
 FOLLOWED = 8
 """Candidates that are followed before it is tested whether the next ones may still do better than the best of them."""
@@ -61,113 +53,9 @@ class Tried(NamedTuple):
     untried: tuple[type[Effect], ...] = ()
 
 
-PredictedGains = Mapping[type[Effect], PredictedGain]
-
-
 @dataclass(frozen=True)
-class Search:
-    """What all rounds of a search have in common.
-
-    Parameters
-    ----------
-    task : Task
-        Of the model the search began with.
-    effects : tuple of Effect classes
-        That may be added.
-    context : SearchContext
-    base : Hypothesis
-        Nothing added, in plain least squares.
-    inference : LaplaceInference
-        Of hypotheses, in the noise they are compared in now.
-    tell : callable
-    supermodels : list of Supermodel
-        Compiled so far; a store of programs, not of results.
-    lock : Lock
-        Of that store.
-    folder : pathlib.Path, optional
-        Of the journal.
-    """
-
-    task: Task
-    effects: tuple[type[Effect], ...]
-    context: SearchContext
-    base: Hypothesis
-    inference: LaplaceInference
-    tell: Progress
-    supermodels: list[Supermodel] = field(default_factory=list)
-    lock: Lock = field(default_factory=Lock, repr=False)
-    folder: Path | None = None
-
-    def signature(self, parent: LaplaceFit | Hypothesis) -> str:
-        """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
-        common = self.inference.common_noise
-        noise = [repr(of) for of in common.noise]
-        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in common.steps.items()]
-        if common.in_steps is not None and common.in_steps.slope is not None:
-            noise.append(digest(common.in_steps.slope))
-        return signature_of(parent, noise)
-
-    def recalled(
-        self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any],
-        own: Supermodel | None = None,
-    ) -> Callable[[], Any]:  # fmt: skip
-        """A job that asks the journal first, for a search that was cut short.
-
-        Parameters
-        ----------
-        what : str
-            Kind of the job.
-        parent : LaplaceFit or Hypothesis
-        about : object
-            What else its result depends on, identified by its `repr`.
-        job : callable
-        own : Supermodel, optional
-            That of the result where it is none of the search: with free curves, or composed laws.
-        """
-        effects = (*self.task.problem.model.effects, *self.effects)
-        journal = Journal(self.folder, name_of, known_by_name(effects, self.supermodel_with, own))
-        return partial(journal.recall, digest(what, self.signature(parent), about), job)
-
-    @cached_property
-    def samples(self) -> float:
-        """Number of samples that count."""
-        return float(self.base.supermodel.samples.sum())
-
-    def with_inference(self, inference: LaplaceInference) -> Search:
-        """The same search with hypotheses compared in another noise."""
-        return replace(self, inference=inference)
-
-    def gap(self, hypothesis: Hypothesis) -> float:
-        """Rms of what a hypothesis leaves, in units of the noise."""
-        return float(np.sqrt(hypothesis.fit.cost / self.samples))
-
-    def plain(self, fitted: LaplaceFit) -> Hypothesis:
-        """A hypothesis at its posterior mode, with what it leaves in plain squares."""
-        with beyond_limits():  # What was found is not lost for one simulation.
-            cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
-        return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
-
-    def shares_a_program(self, effect: type[Effect]) -> bool:
-        """Whether one program holds it beside any other effects; with noisy inputs each round has its own."""
-        return is_quick(effect) and self.base.supermodel.sensitivities is None
-
-    def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
-        """A supermodel that holds an effect and others; made where there is none yet.
-
-        One effect by itself is tried with its group, which is quick to run. On top of others it is tried with all: that
-        is slower to run, but every further round does with the same program. With noisy inputs a program serves one
-        round only.
-
-        Parameters
-        ----------
-        effect : Effect class
-        others : sequence of Effect classes
-            All that may be present beside it.
-        """
-        kept, stiff = tuple(filter(is_quick, self.effects)), any(other.stiff for other in others)
-        reused = others and not stiff and self.shares_a_program(effect)
-        group = kept if reused else group_of(effect, self.effects, stiff)
-        return self.supermodel_with((*others, *group))
+class Search(SearchBase):
+    """A search that tries effects by what their slopes predict."""
 
     def _screen(
         self, effect: type[Effect], parent: LaplaceFit, slopes: Seed, near: LaplaceFit | None
@@ -184,36 +72,6 @@ class Search:
             if not whole.holds(known.effects):
                 whole = self.supermodel_with((*parent.effects, *known.effects))
         return screen, whole
-
-    def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
-        """The supermodel that holds these effects and no others; made where there is none yet."""
-        held = {*self.task.problem.model.effects, *effects}
-        with self.lock:
-            for supermodel in self.supermodels:
-                if set(supermodel.effects) == held:
-                    return supermodel
-            # Always in one order: a program that was compiled before serves again.
-            added = sorted(held - set(self.task.problem.model.effects), key=lambda effect: effect.name)
-            whole = self.base.supermodel
-            if set(whole.effects) <= held:
-                supermodel = whole.widened([effect for effect in added if effect not in whole.effects])
-            else:
-                supermodel = supermodel_of(self.task, added, whole.sensitivities)
-            self.supermodels.append(supermodel)
-            return supermodel
-
-    def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
-        """Effects that may be added to a hypothesis."""
-        there = (*self.task.problem.model.effects, *parent.effects)
-        present, excluded = {effect.name for effect in there}, {name for effect in there for name in effect.excludes}
-        return tuple(
-            effect
-            for effect in self.effects
-            if effect not in parent.effects
-            and set(effect.needs) <= present
-            and not set(effect.excludes) & present
-            and effect.name not in excluded
-        )
 
     def tried(
         self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float = -np.inf,
@@ -366,7 +224,3 @@ class Search:
     def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:
         """A parent with an effect that is not there: its slopes predict too little to look any further."""
         return self.inference.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
-
-    def task_with(self, fitted: LaplaceFit) -> tuple[Task, np.ndarray]:
-        """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
-        return own_task(self.task, self.plain(fitted))

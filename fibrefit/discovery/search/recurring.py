@@ -8,8 +8,9 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import happens_in_several
-from fibrefit.discovery.engine.screening import Approach, PredictedGain, Screen, directions, slightly
+from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly
 from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.discovery.search.screen import Screen
 from fibrefit.laws.families import family_of, instants_of
 from fibrefit.laws.law import INSTANTS, Effect
 from fibrefit.problem.estimate.normal_equations import local_grams, place_of

@@ -1,0 +1,152 @@
+"""Score tests of further effects on top of a model, all that a program holds at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.discovery.engine.candidates import transferred
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.priors import unknowns_of
+from fibrefit.discovery.engine.screening import (
+    Approach,
+    PredictedGain,
+    accompaniment_of,
+    directions,
+    slightly,
+    stands_for_differences,
+    starting_strength,
+)
+from fibrefit.discovery.engine.secant import Seed
+from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.discovery.engine.thresholds import PRICE
+from fibrefit.laws.law import Effect
+from fibrefit.problem.estimate.evidence import laplace
+from fibrefit.problem.estimate.gram import Gram
+from fibrefit.problem.estimate.normal_equations import Unknowns, local_grams, place_of
+from fibrefit.problem.estimate.score_test import score_test
+
+
+class Elsewhere(NamedTuple):
+    """Values of a model with which slopes are taken in place of a parent's.
+
+    Parameters
+    ----------
+    supermodel : Supermodel
+    local : (n_record, n_local) in SI units
+    effects : tuple of Effect classes
+        That are there.
+    """
+
+    supermodel: Supermodel
+    local: np.ndarray
+    effects: tuple[type[Effect], ...]
+
+
+@dataclass(frozen=True)
+class Screen:
+    """Score tests of further effects on top of a parent: the gain they predict, one simulation each.
+
+    Parameters
+    ----------
+    inference : LaplaceInference
+    parent : LaplaceFit
+    slopes : Seed
+        Of the parent, see `LaplaceInference.slopes`.
+    near : Elsewhere, optional
+        A model that leaves little, without the last effect of the parent: slopes of others are nearly the same there,
+        and its programs were compiled when these were looked at on it. The parent itself by default.
+    """
+
+    inference: LaplaceInference
+    parent: LaplaceFit
+    slopes: Seed
+    near: Elsewhere | None = None
+
+    def unknowns(self, supermodel: Supermodel) -> Unknowns:
+        """Those of the parent in a supermodel."""
+        return unknowns_of(supermodel, self.inference.context, self.parent.effects, self.inference.reference)
+
+    def predicted(
+        self,
+        supermodel: Supermodel,
+        effects: Sequence[type[Effect]],
+        ways: Mapping[type[Effect], Approach] | None = None,
+    ) -> dict[type[Effect], PredictedGain]:
+        """Score test of each effect, at the best of its shapes; all effects of a supermodel are looked at together.
+
+        Parameters
+        ----------
+        supermodel : Supermodel
+            One that holds all of them.
+        effects : sequence of Effect classes
+        ways : mapping of Effect class to Approach, optional
+            The only one to look at of an effect; all its shapes by default.
+        """
+        parent, gram = self.parent, self.gram(supermodel)
+        base = transferred(supermodel, parent.supermodel, parent.local)
+        best = dict.fromkeys(effects, PredictedGain(-np.inf, {}, {}, {}))
+        shapes = {effect: [ways[effect]] if ways else directions(effect) for effect in effects}
+        for number in range(max((len(of) for of in shapes.values()), default=0)):
+            there = {effect: of[number] for effect, of in shapes.items() if number < len(of)}
+            local = base.copy()
+            for effect, direction in there.items():
+                for name, value in direction.shapes.items():
+                    local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
+            for effect, prediction in self._at(supermodel, gram, local, there):
+                best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
+        for effect in filter(stands_for_differences, effects if parent.evidence.mode.sigma.any() else ()):
+            # Of the standard deviations of the others, smaller without that record, a score test says nothing.
+            predicted = laplace(self.inference.absent_beside(parent, supermodel, effect, self.slopes)[0])
+            best[effect] = best[effect]._replace(gain=predicted.log - parent.log)
+        return best
+
+    def _at(
+        self, supermodel: Supermodel, gram: Gram, local: np.ndarray, there: dict[type[Effect], Approach]
+    ) -> list[tuple[type[Effect], PredictedGain]]:
+        """Score test of each direction: its gain less what it costs, and where that is."""
+        ways = [
+            (effect, f"{effect.name}.{name}", weak) for effect, way in there.items() for name, weak in way.strengths
+        ]
+        unknowns, found = self.unknowns(supermodel), self.parent.evidence.mode
+        columns = np.array([supermodel.names.index(name) for _, name, _ in ways])
+        place = place_of(unknowns, local, found.place.eta)
+        values = np.array([slightly(supermodel, *way) for way in ways])
+        grams = local_grams(unknowns, place, gram, (columns, values))
+        test = score_test(unknowns, place, grams, len(columns), found.sigma)
+        seen = np.where(test.information > 0.0, test.information, np.inf)
+        gains = np.where(test.information > 0.0, 0.5 * test.score**2 / seen - PRICE, -np.inf)
+        found_all = []
+        shares = -test.score / seen
+        for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):
+            shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
+            start = {name: starting_strength(supermodel, name, float(value), share)}
+            little = there[effect].strengths[0][1] if effect.singular else weak
+            hardly = {name: starting_strength(supermodel, name, little, float(np.sign(share) or 1.0))}
+            slight = {name: float(value)}
+            places = shapes | start, shapes | hardly, shapes | slight
+            beside = accompaniment_of(supermodel, unknowns, name, test, i)
+            found_all.append((effect, PredictedGain(float(gain), *places, beside)))
+        return found_all
+
+    def gram(self, supermodel: Supermodel) -> Gram:
+        """Products of the slopes of the parent's unknowns, which are known, and of further columns of a supermodel."""
+        known, near, context = self.slopes.slopes, self.near, self.inference.context
+        seen = self.inference.common_noise.whitened(supermodel if near is None else near.supermodel)
+        places = np.array([supermodel.names.index(name) for name in seen.names])
+        within, number = {place: i for i, place in enumerate(places.tolist())}, known.rows.shape[1] - 1
+        held = context.subset(() if near is None else near.effects)
+        fitted = [seen.names.index(name) for name in (*held.shared, *held.each)]
+
+        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
+            here, own = local[:, places], np.array([within[column] for column in columns[number:].tolist()], dtype=int)
+            if near is not None:
+                here[:, fitted] = near.local[:, fitted]
+            further = seen.slopes(here, own, targets[:, number:], context.whole)
+            return known.beside(further.columns(np.arange(1, len(own) + 1))).grams(seen.sensitivities)
+
+        return gram
