@@ -37,6 +37,7 @@ def coarse(tmp_path_factory: pytest.TempPathFactory) -> Task:
     return task_of(load_study(folder))
 
 
+@pytest.mark.slow
 def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task) -> None:
     assert set(coarse.steps) == {"force", "position"}
     problem, values = coarse.problem, jnp.asarray(coarse.start)

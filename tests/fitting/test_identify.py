@@ -115,6 +115,7 @@ def test_masked_samples_do_not_disturb_the_fit(tmp_path: Path, found: Identifica
         assert estimate.std_error < 1.6 * whole.std_error
 
 
+@pytest.mark.slow
 def test_unmasked_saturation_is_not_taken_for_a_good_model(tmp_path: Path) -> None:
     """The control: the same peaks cut off but not masked."""
     records = [made.replace(r, force=np.minimum(r.channels["force"], 60.0)) for r in made.records(share=0.5, seed=3)]

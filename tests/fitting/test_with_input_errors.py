@@ -187,6 +187,7 @@ def test_error_bars_do_not_rest_on_what_was_predicted_only_once_the_errors_were_
     assert bars[0] > bars[1] > 0.95
 
 
+@pytest.mark.slow
 def test_a_model_that_lacks_much_is_left_with_its_inputs_as_they_were_measured() -> None:
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[0],)})
@@ -201,6 +202,7 @@ def test_a_model_that_lacks_much_is_left_with_its_inputs_as_they_were_measured()
     assert found.predicted_reduction == 0.0
 
 
+@pytest.mark.slow
 def test_errors_that_explain_nothing_are_no_place_to_begin() -> None:
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[0],)})

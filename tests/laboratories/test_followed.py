@@ -48,6 +48,7 @@ def near(fit: Fit, name: str, truth: float, share: float) -> None:
     assert abs(found.value - truth) <= max(4.0 * found.std_error, share * truth), f"{name}: {found}"
 
 
+@pytest.mark.slow
 def test_inverse_dynamics_finds_what_was_put_in(tmp_path: Path) -> None:
     made.write(tmp_path / "a.csv", HEAD, rows(1) * [1.0, 1.0, 1e3], "%.7g")
     fit = fit_study(load_study(study(tmp_path, "")), starts=STARTS)
@@ -98,6 +99,7 @@ def test_a_force_that_acts_late_on_a_measured_motion(tmp_path: Path) -> None:
     near(fit, "mass", made.CART["mass"], 0.02)
 
 
+@pytest.mark.slow
 def test_an_added_mass_tells_what_a_volt_is_worth(tmp_path: Path) -> None:
     for name, added in (("plain", 0.0), ("loaded", 0.8)):
         found = made.cart(3.0, 500.0, drive, (0.012, 0.0), added)

@@ -168,6 +168,7 @@ def test_intervals_hold_only_where_the_density_knows_of_deviations(monkeypatch: 
     assert held[False] <= MISSED, held
 
 
+@pytest.mark.slow
 def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: sampling._Ready) -> None:
     """As a fit: no level of the noise is unknown, and records do not differ for what rounding does to them."""
     steps = {"force": 1.5, "position": 5e-5}

@@ -103,6 +103,7 @@ def short(tmp_path: Path) -> tuple[Problem, np.ndarray]:
     return task.problem, np.array([TRUE[name] for name in task.problem.layout.free_names])
 
 
+@pytest.mark.slow
 def test_windows_begin_where_the_mass_was_and_not_where_its_smoothed_position_is(tmp_path: Path) -> None:
     problem, true = short(tmp_path)
     residuals = np.asarray(problem.residuals(jnp.asarray(true)))[0, 0, 50 : 20 * 50].reshape(19, 50)

@@ -207,6 +207,7 @@ def test_every_kind_is_loaded_shown_and_told_again(schema: str, tmp_path: Path) 
     assert len(found.to_dataframe()) > 0
 
 
+@pytest.mark.slow
 def test_effects_and_further_records_are_tables(folder: Path, tmp_path: Path) -> None:
     from fibrefit.workflow.design.plan import Aim
 

@@ -107,6 +107,7 @@ def test_the_result_has_the_groups_of_arviz(kept: Path, sampled: Sampled) -> Non
         assert len(file["cross_validation/elpd"]) == len(sampled.cross_validation.blocks)
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_and_chosen_by_name(kept: Path, sampled: Sampled) -> None:
     names = {path.name for path in (kept / "figures").iterdir()}
     assert {"corner.png", "traces.png", "prior.png"} < names
