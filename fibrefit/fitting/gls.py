@@ -18,8 +18,8 @@ import numpy as np
 from fibrefit.core.time_limit import time_left
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Ended, Optimum
-from fibrefit.fitting.search.with_input_errors import as_predicted, lets_more_count, linearised_in_errors
-from fibrefit.fitting.thresholds import FALLS, MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS
+from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
+from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
@@ -121,11 +121,7 @@ def _tells_more(linearisations: Sequence[_Linearisation], searched: bool) -> boo
         return False
     if len(linearisations) == 1 or last.left < 1.0 + MISSED_LINEARISED:
         return last.bends or (searched and last.left > 1.0 + MISSED_LINEARISED)
-    return (
-        last.bends
-        or lets_more_count(last.share, linearisations[-2].share)
-        or last.left < FALLS * linearisations[-2].left
-    )
+    return still_gains([one.share for one in linearisations], [one.left for one in linearisations], last.bends)
 
 
 def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View:

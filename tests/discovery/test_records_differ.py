@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -31,6 +32,8 @@ from tests.validation.cases import Case
 
 #: Relative error of a record's stiffness that is left; 2e-4 where this was written, 5e-4 in the negative control.
 LEFT = 4e-4
+#: Relative difference of values after a chord step and with all reactions found anew.
+SAME = 2e-3
 
 
 def begin(folder: Path, index: int, kept: Sequence[int] | None = None) -> tuple[np.ndarray, Search, LaplaceFit]:
@@ -70,6 +73,31 @@ def test_what_records_differ_by_is_not_taken_for_errors_of_their_inputs(
     # The negative control: all records at the values of a record in the middle.
     monkeypatch.setattr(inputs, "own_task_by_record", alike)
     assert error_left(*far_apart) > 1.3 * error
+
+
+@pytest.mark.slow
+def test_where_errors_do_what_they_did_a_chord_step_leads_to_the_same_place(
+    far_apart: tuple[np.ndarray, Search, LaplaceFit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search, base = inputs.linearised_where_records_differ(*far_apart[1:])
+    anew = Mock(wraps=inputs.sensitivities_of)
+    monkeypatch.setattr(inputs, "sensitivities_of", anew)
+    chord = inputs.relinearised(search, base)
+    assert not anew.called
+    monkeypatch.setattr(inputs, "reacts_alike", lambda *of: np.zeros(1, dtype=bool))
+    full = inputs.relinearised(search, base)
+    assert anew.called
+    assert chord is not None
+    assert full is not None
+    names = [full[1].supermodel.names.index(name) for name in ("stiffness", "damping", "friction")]
+    np.testing.assert_allclose(chord[1].local[:, names], full[1].local[:, names], rtol=SAME)
+    # The negative control: about other errors of the drive, readings are not those that were predicted.
+    monkeypatch.undo()
+    known, coefficients = base.supermodel.sensitivities, inputs.coefficients_of(search, base)
+    assert known is not None
+    assert coefficients is not None
+    away = inputs._sensitivities_about(search, base, {of: wave + 3.0 for of, wave in coefficients.items()})
+    assert away.records[0].rows is not known.records[0].rows
 
 
 @pytest.mark.slow

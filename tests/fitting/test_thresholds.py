@@ -21,7 +21,13 @@ from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
 from fibrefit.fitting.search import each_by_itself, multistart, with_input_errors
 from fibrefit.fitting.search.solve import Descent
-from fibrefit.fitting.search.with_input_errors import accounted_for, as_predicted, lets_more_count
+from fibrefit.fitting.search.with_input_errors import (
+    accounted_for,
+    as_predicted,
+    lets_more_count,
+    reacts_alike,
+    still_gains,
+)
 from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
@@ -167,16 +173,17 @@ CASES = (
     Bracket(
         "MISSED_LINEARISED", with_input_errors, lambda x: as_predicted(np.sqrt(x) + np.ones(5), np.ones(5)), 0.02, 0.04
     ),
+    Bracket(
+        "REACTS_ALIKE",
+        with_input_errors,
+        lambda x: bool(reacts_alike(np.sqrt(x) + np.ones((1, 5)), np.ones((1, 5))).all()),
+        0.004,
+        0.006,
+    ),
     Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
     Bracket("MOST_LINEARISATIONS", gls, lambda x: more_counts(int(x)), 7, 9),
-    Bracket(
-        "FALLS",
-        gls,
-        lambda x: gls._tells_more([linearisation(0.5, 4.0), linearisation(0.5, 4.0 * x)], True),
-        0.85,
-        0.95,
-    ),
+    Bracket("FALLS", with_input_errors, lambda x: still_gains([0.5, 0.5], [4.0, 4.0 * x], False), 0.85, 0.95),
     Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("DIVERGED", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),

@@ -168,6 +168,21 @@ def test_elimination_is_that_of_the_joint_least_squares(task: Task, known: dict[
         assert np.linalg.norm(left[r][-1]) < 0.99 * np.linalg.norm(rows[r][-1])
 
 
+def test_about_other_errors_readings_without_any_are_predicted_anew(task: Task, known: dict[str, InputErrors]) -> None:
+    quiet = no_errors(known)
+    parts = expanded(task.problem, known, task.start, quiet)
+    rows, whole = [rows for _, _, rows in parts], np.ones((len(parts), *parts[0][0].shape))
+    seen, random = weighted_sensitivities(quiet, rows, whole), np.random.default_rng(5)
+    there = seen.named([random.standard_normal(len(record.rows)) for record in seen.records])
+    moved, anew = seen.about(there), weighted_sensitivities(there, rows, whole)
+    size = np.abs(anew.offset).max()
+    assert size > 1.0
+    np.testing.assert_allclose(moved.offset / size, anew.offset / size, atol=SINGLE)
+    np.testing.assert_array_equal(moved.coefficients["drive"], there["drive"])
+    # And back again nothing has changed.
+    np.testing.assert_allclose(moved.about(quiet).offset / size, seen.offset / size, atol=SINGLE)
+
+
 def test_directions_that_the_readings_hardly_show_are_left_to_the_noise(
     task: Task, known: dict[str, InputErrors]
 ) -> None:

@@ -18,9 +18,10 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
 from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.search.with_input_errors import reacts_alike
 from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import sensitivities_of
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, sensitivities_of
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 
 
@@ -69,9 +70,7 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
     if (coefficients := coefficients_of(search, fitted)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    plain = search.plain(fitted)
-    # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
-    sensitivities = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, search.gap(plain) > TOO_FAR)
+    sensitivities = _sensitivities_about(search, fitted, coefficients)
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
@@ -85,6 +84,26 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
         lock=Lock(),
     )
     return About(anew, own)
+
+
+def _sensitivities_about(search: Search, fitted: LaplaceFit, coefficients: InputCoefficients) -> InputSensitivities:
+    """How readings of a hypothesis react to errors of inputs: as those known do, where these predict its own readings.
+
+    A chord step then: what readings are is simulated where the hypothesis is, their reactions are those of before.
+    """
+    supermodel, plain = fitted.supermodel, search.plain(fitted)
+    assert supermodel.sensitivities is not None
+    as_before = supermodel.sensitivities.about(coefficients)
+    there = supermodel_of(search.task, supermodel.effects, as_before)
+    left, predicted = (
+        np.asarray(residual_rows(one, fitted.local, search.context.whole)) for one in (there, supermodel)
+    )
+    if reacts_alike(left, predicted).all():
+        return as_before
+    # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
+    anew = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, search.gap(plain) > TOO_FAR)
+    assert anew is not None
+    return anew
 
 
 def _steps_about(search: Search, own: Supermodel, fitted: LaplaceFit) -> StepLikelihood | None:

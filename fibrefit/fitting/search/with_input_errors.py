@@ -27,6 +27,7 @@ from fibrefit.fitting.thresholds import (
     MISSED_LINEARISED,
     MORE_COUNT,
     MOST_LINEARISATIONS,
+    REACTS_ALIKE,
 )
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
@@ -49,6 +50,8 @@ At this scale the cost of a motion that sticks and bounces is rough; a fit is ju
 COARSE = 1e-3
 """Promised fall at which a descent ends, as a share of what the residuals have beyond the noise: a model that lacks
 something has no exact best."""
+IN_VAIN = 2
+"""Looks in a row, each at another place than was predicted, that gain nothing, after which there is no further one."""
 NEARBY = 0.02
 """Time in s about an instant from which is taken whether a record is followed there."""
 DRAWS = 2
@@ -110,12 +113,15 @@ def with_input_errors(
     waves, roots = no_errors(known) if coefficients is None else coefficients, None
     looks: list[_Look] = []
     beforehand: View | None = None
+    known_rows: Sequence[np.ndarray | None] = [None] * len(problem.layout.records)
     while len(looks) < MOST_LINEARISATIONS:
         began = time.monotonic()
         if near is not None and roots is None:
             view = _view(problem, known, near)
         else:
-            view = linearised_in_errors(problem, known, _values(unknowns, problem, place), waves, roots)
+            at = _values(unknowns, problem, place)
+            known_rows = rows = _reactions(problem, known, at, waves, known_rows)
+            view = _seen_with(problem, known, at, waves, rows, roots)
         beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
         end = _descended(problem, unknowns, place, view)
         if not looks and coefficients is not None and not accounted_for(_variance(problem, view, end)):
@@ -128,6 +134,7 @@ def with_input_errors(
         if not _tells_more(looks) or time_left() <= time.monotonic() - began:
             break
         place, waves, roots = look.end.place, look.coefficients, _weighted(look.view).roots()
+        known_rows = [row if alike else None for row, alike in zip(known_rows, look.reacts_alike, strict=True)]
     if not (followed := [look for look in looks if look.is_followed]):
         return WithInputErrors(problem, values, no_errors(known), view, 0.0)
     best = min(followed, key=lambda look: float(look.left.sum()))
@@ -154,6 +161,8 @@ class _Look:
         Mean square of what is left of all samples, in units of the noise.
     bends : bool
         Whether readings are others than those that were predicted, where they count.
+    reacts_alike : (n_record,) bool
+        Whether all of a record counts, and errors of its inputs do there what they did at the place.
     is_followed : bool
         Whether all records are followed, and little is left where samples count.
     """
@@ -165,6 +174,7 @@ class _Look:
     share: np.ndarray
     left: np.ndarray
     bends: bool
+    reacts_alike: np.ndarray
     is_followed: bool
 
 
@@ -200,6 +210,7 @@ def _look_at(
         number / samples,
         np.sum(left**2, axis=(1, 2)) / samples,
         not as_predicted(here, predicted[0], variance),
+        (number > ALL_COUNT * samples) & reacts_alike(here, predicted[0], variance),
         view is whole and accounted_for(float(np.sum(here**2)), float(number.sum())),
     )
 
@@ -232,9 +243,28 @@ def _tells_more(looks: Sequence[_Look]) -> bool:
     last = looks[-1]
     if len(looks) == 1:
         return last.bends or lets_more_count(last.share, -1.0) or bool(np.isfinite(last.left).any())
-    before = looks[-2]
-    falls = bool(np.any(last.left < FALLS * before.left))
-    return last.bends or lets_more_count(last.share, before.share) or falls
+    return still_gains([look.share for look in looks], [look.left for look in looks], last.bends)
+
+
+def still_gains(shares: Sequence[np.ndarray | float], lefts: Sequence[np.ndarray | float], bends: bool) -> bool:
+    """Whether a look at readings linearised anew let more of any record count, or left less of it, than all before it.
+
+    Where readings are others than was predicted, the next look may gain what this one did not; but places may also lead
+    to each other and back for ever.
+
+    Parameters
+    ----------
+    shares, lefts : sequence of float or (n_record,)
+        Of each look: share of the samples that count, and mean square of what is left of all.
+    bends : bool
+        Whether readings are others than was predicted at the last one.
+    """
+
+    def gains(number: int) -> bool:
+        most, least = np.max(np.array(shares[:number]), axis=0), np.min(np.array(lefts[:number]), axis=0)
+        return lets_more_count(shares[number], most) or bool(np.any(np.asarray(lefts[number]) < FALLS * least))
+
+    return any(gains(number) for number in range(len(shares))[1:][-(IN_VAIN if bends else 1) :])
 
 
 def as_it_ended(
@@ -274,6 +304,13 @@ def as_predicted(left: np.ndarray, linearised: np.ndarray, variance: float = 1.0
     return float(np.mean((left - linearised)[linearised != 0.0] ** 2)) < MISSED_LINEARISED * variance
 
 
+def reacts_alike(left: np.ndarray, linearised: np.ndarray, variance: float = 1.0) -> np.ndarray:
+    """Whether residuals of each record are so nearly those of linearised readings that errors do there the same."""
+    missed = np.where(linearised != 0.0, left - linearised, 0.0).reshape(len(left), -1)
+    number = np.count_nonzero(linearised.reshape(len(left), -1), axis=1)
+    return np.asarray(np.sum(missed**2, axis=1) < REACTS_ALIKE * variance * np.maximum(number, 1))
+
+
 def lets_more_count(share: np.ndarray | float, before: np.ndarray | float) -> bool:
     """Whether another look may let more of the samples count, of which such shares, of any record, do and did.
 
@@ -301,7 +338,25 @@ def linearised_in_errors(
     roots : list of (n_wave, n_wave), optional
         See `downweights`.
     """
-    rows = [rows for _, _, rows in expanded(problem, known, values, coefficients)]
+    rows = _reactions(problem, known, values, coefficients, [None] * len(problem.layout.records))
+    return _seen_with(problem, known, values, coefficients, rows, roots)
+
+
+def _reactions(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients,
+    before: Sequence[np.ndarray | None],
+) -> list[np.ndarray]:  # fmt: skip
+    """What each wave of the errors of inputs does to readings, see `expanded`; of some records as it was `before`."""
+    asked = [r for r, rows in enumerate(before) if rows is None]
+    anew = iter(expanded(problem, known, values, coefficients, asked))
+    return [next(anew)[2] if rows is None else rows for rows in before]
+
+
+def _seen_with(
+    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients,
+    rows: Sequence[np.ndarray], roots: list[np.ndarray] | None,
+) -> View:  # fmt: skip
+    """Records with the errors of their inputs eliminated, given what these do."""
     downweight = downweights(problem, known, values, coefficients, rows, roots)
     return _view(problem, known, weighted_sensitivities(coefficients, rows, downweight))
 

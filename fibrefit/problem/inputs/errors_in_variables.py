@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import operator
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from threading import Lock
 from typing import Any
@@ -112,7 +112,11 @@ def error_rms(problem: Problem, known: Mapping[str, InputErrors], coefficients: 
 
 
 def expanded(
-    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
+    problem: Problem,
+    known: Mapping[str, InputErrors],
+    values: np.ndarray,
+    coefficients: InputCoefficients,
+    records: Iterable[int] | None = None,
 ) -> list[tuple]:
     """Residuals of each record and how they move with its values and with the coefficients of its inputs.
 
@@ -121,6 +125,8 @@ def expanded(
     problem, known, values, coefficients
         The problem has its inputs as measured; values are in SI units, the free ones ``(n_free,)`` or those of each
         record ``(n_record, n_local)``, which may differ; coefficients are a mapping of input to ``(n_record, n_wave)``.
+    records : iterable of int, optional
+        The only ones that are asked for.
 
     Returns
     -------
@@ -129,7 +135,8 @@ def expanded(
         the coefficients of all inputs one after the other.
     """
     local = values_by_record(problem, values)
-    return _each_record(problem, lambda r: _linear(problem, known, local[r], coefficients, r))
+    asked = range(len(problem.layout.records)) if records is None else records
+    return for_each(lambda r: _linear(problem, known, local[r], coefficients, r), asked)
 
 
 def residuals(
@@ -147,10 +154,6 @@ def _residuals(problem: Problem, local: Any) -> jax.Array:
 def values_by_record(problem: Problem, values: np.ndarray) -> jax.Array:
     """Values of each record ``(n_record, n_local)``, from these or from the free ones ``(n_free,)``."""
     return jnp.asarray(values if np.ndim(values) == 2 else problem.layout.local(values))
-
-
-def _each_record(problem: Problem, one: Callable[[int], Any]) -> list[Any]:
-    return for_each(one, range(len(problem.layout.records)))
 
 
 def _linear(

@@ -103,6 +103,14 @@ class InputSensitivities(NamedTuple):
             found.append(np.eye(len(record.basis)) + record.basis @ narrowed @ record.basis.T)
         return found
 
+    def about(self, coefficients: InputCoefficients) -> InputSensitivities:
+        """The same reactions about other errors, which differ from these along the directions that readings show."""
+        moved = np.concatenate([coefficients[name] - at for name, at in self.coefficients.items()], axis=1)
+        waves = [wave[None] @ record.basis for wave, record in zip(moved, self.records, strict=True)]
+        size = self.offset.shape[1]
+        done = [record.imitated(wave, size)[0] for record, wave in zip(self.records, waves, strict=True)]
+        return self._replace(coefficients=coefficients, offset=self.offset - np.stack(done))
+
     def until(self, counts: Sequence[int]) -> InputSensitivities:
         """Sensitivities of the first samples ``(n_record,)`` of each record; what comes after them does not count."""
         inside = np.arange(self.downweight.shape[-1]) < np.asarray(counts)[:, None, None]
