@@ -12,8 +12,9 @@ import pytest
 from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
-from fibrefit.discovery.search import inputs, setup
+from fibrefit.discovery.search import inputs, setup, starts
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
+from fibrefit.laws.catalogue import find_effect
 from tests.brackets import Bracket, thresholds
 
 COSTS = (0.0, *[90.0] * 10)
@@ -58,6 +59,12 @@ def follows_bounces(gap: float) -> bool:
         return not setup.is_far(cast(Any, before))
 
 
+def left_to_follow(predicted: float) -> bool:
+    """Whether an effect of which so much is predicted is followed beside one that gains a hundred nats."""
+    drag, nothing = find_effect("guide.quadratic_drag"), cast(Any, None)
+    return starts.is_left_to_follow(starts.EffectStart(predicted, drag, nothing, nothing, nothing), 100.0)
+
+
 CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
@@ -73,6 +80,7 @@ CASES = (
     Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 6.0, 7.0),
     Bracket("AT_REST", inputs, lambda x: not linearised(2, x), 0.2, 0.3),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
+    Bracket("HARDLY", starts, lambda x: left_to_follow(100.0 * x), 0.07, 0.04),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),
     Bracket("COMPARED", effort, lambda x: effort.compared_again(LOGS, True)[int(x)], 2.0, 3.0),

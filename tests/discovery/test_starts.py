@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import pytest
 
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
-from fibrefit.discovery.search.starts import is_worth_following, little_is_missing, may_do_better
+from fibrefit.discovery.search.starts import (
+    EffectStart,
+    is_left_to_follow,
+    is_worth_following,
+    little_is_missing,
+    may_do_better,
+)
 from fibrefit.laws.catalogue import find_effect
 
 
@@ -40,6 +48,25 @@ def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> No
     assert not is_worth_following(drag, -1.0, -10.0)
     assert not is_worth_following(drag, 3.0, 4.0)
     assert is_worth_following(drag, 5.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("effect", "predicted_gain", "gain", "expected"),
+    [
+        ("guide.quadratic_drag", 0.3, 0.0, True),
+        ("guide.quadratic_drag", 0.3, 90.0, False),
+        ("guide.quadratic_drag", 5.0, 90.0, True),
+        ("guide.quadratic_drag", 5.0, 120.0, False),
+        ("drive.play", -3.0, 90.0, True),
+        ("drive.play", -3.0, 120.0, False),
+    ],
+)
+def test_what_slopes_predict_next_to_nothing_of_is_not_followed_beside_what_gains_much(
+    effect: str, predicted_gain: float, gain: float, expected: bool
+) -> None:
+    prediction = PredictedGain(predicted_gain, {}, {}, {})
+    start = EffectStart(predicted_gain, find_effect(effect), cast(Any, None), prediction, cast(Any, None))
+    assert is_left_to_follow(start, gain) is expected
 
 
 def test_an_effect_is_followed_last_from_where_slopes_were_taken() -> None:

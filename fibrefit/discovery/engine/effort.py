@@ -40,6 +40,9 @@ AT_REST = 0.25
 """Standard deviations between records by which values of a record move where linearising anew says no more."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
+HARDLY = 0.05
+"""Share of what another effect gains that slopes have to predict of one where that is not beyond doubt, too: where
+slopes bend, an effect gained twice what they predicted, and none twenty times as much."""
 REFITTED = 4
 """Candidates that always are."""
 WIDELY = 4

@@ -25,9 +25,9 @@ from fibrefit.discovery.search.recurring import may_recur, predicted_recurrence
 from fibrefit.discovery.search.screen import Elsewhere, Screen
 from fibrefit.discovery.search.starts import (
     EffectStart,
+    is_left_to_follow,
     is_worth_following,
     little_is_missing,
-    may_do_better,
     most_promising,
 )
 from fibrefit.laws.law import Effect
@@ -161,7 +161,7 @@ class Search(SearchBase):
             found += [one for one in fit_all(jobs, tell) if one is not None]
             begun += now
             gain = max((one.log - parent.log for one in found), default=0.0)
-            left = [start for start in left if may_do_better(start.predicted_gain, gain)]
+            left = [start for start in left if is_left_to_follow(start, gain)]
         return found, {start.effect for start in begun}
 
     def predicted_gains(

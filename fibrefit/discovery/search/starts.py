@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from fibrefit.discovery.engine.effort import PROMISING, TOO_FAR, slopes_tell
+from fibrefit.discovery.engine.effort import HARDLY, PROMISING, TOO_FAR, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
@@ -47,6 +47,15 @@ def may_do_better(predicted_gain: float, gain: float) -> bool:
     What explains something beyond doubt is likelier missing than what is predicted to gain far less.
     """
     return gain <= BEYOND_DOUBT or predicted_gain > PROMISING * gain
+
+
+def is_left_to_follow(start: EffectStart, gain: float) -> bool:
+    """Whether a start is followed once another effect gains so much, in nats.
+
+    Of an effect at whose null the model changes its kind slopes say too little for a small share to be asked of them.
+    """
+    hardly = not start.effect.singular and start.predicted_gain <= HARDLY * gain
+    return may_do_better(start.predicted_gain, gain) and not hardly
 
 
 def most_promising(
