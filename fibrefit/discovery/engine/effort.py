@@ -41,8 +41,8 @@ AT_REST = 0.25
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 HARDLY = 0.05
-"""Share of what another effect gains that slopes have to predict of one where that is not beyond doubt, too: where
-slopes bend, an effect gained twice what they predicted, and none twenty times as much."""
+"""Share of what another effect gains that slopes have to predict of one where that is not beyond doubt, too: in four
+driven searches that were traced no effect gained more than 2.1 times what they predicted."""
 REFITTED = 4
 """Candidates that always are."""
 WIDELY = 4

@@ -91,17 +91,18 @@ def _sensitivities_about(search: Search, fitted: LaplaceFit, coefficients: Input
 
     A chord step then: what readings are is simulated where the hypothesis is, their reactions are those of before.
     """
-    supermodel, plain = fitted.supermodel, search.plain(fitted)
-    assert supermodel.sensitivities is not None
-    as_before = supermodel.sensitivities.about(coefficients)
-    there = supermodel_of(search.task, supermodel.effects, as_before)
-    left, predicted = (
-        np.asarray(residual_rows(one, fitted.local, search.context.whole)) for one in (there, supermodel)
-    )
-    if reacts_alike(left, predicted).all():
-        return as_before
+    supermodel, known, plain = fitted.supermodel, fitted.supermodel.sensitivities, search.plain(fitted)
+    assert known is not None
+    far = search.gap(plain) > TOO_FAR
+    # Of what did not count, as bounces were out of reach, nothing was predicted.
+    if not (far or known.far):
+        as_before = known.about(coefficients)
+        models = supermodel_of(search.task, supermodel.effects, as_before), supermodel
+        left, predicted = (np.asarray(residual_rows(one, fitted.local, search.context.whole)) for one in models)
+        if reacts_alike(left, predicted).all():
+            return as_before
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
-    anew = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, search.gap(plain) > TOO_FAR)
+    anew = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, far)
     assert anew is not None
     return anew
 

@@ -87,12 +87,15 @@ class InputSensitivities(NamedTuple):
     offset : (n_record, n_channel * n_time)
         What the readings would be without that.
     records : tuple of Directions
+    far : bool
+        Whether a record counts up to its first bounce alone, see `sensitivities_of`.
     """
 
     coefficients: InputCoefficients
     downweight: np.ndarray
     offset: np.ndarray
     records: tuple[Directions, ...]
+    far: bool = False
 
     def roots(self) -> list[np.ndarray]:
         """Of the covariance of what is not known of the coefficients, ``(n_wave, n_wave)`` for each record."""
@@ -173,7 +176,7 @@ def sensitivities_of(
         downweight = np.minimum.accumulate(
             np.broadcast_to(downweight.min(axis=1, keepdims=True), downweight.shape), axis=-1
         )
-    return weighted_sensitivities(coefficients, rows, downweight)
+    return weighted_sensitivities(coefficients, rows, downweight)._replace(far=far)
 
 
 def weighted_sensitivities(
