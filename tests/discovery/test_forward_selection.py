@@ -94,7 +94,8 @@ def selected(case: Case, **limits: Any) -> Selection:
     return forward_select(case.search, case.base, case.before, Limits(**limits))
 
 
-@pytest.mark.parametrize(("coefficient", "far"), [pytest.param(FAINT, False, marks=pytest.mark.slow), (PLAIN, True)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("coefficient", "far"), [(FAINT, False), (PLAIN, True)])
 def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, far: bool) -> None:
     made = case(coefficient)
     assert slopes_tell(made.search.gap(made.search.base)) != far

@@ -270,6 +270,7 @@ def search(task: Task) -> Search:
     return set_up(replace(task, start=start), None, RIVALS, lambda what, share: None)
 
 
+@pytest.mark.slow
 def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be_found(search: Search) -> None:
     base: Any = SimpleNamespace(supermodel=search.base.supermodel, local=search.base.fit.local)
     found = [just_found(search, base, effect) for effect in RIVALS]

@@ -53,6 +53,7 @@ def task() -> Task:
     return formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
 
 
+@pytest.mark.slow
 def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     known = input_errors(task)
     quiet = no_errors(known)
@@ -195,6 +196,7 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     assert wave @ wave > 10.0 * SINGLE * cost
 
 
+@pytest.mark.slow
 def test_effects_simulated_in_groups_are_those_of_one_model(task: Task) -> None:
     effects = [
         find_effect(name)

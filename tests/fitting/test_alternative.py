@@ -69,6 +69,7 @@ def lacking(folder: Path, *effects: type[Effect], **values: float) -> Identifica
     return identify(made.task(folder, [one], lifts=(LIFT,)), made.STARTS, 0)
 
 
+@pytest.mark.slow
 def test_a_law_with_which_a_value_is_another_by_a_factor_fails_the_fit(tmp_path: Path) -> None:
     """Damping takes over what a branch of the fibre loses, and leaves little of it."""
     branch = {"fibre__maxwell_branch__branch_stiffness": 1e4, "fibre__maxwell_branch__relaxation_time": 6e-3}

@@ -46,6 +46,7 @@ def searched(task: Task) -> Starts:
     return collected(layout, began, search(task.problem, layout.free(began), task.horizons, lambda share: None))
 
 
+@pytest.mark.slow
 def test_what_all_starts_agree_on_is_left_for_a_lower_minimum_beside_it(
     in_wrong_minimum: tuple[Task, dict[str, float]],
 ) -> None:

@@ -142,6 +142,7 @@ def test_few_of_many_samples_lead_starts_to_the_same_place(fine_task: Task, monk
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-2 * widths(problem, ends[1]).min())
 
 
+@pytest.mark.slow
 def test_where_few_samples_cannot_be_simulated_all_of_them_are_followed(
     fine_task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -130,6 +130,7 @@ def test_records_in_a_wrong_bounce_are_followed_bounce_by_bounce(
     assert gap() > 1.3
 
 
+@pytest.mark.slow
 def test_readings_up_to_an_instant_tell_what_they_would_tell_without_the_others() -> None:
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[0],)})
@@ -149,6 +150,7 @@ def test_readings_up_to_an_instant_tell_what_they_would_tell_without_the_others(
     np.testing.assert_allclose(shorter.left(flat), wanted.left(flat), atol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("left", "looks"), [(np.inf, 2), (1e-3, 1)])
 def test_a_look_that_the_time_does_not_suffice_for_is_not_begun(
     monkeypatch: pytest.MonkeyPatch, left: float, looks: int

@@ -349,15 +349,9 @@ def relative_error(slope: np.ndarray, difference: np.ndarray) -> float:
     return float(np.sqrt(np.mean(error[smooth] ** 2)) / scale)
 
 
-@pytest.mark.parametrize(
-    ("port", "choose"),
-    [
-        ("guide", "typical"),
-        pytest.param("guide", "null", marks=pytest.mark.slow),
-        *(pytest.param("fibre", choose, marks=pytest.mark.slow) for choose in ("null", "typical")),
-        *(pytest.param("sensor", choose, marks=pytest.mark.slow) for choose in ("null", "typical")),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("choose", ["null", "typical"])
+@pytest.mark.parametrize("port", ["guide", "fibre", "sensor"])
 def test_derivatives_of_composed_effects_are_those_of_the_readings(port: str, choose: str) -> None:
     for name, role, slope, difference in slopes_and_differences("fibre_mass", GROUPS[port], choose):
         allowed = AT_NULL.get(name, COMPOSED) if choose == "null" else COMPOSED

@@ -137,6 +137,7 @@ def test_readings_react_to_an_error_as_differences_say(task: Task, known: dict[s
         assert np.linalg.norm(missed) < DIFFERENCES * np.linalg.norm(plain[r])
 
 
+@pytest.mark.slow
 def test_each_record_may_be_linearised_at_values_of_its_own(task: Task, known: dict[str, InputErrors]) -> None:
     quiet, stiffer = no_errors(known), task.start.copy()
     stiffer[0] *= 1.02

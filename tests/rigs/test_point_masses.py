@@ -54,6 +54,7 @@ def test_bounces_of_a_light_fibre_are_those_of_one_without_mass(points: int, dam
     assert deviation(found["position"], respond(fine, (effect,), **values)["position"][::4]) < FINER
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", [5e-4, pytest.param(2e-3, marks=pytest.mark.slow)])
 def test_what_a_bounce_stirs_up_in_the_fibre_is_over_as_soon_as_it_is_in_finer_steps(mass: float) -> None:
     """Points calm within microseconds; a whole step would leave a sixth of it in the gauge's next reading."""
@@ -73,6 +74,7 @@ def test_a_heavier_fibre_moves_the_weight_another_way() -> None:
     assert deviation(heavy, light) > 5.0 * LIGHT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [pytest.param("pendulum", marks=pytest.mark.slow), "drive"])
 def test_other_rigs_have_such_fibres_too(kind: str) -> None:
     experiment = {"pendulum": pendulum, "drive": drive}[kind](1601)

@@ -88,6 +88,7 @@ def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: sampling._Re
         assert found.interval[0] < TRUTH[name] < found.interval[1], name
 
 
+@pytest.mark.slow
 def test_how_much_they_differ_is_what_a_fit_says(ready: sampling._Ready, posterior: Posterior) -> None:
     for name, expected in between(ready.deviations.evidence).items():
         found = posterior.between[name]
@@ -125,6 +126,7 @@ def test_where_drives_were_measured_it_is_told_that_records_count_as_alike(poste
     assert "records_alike" not in [one.identifier for one in told]
 
 
+@pytest.mark.slow
 def test_where_records_agree_nothing_widens(ready: sampling._Ready) -> None:
     index = ready.target.names.index("stiffness")
     same = prepared(differing_series(np.zeros(5)))

@@ -154,6 +154,7 @@ def test_groups_open_as_arviz_expects(posterior: Posterior, bands: dict[str, Ban
         assert float(opened["stiffness"].mean()) == pytest.approx(TRUTH["stiffness"], rel=0.01)
 
 
+@pytest.mark.slow
 def test_missing_physics_sets_off_the_alarm() -> None:
     """Viscous friction made the data and the model lacks it: whitening would explain it away."""
     viscous = {"guide.viscous_friction.viscous_coefficient": 6.0}

@@ -44,6 +44,7 @@ def test_from_rest_it_jumps_between_4_2_and_4_3_hz() -> None:
     assert rest.amplitude[2] > 4.0 * rest.amplitude[1]
 
 
+@pytest.mark.slow
 def test_what_comes_before_decides_where_two_motions_are_stable() -> None:
     rest, up, down = near_the_jump()
     # At 4.3 Hz: large from rest and coming down, small coming up; at 4.2 Hz the other way round.

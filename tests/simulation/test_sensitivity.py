@@ -75,6 +75,7 @@ def test_any_number_of_tangents_is_carried(one_by_one: jax.Array, number: int) -
     assert close(jnp.moveaxis(push(directions), 0, -1), one_by_one[0] @ directions.T)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [None, pytest.param("pulley.inertia", marks=pytest.mark.slow)])
 def test_many_tangents_of_an_input_are_those_of_a_few(effect: str | None) -> None:
     effects = (CATALOGUE[effect],) if effect else ()
