@@ -99,6 +99,7 @@ def test_stribeck_friction_that_damping_takes_up_fails_the_fit(tmp_path: Path) -
     assert found.status == "failed"
 
 
+@pytest.mark.slow
 def test_a_law_that_leaves_the_values_as_they_are_fails_no_fit(tmp_path: Path) -> None:
     """A toe region is not among the laws; one that explains it as well leaves the values where they are."""
     found = lacking(tmp_path, ToeRegion, fibre__toe_region__toe_depth=0.5, fibre__toe_region__toe_length=4e-4)

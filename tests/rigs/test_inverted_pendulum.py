@@ -69,7 +69,7 @@ def test_a_clamped_fibre_never_pushes_and_the_other_law_may() -> None:
         assert plain[role].min() < 0.0
 
 
-@pytest.mark.parametrize("name", ["stiffness", "damping"])
+@pytest.mark.parametrize("name", ["stiffness", pytest.param("damping", marks=pytest.mark.slow)])
 def test_derivatives_are_those_of_the_readings(name: str) -> None:
     drive, value = pendulum(1601), {"stiffness": 8264.0, "damping": 4.132}[name]
     exact, size = jacobian(drive), 1e-6 * value
@@ -81,7 +81,7 @@ def test_derivatives_are_those_of_the_readings(name: str) -> None:
         assert np.sqrt(np.mean(error**2)) < DIFFERENCES * np.sqrt(np.mean(columns[name] ** 2)), role
 
 
-@pytest.mark.parametrize("name", ["fibre.maxwell_branch", "sensor.force_lag"])
+@pytest.mark.parametrize("name", [pytest.param("fibre.maxwell_branch", marks=pytest.mark.slow), "sensor.force_lag"])
 def test_effects_leave_no_trace_at_their_null_and_one_otherwise(name: str) -> None:
     effect = CATALOGUE[name]
     typical = {f"{name}.{p.name}": p.typical for p in effect.parameters}

@@ -98,6 +98,7 @@ def test_how_much_they_differ_is_what_a_fit_says(ready: sampling._Ready, posteri
     assert 0.005 < posterior.between["stiffness"].sd < 0.02
 
 
+@pytest.mark.slow
 def test_the_bridge_finds_the_evidence_of_laplace(posterior: Posterior) -> None:
     mode = posterior.modes[0]
     assert mode.evidence.error < 0.05
@@ -105,6 +106,7 @@ def test_the_bridge_finds_the_evidence_of_laplace(posterior: Posterior) -> None:
     assert away < SURE * mode.evidence.error + LAPLACE
 
 
+@pytest.mark.slow
 def test_draws_of_records_leave_noise_alone(posterior: Posterior) -> None:
     """The negative control: with the shared values alone more than noise is left."""
     density, points = posterior.density, posterior.thinned(20)
@@ -117,6 +119,7 @@ def test_draws_of_records_leave_noise_alone(posterior: Posterior) -> None:
     assert left(records_at(replace(density, random_effects=None), points)) > 1.3
 
 
+@pytest.mark.slow
 def test_where_drives_were_measured_it_is_told_that_records_count_as_alike(posterior: Posterior) -> None:
     size = posterior.density.problem.layout.size
     driven = replace(posterior, widening=1e-6 * np.eye(size), density=replace(posterior.density, random_effects=None))

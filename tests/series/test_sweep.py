@@ -57,6 +57,7 @@ def test_what_comes_before_decides_where_two_motions_are_stable() -> None:
         assert (branch.multiplier < 1.0).all()
 
 
+@pytest.mark.slow
 def test_sixty_millimetres_overturn_near_3_75_hz() -> None:
     (curve,) = swept((3.4, 3.75, 4.2, 4.4), ((0.06, 0.0),))
     rest = curve.branches["rest"]
