@@ -56,8 +56,8 @@ class _Parts:
     ----------
     budget : Budget
     kept : float
-        Time in s by which the final fit takes longer than the first one, as simulations of its model are slower; a part
-        takes none of it.
+        Time in s kept for the fit to come: by which that of the final model takes longer than the first one, as its
+        simulations are slower, then all of that with a law; a part takes none of it.
     undone : list of str
         What the time did not suffice for.
     """
@@ -95,7 +95,9 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
     best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
-    complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=0.0)
+    # What is still to be fitted comes last, and no other part takes its time.
+    kept_for_law = 0.0 if law is None else before.seconds + _takes_longer(search, law[0], before)
+    complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=kept_for_law)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at))
     verdict, reason = _of_whole_records(*_verdict(best, alarms, readings, cut, tried), after)

@@ -17,9 +17,9 @@ from fibrefit.discovery.choice import Believed, Choose, believed, candidates
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.curves.free_form import Reading
 from fibrefit.discovery.design.rivals import Rivals
+from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.effort import COMPARED, LINEARISED_ANEW, settles
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.supermodel import coefficients_at
 from fibrefit.discovery.engine.thresholds import (
     APART,
     BEYOND_DOUBT,
@@ -32,7 +32,7 @@ from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, prune
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
-from fibrefit.discovery.search.inputs import relinearised, residuals_left
+from fibrefit.discovery.search.inputs import coefficients_of, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
 from fibrefit.discovery.unnamed import Unnamed, nameless, unnamed
@@ -184,7 +184,9 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         better, came = in_time(partial(best_exchange, single, found.chosen), None)
         at = at.took("exchange", came)
         if better is not None:
-            exchanged = believed(replace(better, untried=found.comparison.untried), limits.choose)
+            exchanged = believed(
+                replace(better, untried=found.comparison.untried, seconds=found.comparison.seconds), limits.choose
+            )
     if exchanged is not None and exchanged.chosen is not None:
         found = exchanged
     elif missing and _doubtful(at, found):
@@ -240,7 +242,7 @@ def _together(at: Selection, found: Believed, single: Comparison, limits: Limits
     if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or found.comparison.untried:
         return at, found
     pairs, came = in_time(partial(best_pair, single, found.chosen or at.best), None)
-    together = found if pairs is None else believed(pairs, limits.choose)
+    together = found if pairs is None else believed(replace(pairs, seconds=found.comparison.seconds), limits.choose)
     return replace(at.took("pairs", came), paired=came), found if together.chosen is None else together
 
 
@@ -300,12 +302,12 @@ def _round(comparison: Comparison, before: Identification, chosen: LaplaceFit) -
 
 
 def remaining_residuals(search: Search, fitted: LaplaceFit) -> ResidualSet:
-    """What a hypothesis leaves, the errors of noisy inputs taken off them."""
-    task, values = search.task_with(fitted)
-    problem, sensitivities = task.problem, fitted.supermodel.sensitivities
-    if sensitivities is not None:
-        problem = corrected(problem, input_errors(task), coefficients_at(task, values, sensitivities))
-    return residual_set_at(problem, values, search.task.noise)
+    """What a hypothesis leaves of each record at its own values, the errors of noisy inputs taken off them."""
+    task, local = own_task_by_record(search.task, search.plain(fitted))
+    problem, coefficients = task.problem, coefficients_of(search, fitted)
+    if coefficients is not None:
+        problem = corrected(problem, input_errors(task), coefficients)
+    return residual_set_at(problem, local, search.task.noise)
 
 
 def _changes(parent: LaplaceFit, chosen: LaplaceFit) -> tuple[tuple[str, float, float, str], ...]:

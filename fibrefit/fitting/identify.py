@@ -9,7 +9,6 @@ from dataclasses import replace
 from functools import cache, partial
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.allowance import MOST_STARTS
@@ -31,10 +30,10 @@ from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
-from fibrefit.fitting.search.multistart import HorizonSchedule, Searched, collected, search, sobol_starts
+from fibrefit.fitting.search.multistart import HorizonSchedule, Searched, collected, latin_hypercube_starts, search
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import Descent, descend, widths
+from fibrefit.fitting.search.solve import Descent, descend, linearised, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.laws.families import instants
@@ -204,7 +203,7 @@ def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray)
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:
     problem = task.problem
     began = starts_from_base_model(
-        task, sobol_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
+        task, latin_hypercube_starts(problem.layout, task.start, task.spread, number, seed), seed, stop
     )
     on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
     free = problem.layout.free(began)
@@ -323,7 +322,8 @@ def _undecided_starts(
 def _objective(end: Optimum) -> float:
     """Sum of squares of what is left and of the errors that were taken off the inputs, each in units of its own."""
     errors = sum(float(np.sum(np.square(waves))) for waves in end.coefficients.values())
-    return float(np.nansum(np.square(end.problem.residuals(jnp.asarray(end.values))))) + errors
+    left = float(np.sum(np.square(linearised(end.problem, end.local).residuals)))
+    return left + errors if np.isfinite(left) else np.inf  # where a motion is lost there are no numbers
 
 
 class _Second(NamedTuple):

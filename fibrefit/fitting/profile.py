@@ -65,7 +65,7 @@ def profile_interval(
     Returns
     -------
     tuple of float
-        In SI units; infinite where the cost never rises enough within reach.
+        In SI units; the limit of the parameter where the cost never rises enough within reach.
     """
     lowest = cost(values)
     rise = CHI2_95 * (reported / own) ** 2

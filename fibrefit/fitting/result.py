@@ -65,7 +65,7 @@ class Starts:
     basin : (n_start,) int
         0 for the best minimum, then by cost; -1 where the solver gave up.
     planned : int
-        Number of starts requested; 0 where all of them were tried.
+        Number of starts requested, those that were not reached included.
     """
 
     names: tuple[str, ...]

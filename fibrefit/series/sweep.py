@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -15,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.programs.side_by_side import threads
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.marks import Extremes
@@ -209,7 +209,7 @@ def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[
 def _all(jobs: Sequence[Callable[[], Any]], progress: Callable[[float], None]) -> list[Any]:
     """Results of all jobs, on all cores, in their order."""
     done = []
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threads(os.cpu_count() or 1) as pool:
         for result in pool.map(lambda job: jax.tree.map(np.asarray, job()), jobs):
             done.append(result)
             progress(len(done) / len(jobs))

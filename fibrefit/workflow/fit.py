@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.errors import UsageError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import How, identify
@@ -22,7 +22,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.summaries import FitSummary, ParameterSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prediction.predicts import Predicts
-from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.prepare import read_records, task_to_fit
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
@@ -164,8 +164,4 @@ def prepared(study: Study) -> tuple[tuple[Record, ...], Task]:
         As `fit_study`.
     """
     records = read_records(study)
-    task = task_of(study, records)
-    if task.problem.layout.size == 0:
-        do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
-        raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
-    return records, task
+    return records, task_to_fit(study, records)

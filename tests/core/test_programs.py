@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from threading import Barrier
+from threading import Barrier, Event, Timer
 from typing import Any
 
 import jax
@@ -20,6 +20,7 @@ from fibrefit.core.programs import kept as programs
 from fibrefit.core.programs import longest
 from fibrefit.core.programs.described import NotDescribedError, fingerprint
 from fibrefit.core.programs.kept import KeptProgram
+from fibrefit.core.programs.side_by_side import threads
 
 
 @pytest.fixture
@@ -154,3 +155,28 @@ def test_the_time_of_the_largest_program_is_known(monkeypatch: pytest.MonkeyPatc
         # What is at hand takes no time, and a smaller one changes nothing.
         jax.jit(lambda x: x + 1.0)(np.arange(7.0))
     assert longest.longest_compilation() == pytest.approx(known, rel=0.2)
+
+
+def test_threads_begin_nothing_more_once_they_are_interrupted() -> None:
+    begun, release = list[int](), Event()
+
+    def job(number: int) -> None:
+        begun.append(number)
+        release.wait(10.0)
+
+    def interrupted() -> None:
+        with threads(2) as pool:
+            running = [pool.submit(job, number) for number in range(20)]
+            Timer(0.2, release.set).start()
+            assert not running[-1].done()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert 1 <= len(begun) <= 2
+
+
+def test_threads_that_are_not_end_with_all_they_were_given() -> None:
+    with threads(2) as pool:
+        running = [pool.submit(lambda number: number**2, number) for number in range(20)]
+    assert [one.result() for one in running] == [number**2 for number in range(20)]

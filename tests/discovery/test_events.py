@@ -43,9 +43,10 @@ def test_and_in_several_of_many() -> None:
     assert onset(left) is None, "not one record alone"
 
 
-def test_one_record_among_several_is_found_as_ever() -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_one_record_among_several_is_found_as_ever(sign: float) -> None:
     gap = np.zeros((RECORDS, COUNT))
-    gap[2] = np.abs(STEP)
+    gap[2] = sign * np.abs(STEP)
     left = with_gap(noise_alone(2), gap)
     found = onset(left)
     assert found is not None

@@ -26,9 +26,10 @@ from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIMPLER
-from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, rivals_of
+from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, remaining_residuals, rivals_of
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
+from fibrefit.discovery.search.inputs import residuals_left
 from fibrefit.discovery.search.screen import Elsewhere, Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
@@ -402,3 +403,14 @@ def test_readings_are_linearised_again_as_long_as_that_takes_away_what_tests_obj
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, parent: (search, next(places)))
     _, found = forward_selection._settled(cast(Any, None), cast(Any, 0), 946.0)
     assert found == again
+
+
+def test_what_is_left_is_left_of_each_record_at_its_own_values(case: Callable[..., Case]) -> None:
+    """Values that all share lose what records differ by; so would the places where it is told to be left."""
+    made = case(0.0, 0.01)
+    assert made.base.evidence.mode.sigma.any()
+    left = remaining_residuals(made.search, made.base)
+    assert np.sqrt(np.mean(left.residuals[left.counted] ** 2)) == pytest.approx(1.0, abs=0.05)
+    # Beside a jump a search's own residuals are softened.
+    apart = np.abs(left.residuals - residuals_left(made.search, made.base))[left.counted]
+    assert np.mean(apart < 1e-5) > 0.99

@@ -12,12 +12,13 @@ from fibrefit.core.roles import LOADING, PHASES, SLACK
 from fibrefit.discovery.engine.thresholds import WRONGLY
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend
+from fibrefit.discovery.residuals.eigenvalues import autocorrelation
 from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import most_of, phase_shares, places
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
-from fibrefit.problem.noise.spectrum import noise_of
+from fibrefit.problem.noise.spectrum import Noise, noise_of
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.left import BOUNCE, CHANNELS, COUNT, RATE, RECORDS, SIGMA, TAUT, noise_alone, of_colour, with_gap
 
@@ -149,6 +150,26 @@ def test_a_tone_is_said_to_lie_at_its_frequency() -> None:
     assert low < 130.0 < high < 1.3 * low
     assert share > 0.8
     assert f"lies between {low:.3g} and {high:.3g} Hz" in in_words(left)
+
+
+@pytest.mark.parametrize(("known", "told"), [((), True), (((130.0, 1.0),), False)])
+def test_of_a_line_that_noise_is_known_to_have_nothing_is_said(
+    known: tuple[tuple[float, float], ...], told: bool
+) -> None:
+    left = with_gap(noise_alone(7), 3.0 * np.sin(2.0 * np.pi * 130.0 * SAMPLE / RATE))
+    own = [piece for piece in channel_residuals(left) if piece.channel == 0]
+    assert (narrow_band(spectrum_of(own), replace(own[0].noise, lines=known)) is not None) == told
+
+
+@pytest.mark.parametrize("lines", [(), ((50.1, 0.5),), ((50.1, 0.3), (150.3, 0.2))])
+def test_the_autocorrelation_of_noise_begins_with_its_whole_variance(lines: tuple[tuple[float, float], ...]) -> None:
+    noise = Noise(white=1.0 / RATE, pink=0.0, line=0.0, samples=COUNT, lines=lines)
+    found = autocorrelation(noise, COUNT, RATE)
+    assert found[0] == pytest.approx(1.0, abs=2.0 / COUNT)
+    whole = noise.rms(COUNT / RATE, RATE) ** 2
+    turns = 2.0 * np.pi * np.arange(1, COUNT) / RATE
+    expected = sum((share / whole * np.cos(line * turns) for line, share in lines), start=np.zeros(COUNT - 1))
+    np.testing.assert_allclose(found[1:], expected, atol=2.0 / COUNT)
 
 
 def test_a_hiss_lies_at_no_frequency() -> None:

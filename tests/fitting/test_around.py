@@ -12,7 +12,7 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.search import around
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
-from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, collected, search, sobol_starts
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, collected, latin_hypercube_starts, search
 from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Descent, Stopping, gram_at
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.problem import Problem
@@ -42,7 +42,7 @@ USUAL = {"stiffness": 14e3, "damping": 15.0, "friction": 3.0}
 
 def searched(task: Task) -> Starts:
     layout = task.problem.layout
-    began = sobol_starts(layout, task.start, task.spread, FEW, 0)
+    began = latin_hypercube_starts(layout, task.start, task.spread, FEW, 0)
     return collected(layout, began, search(task.problem, layout.free(began), task.horizons, lambda share: None))
 
 

@@ -14,7 +14,7 @@ from fibrefit.core.time_limit import time_limit
 from fibrefit.fitting import gls
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, Searched, search, sobol_starts
+from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, Searched, latin_hypercube_starts, search
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence, fit_sentence
 
@@ -37,7 +37,7 @@ def searched(
     task: Task, stop: Callable[[], bool], lost: tuple[int, ...] = (), horizons: np.ndarray | None = None
 ) -> Searched:
     layout = task.problem.layout
-    frees = layout.free(sobol_starts(layout, task.start, task.spread, STARTS, 0))
+    frees = layout.free(latin_hypercube_starts(layout, task.start, task.spread, STARTS, 0))
     frees[list(lost)] = np.nan
     return search(task.problem, frees, task.horizons if horizons is None else horizons, lambda _: None, stop)
 

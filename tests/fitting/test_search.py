@@ -24,8 +24,8 @@ from fibrefit.fitting.search.multistart import (
     _leaders,
     as_long_as_needed,
     collected,
+    latin_hypercube_starts,
     search,
-    sobol_starts,
 )
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
@@ -44,7 +44,7 @@ LONG = 3000
 
 def test_a_start_that_cannot_be_simulated_is_lost_and_takes_no_other_with_it(task: Task, found: Identification) -> None:
     layout = task.problem.layout
-    began = sobol_starts(layout, task.start, task.spread, made.STARTS, 0)
+    began = latin_hypercube_starts(layout, task.start, task.spread, made.STARTS, 0)
     frees = layout.free(began)
     frees[3] = np.nan
     told: list[float] = []
@@ -66,7 +66,7 @@ def test_a_start_far_from_what_another_explains_is_given_up() -> None:
 
 def test_what_is_given_up_takes_no_further_step(task: Task) -> None:
     layout = task.problem.layout
-    began = sobol_starts(layout, task.start, task.spread, made.STARTS, 0)
+    began = latin_hypercube_starts(layout, task.start, task.spread, made.STARTS, 0)
     began[2, layout.free_names.index("friction")] = 100.0
     found = search(task.problem, layout.free(began), task.horizons, lambda _: None)
     assert found.ended.all()
@@ -87,7 +87,7 @@ def length_of(problem: Problem) -> int:
 @pytest.mark.slow
 def test_a_horizon_in_arrays_of_its_own_length_leads_to_the_same_place(long_task: Task) -> None:
     problem, near = long_task.problem, long_task.horizons[:, 0]
-    began = problem.layout.free(sobol_starts(problem.layout, long_task.start, long_task.spread, 2, 0))
+    began = problem.layout.free(latin_hypercube_starts(problem.layout, long_task.start, long_task.spread, 2, 0))
     plain = search(problem, began, long_task.horizons, lambda _: None).descent
     short = as_long_as_needed(problem, near, 0)
     assert near.max() <= length_of(short) <= LONG // 2
@@ -122,7 +122,7 @@ def fine_task(tmp_path_factory: pytest.TempPathFactory) -> Task:
 @pytest.mark.slow
 def test_few_of_many_samples_lead_starts_to_the_same_place(fine_task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = fine_task.problem
-    began = problem.layout.free(sobol_starts(problem.layout, fine_task.start, fine_task.spread, 4, 0))
+    began = problem.layout.free(latin_hypercube_starts(problem.layout, fine_task.start, fine_task.spread, 4, 0))
     followed = multistart.descend_all
     shapes: list[int] = []
 
@@ -227,7 +227,7 @@ def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> 
     shared = Slot("k", "N/m", Range(5.0, 12.0, 1.0))
     layout = Layout((shared, Slot("b", "-", Range(0.0, 1e9, 1.0)), Slot("zero", "m", shared.range, False)), ("a", "b"))
     centre = np.array([10.0, 2.0, 6.0, 7.0])
-    began = sobol_starts(layout, centre, {"k": 4.0, "b": 3.0, "zero": 9.0}, 33, seed=1)
+    began = latin_hypercube_starts(layout, centre, {"k": 4.0, "b": 3.0, "zero": 9.0}, 33, seed=1)
     np.testing.assert_array_equal(began[0], centre)
     assert began[:, 0].min() >= 5.0
     assert began[:, 0].max() <= 12.0
@@ -236,9 +236,9 @@ def test_starts_are_the_guess_and_a_cloud_within_the_spread_and_the_bounds() -> 
     # What each record has for itself stays as the data tell it.
     np.testing.assert_array_equal(began[:, 2:], np.tile(centre[2:], (33, 1)))
     assert len(np.unique(began[1:, 1])) == 32
-    np.testing.assert_array_equal(began, sobol_starts(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
-    assert not np.array_equal(began, sobol_starts(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
-    assert len(sobol_starts(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
+    np.testing.assert_array_equal(began, latin_hypercube_starts(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=1))
+    assert not np.array_equal(began, latin_hypercube_starts(layout, centre, {"k": 4.0, "b": 3.0}, 33, seed=2))
+    assert len(latin_hypercube_starts(layout, centre, {"k": 4.0}, 1, seed=0)) == 1
 
 
 def test_starts_that_met_go_on_as_one_unless_they_took_different_ways() -> None:

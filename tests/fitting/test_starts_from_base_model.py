@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import sobol_starts
+from fibrefit.fitting.search.multistart import latin_hypercube_starts
 from fibrefit.fitting.search.starts_from_base_model import AS_DRAWN, FEW, starts_from_base_model, without_effects
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.statement.layout import Layout
@@ -31,7 +31,7 @@ def viscous(tmp_path_factory: pytest.TempPathFactory) -> Task:
 
 def test_most_starts_begin_where_the_base_model_ends(viscous: Task, task: Task, found: Identification) -> None:
     layout = viscous.problem.layout
-    drawn = sobol_starts(layout, viscous.start, viscous.spread, made.STARTS, 0)
+    drawn = latin_hypercube_starts(layout, viscous.start, viscous.spread, made.STARTS, 0)
     led = starts_from_base_model(viscous, drawn, 0, GOING_ON)
     kept = np.arange(made.STARTS) % AS_DRAWN == 0
     np.testing.assert_array_equal(led[kept], drawn[kept])
@@ -44,7 +44,7 @@ def test_most_starts_begin_where_the_base_model_ends(viscous: Task, task: Task, 
 
 def test_a_few_starts_a_model_without_effects_and_one_to_be_stopped_are_left(viscous: Task, task: Task) -> None:
     for one, number, stop in ((viscous, FEW, GOING_ON), (task, 8, GOING_ON), (viscous, 8, lambda: True)):
-        drawn = sobol_starts(one.problem.layout, one.start, one.spread, number, 0)
+        drawn = latin_hypercube_starts(one.problem.layout, one.start, one.spread, number, 0)
         assert starts_from_base_model(one, drawn, 0, stop) is drawn
 
 

@@ -113,6 +113,16 @@ def test_a_prior_beyond_the_limits_is_refused_with_the_remedy() -> None:
     )
 
 
+@pytest.mark.parametrize(("centre", "left"), [(100.0, False), (-100.0, False), (55.0, True), (-4.0, True)])
+def test_a_prior_of_which_limits_leave_nothing_is_refused_on_either_side(centre: float, left: bool) -> None:
+    prior = Prior.of(PriorSetting("normal", centre=centre, spread=1.0))
+    if left:
+        assert np.isfinite(prior.within(1.0, 50.0, "prior of damping").log_mass)
+        return
+    with pytest.raises(StudyError, match=r"has nothing between 1 and 50; expected limits within eight of its standard"):
+        prior.within(1.0, 50.0, "prior of damping")
+
+
 @pytest.mark.parametrize(
     ("prior", "words"),
     [

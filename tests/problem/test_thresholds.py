@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 from unittest.mock import patch
 
 import numpy as np
@@ -45,11 +45,25 @@ def cornered(height: float) -> bool:
     return bool(len(corners._selected(height * wave / np.linalg.norm(wave), shapes, 1.0)[0]))
 
 
+class _Rubs(NamedTuple):
+    """A guide with a friction of 2 N."""
+
+    def net_force(self, drive: Any, direction: Any, sliding: Any) -> Any:
+        return drive - 2.0 * direction
+
+
+class _OneMass(NamedTuple):
+    """A mass in a guide, driven by what was measured."""
+
+    guide: _Rubs
+    gain: float = 1.0
+    offset: float = 0.0
+    mass: float = 3.0
+
+
 def standing(speed: float) -> bool:
     """Whether a mass of such a speed counts as one that stands: no force is asked of it but the measured one."""
-    guide = SimpleNamespace(net_force=lambda drive, direction, sliding: drive - 2.0 * direction)
-    system = SimpleNamespace(gain=1.0, offset=0.0, mass=3.0, guide=guide)
-    one = np.ones(1)
+    one, system = np.ones(1), _OneMass(guide=_Rubs())
     return bool(inverse_dynamics._required_force(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
 
 

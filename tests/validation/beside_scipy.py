@@ -78,7 +78,7 @@ def _rival(job: Job, item: BatchItem) -> Rival:
     from tests.benchmarks.problem import fit_of, in_their_order
 
     # isort: split
-    from fibrefit.fitting.search.multistart import sobol_starts
+    from fibrefit.fitting.search.multistart import latin_hypercube_starts
     from fibrefit.workflow.prepare import task_of
 
     identified(job)
@@ -89,7 +89,7 @@ def _rival(job: Job, item: BatchItem) -> Rival:
     told = [item.parameters[name] for name in NAMES]
     plain = [(one.plain_value or one.value, one.plain_error or one.std_error) for one in told]
     times, same = [], []
-    for start in sobol_starts(task.problem.layout, task.start, task.spread, STARTS, 0):
+    for start in latin_hypercube_starts(task.problem.layout, task.start, task.spread, STARTS, 0):
         began = time.process_time()
         values = rivals.fit_scipy(fit_of(task)._replace(start=in_their_order(task, start)))
         times.append(time.process_time() - began)

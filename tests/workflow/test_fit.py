@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import contextvars
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import jsonschema
 import numpy as np
 import pytest
 
+import fibrefit
 import fibrefit.plots.save
 from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.core.formats import FIGURES
@@ -254,6 +257,13 @@ def test_a_study_that_cannot_be_fitted_is_refused(
     with pytest.raises(error) as refused:
         fit_study(made.study(tmp_path, more=more, own=own), starts=1)
     assert says in str(refused.value)
+
+
+@pytest.mark.parametrize("asked", [fibrefit.discover, fibrefit.distinguish, fibrefit.plan])
+def test_nothing_is_asked_of_a_study_in_which_all_is_held(tmp_path: Path, asked: Callable[..., Any]) -> None:
+    made.write(tmp_path, made.records())
+    with pytest.raises(StudyError, match="every parameter is held; expected at least one that is free"):
+        asked(made.study(tmp_path, more=HELD, own=['release = "123.4 ms"\nposition_zero = "0.13 mm"'] * 2))
 
 
 def test_a_record_that_is_not_a_record_is_refused_by_name(tmp_path: Path) -> None:

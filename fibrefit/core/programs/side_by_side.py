@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 R = TypeVar("R")
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 """Cores this process may use."""
+
+
+@contextmanager
+def threads(number: int) -> Iterator[ThreadPoolExecutor]:
+    """Threads that begin nothing more once the block is left by an exception, such as a second Ctrl-C."""
+    with ThreadPoolExecutor(number) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def for_each(job: Callable[..., R], *of: Iterable[Any]) -> list[R]:
@@ -25,5 +37,5 @@ def for_each(job: Callable[..., R], *of: Iterable[Any]) -> list[R]:
     jobs = list(zip(*of, strict=True))
     if THREADS == 1 or len(jobs) < 2:
         return [job(*each) for each in jobs]
-    with ThreadPoolExecutor(min(THREADS, len(jobs))) as pool:
+    with threads(min(THREADS, len(jobs))) as pool:
         return list(pool.map(lambda each: job(*each), jobs))

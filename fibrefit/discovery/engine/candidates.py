@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import dataclass, replace
 from itertools import product
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.core.programs.side_by_side import threads
 from fibrefit.core.time_limit import OutOfTimeError, check_time
 from fibrefit.discovery.engine.effort import TOO_FAR
 from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
@@ -44,6 +44,7 @@ beside it, where the highest start was 1.6 kHz."""
 MANY, KEPT = 12, 4
 """Starts from which on each takes a single step before the best few go on."""
 THREADS = 2
+"""Jobs at a time, whatever cores there are: each holds the rows of a supermodel, hundreds of megabytes."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +68,6 @@ class Hypothesis:
     def names(self) -> tuple[str, ...]:
         """Names of the effects."""
         return tuple(effect.name for effect in self.effects)
-
-    @property
-    def size(self) -> int:
-        """Number of parameters the effects add."""
-        return sum(len(effect.parameters) for effect in self.effects)
 
 
 @dataclass(frozen=True)
@@ -255,7 +251,7 @@ def trial_of(
 
 
 def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
-    """Carry out jobs on all cores, the first ones first; compiled programs run without holding the interpreter.
+    """Carry out jobs on `THREADS` cores, the first ones first; compiled programs run without holding the interpreter.
 
     Returns
     -------
@@ -263,17 +259,11 @@ def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> l
         None for those that the time did not suffice for.
     """
     done: list[Any] = []
-    with ThreadPoolExecutor(THREADS) as pool:
+    with threads(THREADS) as pool:
         # A limit of time holds for what is done in other threads too.
-        running = [pool.submit(copy_context().run, _in_time, job) for job in jobs]
-        try:
-            for future in running:
-                done.append(future.result())
-                tell(len(done))
-        except BaseException:
-            for future in running:
-                future.cancel()
-            raise
+        for future in [pool.submit(copy_context().run, _in_time, job) for job in jobs]:
+            done.append(future.result())
+            tell(len(done))
     return done
 
 

@@ -69,10 +69,9 @@ def common_noise_of(
     """
     steps = {} if in_steps is None else dict(in_steps.steps)
     problem = with_steps(supermodel.problem, steps)
-    data, channels = problem.observations, problem.model.rig.channels
-    rate = 1.0 / float(np.diff(np.asarray(data.experiment.times)[0, :2])[0])
+    channels = problem.model.rig.channels
     noise = tuple(
-        noise_of_steps(steps[channel], rate, of.samples) if channel in steps else of
+        noise_of_steps(steps[channel], supermodel.task.rate, of.samples) if channel in steps else of
         for channel, of in zip(channels, noise, strict=True)
     )
     whitening = in_blocks(whitening_of(problem, noise))

@@ -135,7 +135,8 @@ class _Map:
         return np.concatenate([np.clip(unknowns[:n], self.lower, self.upper), unknowns[n:]])
 
     def refit(self, unknowns: np.ndarray, cost: float, steps: int) -> Refit:
-        """Result at the given unknowns."""
+        """Result at the given unknowns; where a motion is lost, no other costs more."""
+        cost = cost if np.isfinite(cost) else np.inf
         shared = dict(zip(self.subset.shared, self.split(unknowns)[0].tolist(), strict=True))
         return Refit(self.local(unknowns), cost, shared, steps)
 

@@ -19,7 +19,7 @@ from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.laws.law import Effect, SensorLaw, extends
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, residuals
+from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood
@@ -41,14 +41,6 @@ STRETCHES = 64
 ANYWHERE = Range(-np.inf, np.inf, 1.0)
 OWN_KIND = ("guide", "fibre", "sensor")
 """Places with so many effects that they have supermodels of their own."""
-
-
-def coefficients_at(task: Task, values: np.ndarray, sensitivities: InputSensitivities) -> InputCoefficients:
-    """Errors of the inputs that suit values ``(n_free,)`` in SI units best, as far as sensitivities predict them."""
-    known = input_errors(task)
-    left = residuals(downweighted(task.problem, sensitivities.downweight), known, values, sensitivities.coefficients)
-    whole = left.reshape(len(left), 1, -1) + sensitivities.offset[:, None]
-    return sensitivities.named([-record.best(own)[0] for record, own in zip(sensitivities.records, whole, strict=True)])
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.noise.spectrum import Noise
 
 EXACT = 128
 """Samples up to which the eigenvalues are computed; of longer windows the mean periodogram has them, within a percent
@@ -30,5 +30,6 @@ def autocorrelation(noise: Noise, count: int, rate: float) -> np.ndarray:
     frequency = np.fft.rfftfreq(count, 1.0 / rate)
     density = noise.over_mean(np.maximum(frequency, frequency[1]), count / rate, rate)
     density[0] = 0.0
-    line = noise.line / noise.rms(count / rate, rate) ** 2
-    return np.fft.irfft(density, count) + line * np.cos(2.0 * np.pi * MAINS[0] * np.arange(count) / rate)
+    turn, whole = 2.0 * np.pi * np.arange(count) / rate, noise.rms(count / rate, rate) ** 2
+    lines = [variance / whole * np.cos(line * turn) for line, variance in noise.all_lines]
+    return np.fft.irfft(density, count) + sum(lines, start=np.zeros(count))

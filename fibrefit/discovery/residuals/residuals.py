@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.diagnose.phases import motion
@@ -23,10 +22,10 @@ def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, No
     Parameters
     ----------
     problem : Problem
-    values : (n_free,) in SI units
+    values : (n_free,) or, where records differ, (n_record, n_local) in SI units
     noise : mapping of channel to Noise
     """
-    moved, data = motion(problem, jnp.asarray(values)), problem.observations
+    moved, data = motion(problem, values), problem.observations
     channels = problem.model.rig.channels
     residuals = np.stack(
         [np.asarray(data.weight[c]) * (moved.readings[c] - np.asarray(data.measured[c])) for c in channels], axis=1

@@ -79,13 +79,12 @@ def narrow_band(found: Spectrum, noise: Noise) -> tuple[float, float, float] | N
     ----------
     found : Spectrum
     noise : Noise
-        Where it knows of the mains, nothing is said of their frequencies.
+        Where it knows of a line, nothing is said of its frequency; of one not known better, of none of the mains.
     """
     excess = found.power - found.floor
-    if noise.line > 0.0:
-        excess = np.where(
-            np.min([np.abs(found.frequency - line) for line in MAINS], axis=0) < BESIDE_MAINS, 0.0, excess
-        )
+    known = [line for line, _ in noise.lines] + list(MAINS if noise.line > 0.0 else ())
+    for line in known:
+        excess = np.where(np.abs(found.frequency - line) < BESIDE_MAINS, 0.0, excess)
     whole = float(excess.sum())
     if whole <= 0.0:
         return None

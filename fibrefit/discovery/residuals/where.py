@@ -179,7 +179,7 @@ def onset(found: ResidualSet) -> tuple[str, float] | None:
     times = np.asarray(found.problem.observations.experiment.times)[r]
     step = float(times[1] - times[0])
     width = max(round(SHORTEST_WINDOW / step), 4)
-    squares = found.residuals[r].max(axis=0) ** 2
+    squares = (found.residuals[r] ** 2).max(axis=0)
     blocks = squares[: len(squares) // width * width].reshape(-1, width).mean(axis=1)
     loud = np.flatnonzero(blocks > HAPPENED)
     return (worst, float(times[loud[0] * width])) if len(loud) else None

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.programs.side_by_side import threads
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.solve import (
     FOR_A_HORIZON,
@@ -38,7 +39,9 @@ WORTH_A_PROGRAM = 1_000_000
 take a second of processor time, as much as their program takes to compile."""
 
 
-def sobol_starts(layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int) -> np.ndarray:
+def latin_hypercube_starts(
+    layout: Layout, centre: np.ndarray, spread: Mapping[str, float], number: int, seed: int
+) -> np.ndarray:
     """Starting values ``(number, n_free)`` in SI units: the centre, then a Latin hypercube around it.
 
     Parameters
@@ -195,7 +198,7 @@ def _searched(
     zero = np.zeros(number, dtype=int)
     found = Descent(starts, np.full(number, np.inf), zero, zero.astype(bool))
     lost = np.zeros(number, dtype=bool)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with threads(os.cpu_count() or 1) as pool:
         for stage in range(stages):
             # Of fewer samples, errors are wider.
             wider = math.sqrt(sparse.spacing(stage == stages - 1))

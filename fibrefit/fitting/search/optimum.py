@@ -62,7 +62,7 @@ class Optimum:
         Of a perfect model.
     input_errors : dict of input to InputErrorSummary
     coefficients : mapping of input to (n_record, n_wave)
-        Errors of the inputs, see `input_error`.
+        Errors of the inputs, see `errors_in_variables`.
     view : View, optional
         Readings linearised in those errors.
     predicted_with_inputs : float, optional

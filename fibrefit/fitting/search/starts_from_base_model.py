@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fibrefit.fitting.search.multistart import HorizonSchedule, search, sobol_starts
+from fibrefit.fitting.search.multistart import HorizonSchedule, latin_hypercube_starts, search
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -40,7 +40,7 @@ def starts_from_base_model(task: Task, starts: np.ndarray, seed: int, stop: Call
     if len(starts) <= FEW or plain is None or stop():
         return starts
     problem, layout = plain.problem, plain.problem.layout
-    began = layout.free(sobol_starts(layout, plain.start, plain.spread, LEADERS, seed))
+    began = layout.free(latin_hypercube_starts(layout, plain.start, plain.spread, LEADERS, seed))
     found = search(problem, began, plain.horizons, lambda share: None, stop, HorizonSchedule.of(plain)).descent
     if not np.isfinite(found.cost).any():
         return starts

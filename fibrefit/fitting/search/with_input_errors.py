@@ -136,7 +136,7 @@ def with_input_errors(
         place, waves, roots = look.end.place, look.coefficients, _weighted(look.view).roots()
         known_rows = [row if alike else None for row, alike in zip(known_rows, look.reacts_alike, strict=True)]
     if not (followed := [look for look in looks if look.is_followed]):
-        return WithInputErrors(problem, values, no_errors(known), view, 0.0)
+        return WithInputErrors(problem, values, no_errors(known), beforehand or view, 0.0)
     best = min(followed, key=lambda look: float(look.left.sum()))
     there, values = corrected(problem, known, best.coefficients), _values(unknowns, problem, best.end.place)
     reduction = best.end.predicted_reduction / best.variance

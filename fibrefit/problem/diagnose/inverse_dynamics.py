@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -116,11 +117,17 @@ def _required_force(
     system: Any, position: np.ndarray, speed: np.ndarray, acceleration: np.ndarray, force: np.ndarray
 ) -> np.ndarray:
     """Force that a motion asks for, ``(n_time,)`` in N; where the mass stands, the one that was measured."""
+    return np.asarray(_required(system, STANDING, *map(jnp.asarray, (position, speed, acceleration, force))))
 
+
+@eqx.filter_jit
+def _required(
+    system: Any, standing: float, position: jax.Array, speed: jax.Array, acceleration: jax.Array, force: jax.Array
+) -> jax.Array:
     def one(u: jax.Array, v: jax.Array, a: jax.Array, measured: jax.Array) -> jax.Array:
         drive = system.gain * measured - system.offset
-        direction = jnp.where(jnp.abs(v) < STANDING, 0, jnp.sign(v)).astype(jnp.int32)
+        direction = jnp.where(jnp.abs(v) < standing, 0, jnp.sign(v)).astype(jnp.int32)
         resisted = drive - system.guide.net_force(drive, direction, Sliding(u, v, jnp.zeros(())))
         return jnp.where(direction == 0, measured, (system.mass * a + system.offset + resisted) / system.gain)
 
-    return np.asarray(jax.jit(jax.vmap(one))(*map(jnp.asarray, (position, speed, acceleration, force))))
+    return jax.vmap(one)(position, speed, acceleration, force)

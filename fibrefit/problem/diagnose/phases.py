@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
@@ -48,9 +49,9 @@ class Motion:
     driven: np.ndarray | None = None
 
 
-def motion(problem: Problem, values: jax.Array) -> Motion:
-    """Simulated motion of all records at `values` ``(n_free,)`` in SI units."""
-    local = np.asarray(problem.layout.local(values))
+def motion(problem: Problem, values: np.ndarray | jax.Array) -> Motion:
+    """Simulated motion of all records at `values` ``(n_free,)`` or ``(n_record, n_local)`` in SI units."""
+    local = np.asarray(values if np.ndim(values) == 2 else problem.layout.local(jnp.asarray(values)))
     return _motion(problem, local, problem.moved_at(local))
 
 

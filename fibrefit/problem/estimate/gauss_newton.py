@@ -123,13 +123,12 @@ def mode(
             found, exact = _again(found, gram), True
     if not exact and np.isfinite(found.normal.cost):
         found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were predicted
-        step = step_within(found, radius) if np.isfinite(found.normal.cost) else None
     # Slopes that were predicted may be numbers where those that are simulated are none.
     if step is None or not np.isfinite(found.normal.cost):
         return replace(found, predicted_reduction=np.inf)
     return replace(
         found,
-        predicted_reduction=step.predicted_reduction,
+        predicted_reduction=step_within(found, radius).predicted_reduction,  # the last step may have led here
         unmet=max(step_within(found, np.inf).predicted_reduction, 0.0),
     )
 

@@ -73,7 +73,7 @@ def _in_precision_of_each(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 class InputSensitivities(NamedTuple):
-    """How readings react to errors of measured inputs, which are eliminated from every cost, see `input_error`.
+    """How readings react to errors of measured inputs, which are eliminated from every cost, see `errors_in_variables`.
 
     They are those of the model a search begins with, and of the errors found with it: effects change them at second
     order.

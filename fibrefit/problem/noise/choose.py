@@ -98,8 +98,7 @@ def choose_noise_model(
     heavy : bool
         Student's t for the innovations instead of a normal law.
     spectrum : mapping of channel to Noise
-        Noise of the rests. Where the kind is ``"coloured"`` it is taken as it is; where it is ``"auto"`` it is only
-        where the search for the spectrum of the residuals begins.
+        Noise of the rests: where the kind is ``"coloured"`` and that of all channels is given, it is taken as it is.
     """
     channels = problem.model.rig.channels
     known = known or (False,) * len(channels)
@@ -119,13 +118,22 @@ def choose_noise_model(
         noise = _as_known(problem, noise, known, np.asarray(evidence.unit))
         found["coloured"] = whitening_of(problem, noise)
     white = _score(White(evidence.valid), evidence, len(channels))
-    numbers = {"white": len(channels), "autoregressive": len(channels) + sum(orders), "coloured": 3 * len(channels)}
+    numbers = {
+        "white": len(channels),
+        "autoregressive": len(channels) + sum(orders),
+        "coloured": sum(_numbers_of(of) for of in noise),
+    }
     scores = {name: _score(whitening, evidence, numbers[name]) - white for name, whitening in found.items()}
     # An autoregression of order zero is white noise: rounding must not choose between two names of one thing.
     best = max(scores, key=lambda name: round(scores[name], 6))
     likelihood = likelihood_of(found[best], problem.observations, channels, known, heavy)
     tails = _kurtosis(found[best], evidence)
     return NoiseModel(likelihood, best, kind, scores, noise if best == "coloured" else (), channels, orders, tails)
+
+
+def _numbers_of(noise: Noise) -> int:
+    """Numbers a spectrum was fitted with: its levels, and two for each first-order part and each line."""
+    return 1 + (noise.pink > 0.0) + 2 * len(noise.slow) + 2 * len(noise.all_lines)
 
 
 def _evidence(problem: Problem, linear: Linearised) -> _Evidence:

@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
-from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.noise.spectrum import Noise
 
 RELAXATIONS = 10
 """First-order parts: corners lie a factor of two to three apart, so any falling spectrum is met within percents."""
@@ -236,9 +236,8 @@ def variances_of(bank: Bank, noise: Sequence[Noise], unit: np.ndarray) -> jax.Ar
 
 
 def _lines(noise: Noise) -> list[tuple[float, float]]:
-    """Lines of a noise, the strongest first; one that is not known better lies at the first mains frequency."""
-    known = [*noise.lines, *([(MAINS[0], noise.line)] if noise.line > 0.0 else [])]
-    return sorted(known, key=lambda line: -line[1])[:LINES]
+    """Lines of a noise, the strongest first."""
+    return sorted(noise.all_lines, key=lambda line: -line[1])[:LINES]
 
 
 def _turns(decay: jax.Array, rate: jax.Array, lines: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -62,9 +62,14 @@ class Noise:
         return float(np.sqrt(self.white * band + self.pink * np.log(band * duration) + self.line + parts))
 
     @property
+    def all_lines(self) -> tuple[tuple[float, float], ...]:
+        """Frequency in Hz and variance in unit^2 of each line; one not known better lies at the first of the mains."""
+        return (*self.lines, *(((MAINS[0], self.line),) if self.line > 0.0 else ()))
+
+    @property
     def silent(self) -> bool:
         """Whether there is none."""
-        return not self.density(np.ones(1))[0] + self.line + sum(variance for _, variance in self.lines) > 0.0
+        return not self.density(np.ones(1))[0] + sum(variance for _, variance in self.all_lines) > 0.0
 
     def density(self, frequency: np.ndarray) -> np.ndarray:
         """One-sided power density at `frequency` [Hz] > 0, without the lines, in unit^2/Hz."""

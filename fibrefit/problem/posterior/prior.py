@@ -64,7 +64,7 @@ class Prior:
         Raises
         ------
         StudyError
-            If nothing is left.
+            If nothing is left, or next to nothing.
         """
         cut = replace(self, lower=max(self.lower, lower), upper=min(self.upper, upper))
         if not cut.lower < cut.upper:
@@ -72,6 +72,14 @@ class Prior:
                 where,
                 f"the prior allows {self.lower:.4g} to {self.upper:.4g} only",
                 f"some overlap with the parameter's limits {lower:.4g} to {upper:.4g}",
+                "Widen the prior or the bounds.",
+            )
+        # Beyond eight standard deviations there are no numbers for what is left.
+        if not (cut.even or cut._share[1] - cut._share[0] > np.finfo(float).eps):
+            raise StudyError(
+                where,
+                f"the prior about {self.centre:.4g} has nothing between {cut.lower:.4g} and {cut.upper:.4g}",
+                "limits within eight of its standard deviations",
                 "Widen the prior or the bounds.",
             )
         return cut

@@ -22,7 +22,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
-from fibrefit.workflow.prepare import is_planned, task_of
+from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
 from fibrefit.workflow.saved import FoundResult
 
 
@@ -110,7 +110,7 @@ def distinguish_study(
     on_progress = progress or quiet
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     candidates = {name: effect for name, effect in candidates.items() if only or is_lasting(effect)}
-    task = task_of(study)
+    task = task_of(study) if is_planned(study) else task_to_fit(study)
     fit = None if is_planned(study) else identify(task, 1, progress=on_progress)
     search = set_up(task, fit, tuple(candidates.values()), on_progress)
     base = search.base

@@ -38,7 +38,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
-from fibrefit.workflow.prepare import is_planned, task_of
+from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
 from fibrefit.workflow.saved import FoundResult
 
 Purpose = Literal["errors", "rivals", "power"]
@@ -190,7 +190,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     purpose = aim.purpose or ("rivals" if rivals else "errors")
     _refuse(rivals, purpose, aim.minutes)
     study = _without(study, rivals)
-    task = task_of(study)
+    task = task_of(study) if is_planned(study) else task_to_fit(study)
     choices = options_of(task)
     rig = task.problem.model.rig
     if len(choices) == len(study.records):
