@@ -22,7 +22,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.summaries import FitSummary, ParameterSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prediction.predicts import Predicts
-from fibrefit.workflow.prepare import read_records, task_to_fit
+from fibrefit.workflow.prepare import read_records, task_of, task_to_fit
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
@@ -164,4 +164,4 @@ def prepared(study: Study) -> tuple[tuple[Record, ...], Task]:
         As `fit_study`.
     """
     records = read_records(study)
-    return records, task_to_fit(study, records)
+    return records, task_to_fit(study, task_of(study, records))

@@ -92,15 +92,14 @@ def task_of(study: Study, records: Sequence[Record] | None = None) -> Task:
     return formulate(study, read_records(study) if records is None else records, model)
 
 
-def task_to_fit(study: Study, records: Sequence[Record] | None = None) -> Task:
-    """Task of a study in which something is free.
+def task_to_fit(study: Study, task: Task) -> Task:
+    """The same task of a study, in which something is free.
 
     Raises
     ------
     StudyError
         If every parameter is held.
     """
-    task = task_of(study, records)
     if task.problem.layout.size == 0:
         do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
         raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)

@@ -110,8 +110,8 @@ def distinguish_study(
     on_progress = progress or quiet
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     candidates = {name: effect for name, effect in candidates.items() if only or is_lasting(effect)}
-    task = task_of(study) if is_planned(study) else task_to_fit(study)
-    fit = None if is_planned(study) else identify(task, 1, progress=on_progress)
+    task = task_of(study)
+    fit = None if is_planned(study) else identify(task_to_fit(study, task), 1, progress=on_progress)
     search = set_up(task, fit, tuple(candidates.values()), on_progress)
     base = search.base
     on_progress("comparing the sensitivities to the effects", None)

@@ -190,7 +190,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     purpose = aim.purpose or ("rivals" if rivals else "errors")
     _refuse(rivals, purpose, aim.minutes)
     study = _without(study, rivals)
-    task = task_of(study) if is_planned(study) else task_to_fit(study)
+    task = task_of(study)
     choices = options_of(task)
     rig = task.problem.model.rig
     if len(choices) == len(study.records):
@@ -202,7 +202,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     effects = {name: effect for name, effect in sought.items() if name in aim.only or is_lasting(effect)}
     named = _named(study, rivals)
     _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
-    fit = None if is_planned(study) else identify(task, 1, progress=progress)
+    fit = None if is_planned(study) else identify(task_to_fit(study, task), 1, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
     found, remarks, beside = _rivals(task, search, named, fit, tell)
     tell("weighing the records that could be taken", None)

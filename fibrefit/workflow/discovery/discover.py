@@ -29,7 +29,7 @@ from fibrefit.study.summaries.summaries import ParameterSummary
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prediction.predicts import Predicts
-from fibrefit.workflow.prepare import read_records, task_to_fit
+from fibrefit.workflow.prepare import read_records, task_of, task_to_fit
 from fibrefit.workflow.saved import write_parts
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ def discover_study(
     (progress or quiet)("reading records", None)
     records = read_records(study)
     limits = Limits(max_effects, seed, choose, seconds if choose is None else WITH_A_PERSON, folder, least)
-    finding = discover(task_to_fit(study, records), tuple(candidates.values()), limits, progress)
+    finding = discover(task_to_fit(study, task_of(study, records)), tuple(candidates.values()), limits, progress)
     return Discovery(study, records, finding, candidates, options, choose is not None)
 
 
