@@ -60,8 +60,10 @@ def command(terminal: Terminal, request: Request, seconds: float, interactive: b
     study, seed, force = request.study, request.seed, request.force
     options = SearchOptions(seed=seed, seconds=seconds, **tried)
     folder = request.folder("discover", repr(replace(options, seconds=0.0)), str(interactive))
-    if not (force or interactive) and (known := finished(folder, study, options)) is not None:
-        terminal.remark(f"The same search was made before; this is its result in {folder}. --force makes it again.")
+    known = None if force or interactive else finished(folder, study, options)
+    if known is not None and not (resume and (known.untried or known.undone)):
+        more = "--resume goes on with it" if known.untried or known.undone else "--force makes it again"
+        terminal.remark(f"The same search was made before; this is its result in {folder}. {more}.")
         return _answered(terminal, known)
     person = Person() if interactive else None
     shown = listed_steps(terminal) if interactive else shown_progress(terminal)

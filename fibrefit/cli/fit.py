@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 
 import click
@@ -35,18 +38,35 @@ def command(terminal: Terminal, request: Request, starts: int, robust: bool, pro
     with place as folder, stop_requested(terminal) as stop:
         with shown_progress(terminal) as progress:
             fit = fit_study(request.study, **settings, progress=progress, stop=stop)  # type: ignore[arg-type]
-        # What was found is reported before the figures are drawn, which takes as long again.
-        terminal.answer(fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
+        answer = partial(terminal.answer, fit.report(), fit.summary().model_dump(mode="json", by_alias=True))
         if requested_formats():
             from fibrefit.plots.artists import without_help
 
             without_help()
-        fit.save(folder, force=request.force, stop=stop)
+        # What was found is reported before the figures are drawn, which takes as long again; it is saved though nobody
+        # reads on. A program is answered once, when all is done.
+        with nullcontext() if terminal.json else _first(answer):
+            fit.save(folder, force=request.force, stop=stop)
+        if terminal.json:
+            answer()
         interrupted = stop()
     terminal.wrote(folder, " Not all figures were drawn." if interrupted else _further(folder))
     if interrupted:
         return INTERRUPTED
     return NOT_TRUSTED if fit.status == "failed" else 0
+
+
+@contextmanager
+def _first(job: Callable[[], None]) -> Iterator[None]:
+    """Do a job before the block; what it fails by is raised once the block is done."""
+    failed: Exception | None = None
+    try:
+        job()
+    except Exception as error:
+        failed = error
+    yield
+    if failed is not None:
+        raise failed
 
 
 def _further(folder: Path) -> str:

@@ -37,6 +37,10 @@ What a file does not say can be said for it:
 def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     """Say what was understood of records or of STUDY: columns, units, rate, gaps, damage."""
     overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
+    if options["rig"] is not None and write is None:
+        from fibrefit.core.errors import UsageError
+
+        raise UsageError(f"--rig {options['rig']}", "no study to write", "--write STUDY beside it")
     if out is not None:
         from fibrefit.store.directory import ResultDirectory
 

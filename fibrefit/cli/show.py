@@ -25,6 +25,10 @@ def command(terminal: Terminal, result: Path, figures: str | None, out: Path | N
     if figures is not None:
         _draw(terminal, result, figures, out or Path("figures"))
         return
+    if out is not None:
+        from fibrefit.core.errors import UsageError
+
+        raise UsageError(f"--out {out}", "no figures to put there", "--figures, such as --figures png")
     from fibrefit.report.any import report_of
     from fibrefit.store.summary import read_summary
 

@@ -69,7 +69,11 @@ def _followed_by(record: Record, part: Record) -> Record:
         valid={role: np.concatenate([mask, part.valid[role]]) for role, mask in record.valid.items()},
         uniform=record.uniform and part.uniform and _on_grid(begin - end, step),
         gaps=(*record.gaps, *gap, *(TimeGap(g.after + shift, g.missing) for g in part.gaps)),
-        history=(*record.history, f"{where} follows{said}; {lost}."),
+        history=(
+            *record.history,
+            *(line for line in part.history if line not in record.history),
+            f"{where} follows{said}; {lost}.",
+        ),
     )
 
 
@@ -115,7 +119,7 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
     -------
     Record
         Samples of `other` on the instants of `record`; interpolated linearly where they fall between, not valid where
-        there are none.
+        there are none, as in a gap of `other`.
 
     Raises
     ------
@@ -136,15 +140,16 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
     before = after - 1
     share = np.clip((record.time - times[before]) / (times[after] - times[before]), 0.0, 1.0)
     share = np.where(share < ON_TIME, 0.0, np.where(share > 1 - ON_TIME, 1.0, share))
+    between = (share > 0.0) & (share < 1.0)
+    bridged = between & np.isin(before, [int(np.argmin(np.abs(other.time - gap.after))) for gap in other.gaps])
     channels, valid = dict(record.channels), dict(record.valid)
     for role, values in other.channels.items():
         mask = other.valid[role]
-        good = inside & (mask[before] | (share == 1.0)) & (mask[after] | (share == 0.0))
+        good = inside & ~bridged & (mask[before] | (share == 1.0)) & (mask[after] | (share == 0.0))
         mixed = np.where(share == 0.0, values[before], np.where(share == 1.0, values[after], 0.0))
-        between = (share > 0.0) & (share < 1.0)
         mixed = np.where(between, (1 - share) * values[before] + share * values[after], mixed)
         channels[role], valid[role] = np.where(good, mixed, np.nan), good
-    moved = int(((share > 0.0) & (share < 1.0) & inside).sum())
+    moved = int((between & inside & ~bridged).sum())
     how = f"interpolated linearly at {moved} instants" if moved else "sample by sample"
     late = format_quantity(offset, "s", 6)
     said = f"{', '.join(other.channels)} from {other.path.name}, whose clock read zero at {late}; {how}."

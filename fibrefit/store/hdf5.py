@@ -166,7 +166,7 @@ def _write_variable(group: h5py.Group, name: str, variable: Variable) -> h5py.Da
     values = np.asarray(variable.values)
     kind = _stored_as(values, f"{group.name}/{name}")
     packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if values.size >= SMALL else {}
-    dataset = group.create_dataset(name, data=values.astype(kind), dtype=kind, **packed)
+    dataset = group.create_dataset(_escaped(name), data=values.astype(kind), dtype=kind, **packed)
     dataset.attrs["units"] = variable.unit
     if variable.doc:
         dataset.attrs["long_name"] = variable.doc
@@ -189,7 +189,16 @@ def _stored_as(values: np.ndarray, name: str) -> Any:
 
 
 def _read_group(group: h5py.Group) -> dict[str, Variable]:
-    return {name: _read_variable(dataset) for name, dataset in group.items()}
+    return {_unescaped(name): _read_variable(dataset) for name, dataset in group.items()}
+
+
+def _escaped(name: str) -> str:
+    """A name as that of a dataset: HDF5 takes a slash, as in the path of a record, for a group."""
+    return name.replace("%", "%25").replace("/", "%2F")
+
+
+def _unescaped(name: str) -> str:
+    return name.replace("%2F", "/").replace("%25", "%")
 
 
 def _read_variable(dataset: h5py.Dataset) -> Variable:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -48,7 +49,9 @@ class Run:
         """
         parts = {COMMAND: command, STUDY: _digest(study.resolved_toml()), SETTINGS: _digest(settings)}
         read = (*study.data_files(), *files)
-        digests = {f'data "{file.as_posix()}"': sha256_of(file) for file in read if file.is_file()}
+        # Named from the study, wherever the command was called.
+        named = {Path(os.path.relpath(file, study.source.parent)).as_posix(): file for file in read if file.is_file()}
+        digests = {f'data "{name}"': sha256_of(file) for name, file in named.items()}
         return cls((*study.input_files(), *files), parts | digests)
 
     def check(self, kept: Manifest | None, shown: str) -> None:

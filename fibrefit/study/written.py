@@ -92,6 +92,10 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
 def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
     record: dict[str, Any] = {"file": Path(os.path.relpath(one.path.resolve(), folder.resolve())).as_posix()}
     own = {role: said for role, said in one.channels.items() if usual.channels.get(role) != said}
+    # What is said of all files does not hold for one whose numbers have another unit.
+    for role, unit in one.units.items():
+        if unit != usual.units.get(role, unit) and isinstance(one.channels.get(role), str):
+            own[role] = {"column": one.channels[role], "unit": unit}
     return record | ({"channels": own} if own else {})
 
 

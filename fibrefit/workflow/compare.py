@@ -56,6 +56,13 @@ def rival_of(folder: Path, study: Study) -> Rival:
             "Sample both models on the same study.",
         )  # fmt: skip
     groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
+    theirs = list(dict.fromkeys(str(record) for record in groups["log_likelihood"]["block_record"].values))
+    mine = [record.label for record in study.records]
+    if set(theirs) == set(mine) and theirs != mine:
+        raise UsageError(
+            str(folder), f"a posterior that begins with {theirs[0]}", f"the same order of records, {mine[0]} first",
+            "Blocks of time are compared one by one: list the records of both studies alike.",
+        )  # fmt: skip
     return Rival(folder, summary, np.asarray(groups["cross_validation"]["elpd"].values))
 
 

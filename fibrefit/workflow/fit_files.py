@@ -147,10 +147,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
         },
         "residuals": {
             **shared,
-            **{
-                name: Variable(found.residuals[:, i], BY_SAMPLE, doc="Simulated minus measured over the noise.")
-                for i, name in enumerate(units)
-            },
+            **{name: Variable(found.residuals[:, i], BY_SAMPLE, doc=RESIDUALS) for i, name in enumerate(units)},
         },
         "motion": motion_group(problem, found.motion),
         "constant_data": conditions_group(problem),
@@ -159,6 +156,7 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
 
 
 SIMULATED = "Simulated; NaN beyond the record."
+RESIDUALS = "Simulated minus measured over the noise."
 
 
 def _within(found: Identification, channel: str) -> np.ndarray:

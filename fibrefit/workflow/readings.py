@@ -39,7 +39,8 @@ def readings_of(study: Study, record: Any) -> tuple[list[Reading], Reading | Non
 
 def _divided(study: Study, said: dict[str, Any], file: str, other: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """What is said of a record, for each of its two files: a channel belongs to the one that has its column."""
-    tables = [read_table(study.path_of(name), ReadOptions(header=said["header"])) for name in (file, other)]
+    options = ReadOptions(**{**said, "channels": {}, "units": {}})
+    tables = [read_table(study.path_of(name), options) for name in (file, other)]
     here, there = ({**said, "channels": {}, "units": {}} for _ in tables)
     for role, channel in said["channels"].items():
         column = channel if isinstance(channel, str) else channel.get("column")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -178,3 +179,17 @@ def test_what_was_found_before_an_interruption_is_kept(
     assert (other.code, "study" in other.err) == (2, True), other.err
     assert demo("discover", "demo", "--out", "out", "--resume", "--time", "60").code == 0
     assert not list(Path("out").glob("journal*"))
+
+
+def test_a_search_whose_time_ended_goes_on_where_it_is_asked_to(demo: Run, calls: list[Any]) -> None:
+    demo("discover", "demo", "--out", "out")
+    summary = json.loads(Path("out/summary.json").read_text())
+    Path("out/summary.json").write_text(json.dumps(summary | {"untried": ["fibre.creep"]}))
+    again = demo("discover", "demo", "--out", "out")
+    assert len(calls) == 1
+    assert "--resume goes on with it" in again.err
+    assert demo("discover", "demo", "--out", "out", "--resume").code == 0
+    assert len(calls) == 2
+    # What was tried to its end is not: there is nothing to go on with.
+    assert "--force makes it again" in demo("discover", "demo", "--out", "out", "--resume").err
+    assert len(calls) == 2

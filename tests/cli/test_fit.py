@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from fibrefit.cli.terminal import Terminal
+from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import FitSummary
@@ -75,6 +77,28 @@ def test_json_is_one_document(demo: Run) -> None:
     done = demo("fit", "demo", "--out", "out", "--json")
     assert done.document["schema"] == "fibrefit/fit/1"
     assert "Written" in done.err
+
+
+@pytest.mark.parametrize("json", [False, True])
+def test_what_was_found_is_saved_though_nobody_reads_the_answer(
+    demo: Run, monkeypatch: pytest.MonkeyPatch, json: bool
+) -> None:
+    def gone(*_: Any) -> None:
+        raise UsageError("the answer", "cannot be written to stdout", "room for it")
+
+    monkeypatch.setattr(Terminal, "answer", gone)
+    assert demo("fit", "demo", "--out", "out", *(["--json"] if json else [])).code == 2
+    assert Path("out/summary.json").exists()
+
+
+def test_a_program_is_answered_once_when_all_is_done(demo: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise UsageError("out", "no space left on device", "room for it")
+
+    monkeypatch.setattr(Fit, "save", full)
+    done = demo("fit", "demo", "--out", "out", "--json")
+    assert done.code == 2
+    assert done.document["error"]
 
 
 def test_quiet_says_nothing_beside_the_answer(demo: Run) -> None:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import read_records
 from tests.cli.conftest import Run
 
 PLAIN = "time [s],force [N],position [mm]\n" + "".join(
@@ -175,3 +178,48 @@ def test_a_pipe_and_a_name_too_long_are_refused(written: Run) -> None:
     assert written("inspect", "/dev/zero").code == 3
     assert written("inspect", "pipe.toml").code == 4
     assert written("inspect", "a" * 300 + ".csv").code == 3
+
+
+def test_files_in_different_units_stay_in_their_own_in_the_study(written: Run) -> None:
+    rows = [(i / 2000, 12 + i % 7, i / 10) for i in range(30)]
+    Path("kilo.csv").write_text(
+        "t [ms],force [kN],position [mm]\n" + "".join(f"{1e3 * t:g},{f / 1e3:g},{x:g}\n" for t, f, x in rows)
+    )
+    Path("one.csv").write_text(
+        "t [s],force [N],position [um]\n" + "".join(f"{t:g},{f:g},{1e3 * x:g}\n" for t, f, x in rows)
+    )
+    assert (
+        written(
+            "inspect",
+            "kilo.csv",
+            "one.csv",
+            "--set",
+            "rig.inclination=90 deg",
+            "--set",
+            "rig.weight_mass=3 kg",
+            "--write",
+            "both.toml",
+        ).code
+        == 0
+    )
+    kilo, one = read_records(load_study(Path("both.toml")))
+    np.testing.assert_allclose(kilo.time, one.time, atol=1e-9)
+    for role in ("force", "position"):
+        np.testing.assert_allclose(kilo.channels[role], one.channels[role], rtol=1e-6, atol=1e-9)
+    # What all files are in is said once.
+    assert Path("both.toml").read_text().count('unit = "N"') == 1
+
+
+@pytest.mark.parametrize(("place", "said"), [("there", "it is a folder"), ("plain.csv/study.toml", "--write")])
+def test_a_place_where_no_study_can_be_written_is_refused(written: Run, place: str, said: str) -> None:
+    Path("there").mkdir()
+    done = written("inspect", "plain.csv", "--write", place, "--force")
+    assert done.code == 2
+    assert said in done.err
+    assert "fault" not in done.err
+
+
+def test_a_kind_of_rig_without_a_study_to_write_is_refused(written: Run) -> None:
+    done = written("inspect", "plain.csv", "--rig", "fibre_mas")
+    assert done.code == 2
+    assert "--write STUDY beside it" in done.err

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -136,3 +138,25 @@ def test_a_study_names_them_all(write) -> None:
     assert record.name == "a.csv"
     np.testing.assert_allclose(record.channels["force"], FORCE)
     np.testing.assert_allclose(record.channels["position"], POSITION * 1e-3)
+
+
+def test_a_gap_of_the_second_logger_is_not_bridged(write) -> None:
+    force = read_record(write("Time [s],Force [N]\n" + lines(lambda i: f"{t(i)},{f(i)}"), "f.csv"))
+    kept = [i for i in range(N) if not 20 <= i < 40]
+    rows = "".join(f"{i / 2000 + 5:.4f},{u(i)}\n" for i in kept)
+    position = read_record(write("Time [s],Position [mm]\n" + rows, "x.csv"))
+    assert position.gaps
+    for offset, first, last in ((-5.0, 20, 40), (-5.0 + 0.25e-3, 20, 41)):
+        whole = side_by_side(force, position, offset)
+        seen = whole.valid["position"]
+        assert not seen[first:last].any()
+        assert seen[1:first].all()
+        assert seen[last:].all()
+
+
+def test_what_is_said_of_a_later_part_is_kept(write) -> None:
+    first = read_record(write("Time [s],Force [N]\n" + lines(lambda i: f"{t(i)},{f(i)}"), "a.csv"))
+    later = replace(first, time=first.time + 1.0, history=(*first.history, "300 readings are left out as saturated."))
+    whole = joined([first, later])
+    assert sum("left out as saturated" in line for line in whole.history) == 1
+    assert len(set(whole.history)) == len(whole.history)

@@ -248,6 +248,15 @@ def test_a_batch_shows_the_conditions_that_differ() -> None:
     assert "weight mass" not in reader.text
 
 
+def test_conditions_of_an_item_that_looks_like_a_formula_are_shown() -> None:
+    one, two = EXAMPLES["fibrefit/batch/1"].items.values()
+    named = EXAMPLES["fibrefit/batch/1"].model_copy(update={"items": {"-a": one, "+b": two}})
+    rows = [["item", "lift [m]", "status"], ["'-a", "0.005", "ok"], ["'+b", "0.02", "ok"]]
+    text = page([Result("results/a", named, table=rows)], "one")
+    assert 'data-value="5.0">5</td>' in text
+    assert 'data-value="20.0">20</td>' in text
+
+
 def test_a_search_that_ran_out_of_time_says_so_before_all_else() -> None:
     whole = EXAMPLES["fibrefit/discovery/1"]
     cut = whole.model_copy(update={"untried": ("fibre.creep",), "undone": ("a further effect",)})

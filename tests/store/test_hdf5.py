@@ -110,3 +110,12 @@ def test_arrays_that_are_only_declared_are_refused(tmp_path: Path) -> None:
         file.create_group("fit").create_dataset("force", (10**9,), "f8", chunks=(10**6,))
     with pytest.raises(DataError, match="more than 1 GiB unpacked or declared"):
         read_result(tmp_path / "result.h5")
+
+
+def test_names_with_slashes_are_names(tmp_path: Path) -> None:
+    """As those of a value of one record, whose name is a path."""
+    named = {"posterior": {name: Variable(np.arange(3.0), ("draw",)) for name in ("a[data/b.csv]", "50 %2F", "c")}}
+    path = tmp_path / "slashes.h5"
+    write_result(path, "fibrefit/posterior/1", named, PROVENANCE)
+    groups, _ = read_result(path)
+    assert set(groups["posterior"]) == {*named["posterior"], "draw"}

@@ -259,12 +259,15 @@ def test_an_asymmetric_drive_rig_needs_both_distances(folder: Path) -> None:
         study_from_files([folder / "one.csv"], "pulley_drive", given)
 
 
+PENDULUM = (
+    'schema = "fibrefit/study/1"\nname = "sweep"\n[rig]\nkind = "inverted_pendulum"\nrod_length = "1 m"\n'
+    'rod_mass = "9.864 kg"\nmoment_of_inertia = "3.288 kg m^2"\nattachment_height = "0.75 m"\n'
+    'anchor_distance = "1.2 m"\n'
+)
+
+
 def test_a_pendulum_needs_no_records(folder: Path) -> None:
-    (folder / "study.toml").write_text(
-        'schema = "fibrefit/study/1"\nname = "sweep"\n[rig]\nkind = "inverted_pendulum"\nrod_length = "1 m"\n'
-        'rod_mass = "9.864 kg"\nmoment_of_inertia = "3.288 kg m^2"\nattachment_height = "0.75 m"\n'
-        'anchor_distance = "1.2 m"\n'
-    )
+    (folder / "study.toml").write_text(PENDULUM)
     assert load_study(folder).records == ()
 
 
@@ -340,3 +343,14 @@ def test_effects_of_a_record_that_is_not_there_are_refused(load: Loader, name: s
 @pytest.mark.parametrize("name", ["fibre.knot_slip@2", "fibre.knot_slip@1-2"])
 def test_those_of_one_that_is_are_not(load: Loader, name: str) -> None:
     assert load(('["guide.stribeck_friction"]', f'["{name}"]')).model.effects == (name,)
+
+
+@pytest.mark.parametrize(("step", "fits"), [("0.05 Hz", False), ("0.02 Hz", True)])
+def test_a_step_beyond_the_range_of_a_sweep_is_refused(folder: Path, step: str, fits: bool) -> None:
+    swept = f'[sweep]\nlowest = "0.5 Hz"\nhighest = "0.52 Hz"\nstep = "{step}"\n[[sweep.curves]]\nname = "a"\n'
+    (folder / "study.toml").write_text(PENDULUM + swept)
+    if fits:
+        load_study(folder)
+        return
+    with pytest.raises(StudyError, match=r"step 0\.05 Hz.*at most 0\.02 Hz"):
+        load_study(folder)

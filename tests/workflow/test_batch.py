@@ -304,12 +304,13 @@ def test_a_parameter_is_held_against_the_day_of_its_test(lifted: Path, tmp_path:
     assert trend.chance_corrected < 1e-3
 
 
-def test_parts_are_gathered(lifted: Path, tmp_path: Path) -> None:
-    whole, work = tmp_path / "out", of_records(lifted)
+@pytest.mark.parametrize("name", ["out", "out[1]"])
+def test_parts_are_gathered(lifted: Path, tmp_path: Path, name: str) -> None:
+    whole, work = tmp_path / name, of_records(lifted)
     for number in (1, 2, 3):
         folder, mine = part_of(whole, work, (number, 3))
         carried_out(mine, folder)
-    assert [path.name for path in parts_of(whole)] == [f"out.shard-{n}-of-3" for n in (1, 2, 3)]
+    assert [path.name for path in parts_of(whole)] == [f"{name}.shard-{n}-of-3" for n in (1, 2, 3)]
     found = batch_studies("many", work, (tmp_path / "growing", *parts_of(whole)))
     assert found.taken_up == len(work)
     assert list(found.items) == [job.name for job in work]

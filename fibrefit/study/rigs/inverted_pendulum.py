@@ -95,7 +95,11 @@ class SweepSettings(StudyTable):
     def _in_order(self) -> Self:
         if self.highest <= self.lowest:
             raise refusal(f"highest {self.highest:g} Hz", f"a value above lowest, {self.lowest:g} Hz", "Swap them.")
-        if (self.highest - self.lowest) / self.step > MOST:
+        if self.step > (range_ := self.highest - self.lowest):
+            raise refusal(
+                f"step {self.step:g} Hz", f"at most {range_:g} Hz, from lowest to highest", "Take a smaller one."
+            )
+        if range_ / self.step > MOST:
             raise refusal(f"step {self.step:g} Hz", f"at most {MOST} frequencies", "Take a larger step.")
         if self.sampling_rate < (rate := STEPS_A_PERIOD * self.highest):
             raise refusal(

@@ -10,7 +10,7 @@ from pathlib import Path
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
 from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
-from fibrefit.workflow.batches.item import Job
+from fibrefit.workflow.batches.item import Job, loaded
 from fibrefit.workflow.batches.jobs import Each, copies_of, jobs_of, origins_of, run_of
 from fibrefit.workflow.batches.shards import part_of, parts_of
 from fibrefit.workflow.growing import growing_folder
@@ -84,4 +84,4 @@ def batch(
 
 def _named(jobs: Sequence[Job], studies: int, each: Each | None) -> str:
     """Name of a batch: that of its study where the records of a single one are identified."""
-    return jobs[0].study.name.partition(",")[0] if studies == 1 and each != "study" else f"{len(jobs)} studies"
+    return loaded(jobs[0].origin).name if studies == 1 and each != "study" else f"{len(jobs)} studies"

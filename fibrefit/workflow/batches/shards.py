@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -50,4 +51,4 @@ def part_of(whole: Path, jobs: Sequence[Piece], shard: tuple[int, int] | None) -
 
 def parts_of(whole: Path) -> tuple[Path, ...]:
     """Folders of parts that are there, finished or not."""
-    return tuple(sorted(path for path in whole.parent.glob(f"{whole.name}.shard-*") if path.is_dir()))
+    return tuple(sorted(path for path in whole.parent.glob(f"{glob.escape(whole.name)}.shard-*") if path.is_dir()))

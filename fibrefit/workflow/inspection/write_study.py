@@ -42,6 +42,8 @@ def write_study(
     where = f"--write {path}"
     if found.study is not None:
         raise UsageError(where, "a study given", "bare records", "Copy the study instead.")
+    if path.is_dir():
+        raise UsageError(where, "it is a folder", "a file", f"Name one in it, such as {path / 'study.toml'}.")
     if path.exists() and not force:
         raise UsageError(where, "it exists already", "a new name", "Use --force to replace it.")
     unusable = next((one for one in found.seen if one.verdict != "understood"), None)
@@ -50,8 +52,11 @@ def write_study(
         raise UsageError(where, got, "files that are understood", "Say what is missing with --set, as above.")
     files = [Understood(t.path, *_said(t)) for t in (one.table for one in found.seen) if t is not None]
     text = study_text(files, rig, overrides, path.parent)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, text)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text)
+    except OSError as error:
+        raise UsageError(where, error.strerror or "cannot be written", "a file that can be written") from None
 
 
 def _said(table: Table) -> tuple[dict[str, Any], dict[str, str]]:

@@ -20,7 +20,7 @@ from fibrefit.study.summaries.summaries import (
     Provenance,
     RecordSummary,
 )
-from fibrefit.workflow.fit_files import gap_summary
+from fibrefit.workflow.fit_files import RESIDUALS, gap_summary
 from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, observed_group, phase_of, sample_times
 from fibrefit.workflow.prediction.judge import expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
@@ -159,14 +159,14 @@ def prediction_groups(found: Predicted) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: data, prediction with its standard deviation, residuals."""
     task, problem, predicted, left = found.task, found.task.problem, {}, {}
     shared, observed = sample_times(problem), observed_group(problem, task.units)
-    sigma, model = found.sigma(*found.parts), found.sigma("values")
+    sigma, model, noise = found.sigma(*found.parts), found.sigma("values"), found.sigma("noise")
     for c, channel in enumerate(problem.model.rig.channels):
         unit, reading = task.units[channel], found.seen.motion.readings[channel]
         predicted[channel] = Variable(reading, BY_SAMPLE, unit, "Predicted.")
         predicted[f"{channel}_sd"] = Variable(sigma[:, c], BY_SAMPLE, unit, "Standard deviation of a new reading.")
         predicted[f"{channel}_model_sd"] = Variable(model[:, c], BY_SAMPLE, unit, "The same of the model's reading.")
-        residual = observed[channel].values - reading
-        left[channel] = Variable(residual, BY_SAMPLE, unit, "Measured minus predicted.")
+        residual = (reading - observed[channel].values) / noise[:, c]
+        left[channel] = Variable(residual, BY_SAMPLE, doc=RESIDUALS)
     return {
         "observed_data": observed,
         "predictions": {**shared, **predicted, "phase": phase_of(found.seen.motion)},
