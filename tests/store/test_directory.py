@@ -11,6 +11,9 @@ import pytest
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory, default_directory
 from fibrefit.store.directory import MARKER
+from fibrefit.store.run import Run
+from fibrefit.study import load_study
+from tests.reliability.studies import copied
 
 
 def make(out: Path, text: str = "one", **options: bool) -> None:
@@ -165,3 +168,17 @@ def test_the_default_folder_tells_runs_apart() -> None:
     assert one == default_directory("Drop series, 45°", "study", "digest")
     assert one != default_directory("Drop series, 45°", "study", "other digest")
     assert default_directory("../..", "x").name.startswith("study-")
+
+
+def test_a_run_is_the_same_by_whatever_path_its_study_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = copied("drop_series", tmp_path, records=1)
+    monkeypatch.chdir(tmp_path)
+    ways = (Path(folder.name) / "study.toml", folder / "study.toml")
+    near, far = (Run.of("sample", load_study(path)).parts for path in ways)
+    assert near == far
+    (data,) = (name for name in near if name.startswith("data "))
+    record = folder / data.split('"')[1]
+    record.write_text(record.read_text() + "\n")
+    assert Run.of("sample", load_study(ways[0])).parts[data] != near[data]
