@@ -89,7 +89,7 @@ class Approximation:
         points = np.empty((count, len(self.centre)))
         found = np.full(count, -np.inf)
         width = WIDER
-        for _ in range(PATIENCE):
+        for _ in range(PATIENCE + 1):  # the last one only looks
             lost = ~np.isfinite(found)
             if not lost.any():
                 return points, found

@@ -134,15 +134,15 @@ def correlation(names: Sequence[str], course: ChainHistory) -> Check:
 
 
 def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Check:
-    """Whether the posterior lies where the fit was."""
-    points = course.kept.reshape(-1, target.size)
-    centre, covariance = points.mean(axis=0), np.cov(points.T).reshape(target.size, target.size)
+    """Whether the posterior lies where the fit was, ``(n_start,)``; of the coordinates beyond these it knew nothing."""
+    points = course.kept.reshape(-1, target.size)[:, : len(start)]
+    centre, covariance = points.mean(axis=0), np.cov(points.T).reshape(len(start), len(start))
     scale = np.sqrt(np.diag(covariance))
     safe = np.where(scale > 0.0, scale, 1.0)
     difference = (start - centre) / safe
     inverse = np.linalg.pinv(covariance / np.outer(safe, safe), rcond=1e-10, hermitian=True)
     distance = float(np.sqrt(max(difference @ inverse @ difference, 0.0)))
-    limit = float(np.sqrt(target.size) + FAR_FROM_START)
+    limit = float(np.sqrt(len(start)) + FAR_FROM_START)
     return Check(
         name="the posterior lies at the fit",
         passed=distance < limit,

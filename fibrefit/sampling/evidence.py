@@ -51,7 +51,9 @@ def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory
     proposed = normal.centre + random.standard_normal(drawn.shape) @ normal.root.T
     of_drawn = its_density - _log_normal(normal, drawn)
     of_proposed = log_density(proposed) - _log_normal(normal, proposed)
-    worth = min(float(np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail).min()), len(drawn))
+    # Half of the draws are worth half of what all are, and those that are taken of them no more than their number.
+    whole = 0.5 * float(np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail).min())
+    worth = whole * len(drawn) / (whole + len(drawn))
     return _bridge(of_drawn, of_proposed, worth / len(drawn))
 
 

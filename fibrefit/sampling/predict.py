@@ -58,9 +58,12 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
     noise = np.stack([draw_noise(density.likelihood, n_time, point[size:], random) for point in points])
     found = {}
     for i, channel in enumerate(channels):
-        replicates = readings[channel] + noise[:, :, i] * unit[:, i, None]
+        weight = np.asarray(data.weight[channel])
+        counted = weight > 0.0
+        # Noise may grow with the load: the residuals of each reading are in units of its own.
+        own = np.where(counted, 1.0 / np.where(counted, weight, 1.0), unit[:, i, None])
+        replicates = readings[channel] + noise[:, :, i] * own
         bands = np.quantile(replicates, LEVELS, axis=0)
-        counted = np.asarray(data.weight[channel]) > 0.0
         value = np.asarray(data.measured[channel])
         inside = (value >= bands[0]) & (value <= bands[2])
         model = np.quantile(readings[channel], LEVELS, axis=0)

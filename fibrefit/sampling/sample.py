@@ -222,7 +222,8 @@ def _concluded(
     assert course is not None  # the heaviest one is always sampled
     summary = marginals(target, course, settings.interval, ready.widening)
     ratio = np.sqrt(np.sum(np.square(ready.linear.residuals), axis=(0, 2)) / _counts(task))
-    checks = judge.assess(target, modes, summary, coordinates_of(ready.density, ready.values), settings)
+    found = coordinates_of(ready.density, ready.values)[: task.problem.layout.size]
+    checks = judge.assess(target, modes, summary, found, settings)
     return Posterior(
         target=target,
         density=ready.density,

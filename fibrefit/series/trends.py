@@ -153,7 +153,7 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
     while True:
         line = _line(x.values[kept], y.values[kept], x.errors[kept], y.errors[kept])
         outlier = None if line is None else _outlier(line, seen.sum())
-        if outlier is None or len(outliers) >= max(1, MOST_OUTLIERS * seen.sum()) or len(kept) <= FEWEST_RECORDS:
+        if outlier is None or len(outliers) >= max(1, int(MOST_OUTLIERS * seen.sum())) or len(kept) <= FEWEST_RECORDS:
             break
         place, score, chance = outlier
         outliers.append(Outlier(names[kept[place]], score, chance))
