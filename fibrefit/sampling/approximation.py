@@ -89,7 +89,7 @@ class Approximation:
         points = np.empty((count, len(self.centre)))
         found = np.full(count, -np.inf)
         width = WIDER
-        for _ in range(PATIENCE + 1):  # the last one only looks
+        for _ in range(PATIENCE + 1):  # once more, to look at the last try
             lost = ~np.isfinite(found)
             if not lost.any():
                 return points, found
