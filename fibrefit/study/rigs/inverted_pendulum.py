@@ -29,8 +29,6 @@ from fibrefit.study.thresholds import STEPS_A_PERIOD
 
 MOST = 20_000
 """Frequencies of one sweep."""
-ROUNDING = 1e-9
-"""Share of a range by which a step may exceed it: that of 0.1 to 0.3 Hz is a little less than 0.2 Hz."""
 
 
 class InvertedPendulumConstants(StudyTable):
@@ -97,7 +95,7 @@ class SweepSettings(StudyTable):
     def _in_order(self) -> Self:
         if self.highest <= self.lowest:
             raise refusal(f"highest {self.highest:g} Hz", f"a value above lowest, {self.lowest:g} Hz", "Swap them.")
-        if self.step > (1.0 + ROUNDING) * (range_ := self.highest - self.lowest):
+        if round((range_ := self.highest - self.lowest) / self.step, 6) < 1.0:  # 0.1 to 0.3 Hz is less than 0.2 Hz
             raise refusal(
                 f"step {self.step:g} Hz", f"at most {range_:g} Hz, from lowest to highest", "Take a smaller one."
             )
