@@ -44,7 +44,7 @@ class Excitation:
     Raises
     ------
     UsageError
-        Where a number is not positive.
+        Where a number is not positive, or a time negative.
     """
 
     shape: Shape
@@ -62,6 +62,9 @@ class Excitation:
             value = getattr(self, name)
             if value is not None and not value > 0.0:
                 raise UsageError(f"{name} of the excitation", f"{value}", "a positive number")
+        for name in ("lead", "hold"):
+            if not getattr(self, name) >= 0.0:
+                raise UsageError(f"{name} of the excitation", f"{getattr(self, name)}", "a number that is not negative")
 
     def motion(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position and rate of the drive.

@@ -172,7 +172,7 @@ def truncation(found: Mapping[str, Marginal]) -> Check:
     for name, marginal in found.items():
         if marginal.prior is None or marginal.sd == 0.0:
             continue
-        gaps = (marginal.interval[0] - marginal.prior.lower, marginal.prior.upper - marginal.interval[1])
+        gaps = (marginal.ends[0] - marginal.prior.lower, marginal.prior.upper - marginal.ends[1])
         if min(gaps) < TRUNCATED * marginal.sd and marginal.prior_share < UNCONTRACTED:
             truncated.append(name)
     return Check.none_of(

@@ -27,7 +27,7 @@ class Evidence:
     error: float
 
 
-def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory, seed: int) -> Evidence:
+def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory, seed: int) -> Evidence | None:
     """Bridge sampling between the draws and a normal distribution fitted to other draws.
 
     The first half of the steps shapes the normal distribution, the second half is compared with it.
@@ -36,12 +36,21 @@ def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory
     ----------
     log_density : callable ``(n_point, n) -> (n_point,)``
 
+    Returns
+    -------
+    Evidence or None
+        None where a run that was cut short has too few draws for it.
+
     Source
     ------
     Meng and Wong, Statistica Sinica 6 (1996); error: Fruehwirth-Schnatter, Econometrics Journal 7 (2004).
     """
     points, densities = course.kept, course.kept_log_density
     half, size = points.shape[1] // 2, points.shape[-1]
+    # Half of the draws are worth half of what all are.
+    worth = 0.5 * float(np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail).min())
+    if not worth > 0.0:
+        return None
     shape = points[:, :half].reshape(-1, size)
     normal = Approximation(shape.mean(axis=0), np.cov(shape.T).reshape(size, size), 0.0)
     random = np.random.default_rng(seed)
@@ -51,9 +60,8 @@ def bridge(log_density: Callable[[np.ndarray], np.ndarray], course: ChainHistory
     proposed = normal.centre + random.standard_normal(drawn.shape) @ normal.root.T
     of_drawn = its_density - _log_normal(normal, drawn)
     of_proposed = log_density(proposed) - _log_normal(normal, proposed)
-    # Half of the draws are worth half of what all are, and those that are taken of them no more than their number.
-    whole = 0.5 * float(np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail).min())
-    worth = whole * len(drawn) / (whole + len(drawn))
+    # Those that are taken of them are worth no more than their number.
+    worth = worth * len(drawn) / (worth + len(drawn))
     return _bridge(of_drawn, of_proposed, worth / len(drawn))
 
 

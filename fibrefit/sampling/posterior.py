@@ -31,7 +31,9 @@ class Marginal:
     Parameters
     ----------
     interval : tuple of float
-        Equal-tailed.
+        Equal-tailed, of the probability asked for.
+    ends : tuple of float
+        2.5 and 97.5 % points, whatever interval was asked for.
     prior_share : float
         Posterior over prior width, 0 to 1: one where the data tell nothing; NaN without a proper prior.
     """
@@ -42,6 +44,7 @@ class Marginal:
     sd: float
     median: float
     interval: tuple[float, float]
+    ends: tuple[float, float]
     r_hat: float
     ess_bulk: float
     ess_tail: float
@@ -81,7 +84,7 @@ def marginals(
     points = widened(course, np.zeros((0, 0)) if widening is None else widening)
     draws = target.values(points.reshape(-1, target.size))
     tail = 0.5 * (1.0 - probability)
-    low, median, high = np.quantile(draws, [tail, 0.5, 1.0 - tail], axis=0)
+    low, first, median, last, high = np.quantile(draws, [tail, 0.025, 0.5, 0.975, 1.0 - tail], axis=0)
     found = {}
     for i, name in enumerate(target.names):
         prior = target.priors[i] if target.priors else None
@@ -92,6 +95,7 @@ def marginals(
             sd=float(draws[:, i].std(ddof=1)),
             median=float(median[i]),
             interval=(float(low[i]), float(high[i])),
+            ends=(float(first[i]), float(last[i])),
             r_hat=float(course.mixing.r_hat[i]),
             ess_bulk=float(course.mixing.ess_bulk[i]),
             ess_tail=float(course.mixing.ess_tail[i]),
@@ -181,14 +185,15 @@ class Posterior:
 
     @property
     def log_evidence(self) -> Evidence | None:
-        """Logarithm of the marginal likelihood, all modes together; None where a prior is not proper."""
+        """Logarithm of the marginal likelihood, None where a prior is not proper or draws are too few."""
         if not all(prior.proper for prior in self.target.priors):
             return None
         found = [mode for mode in self.modes if mode.course is not None and not mode.absorbed]
         logs = np.array([mode.evidence.log_value for mode in found])
         weights = np.array([mode.weight for mode in found])
         total = float(logs.max() + np.log(np.sum(np.exp(logs - logs.max()))))
-        return Evidence(total, float(np.sqrt(np.sum((weights * [mode.evidence.error for mode in found]) ** 2))))
+        error = float(np.sqrt(np.sum((weights * [mode.evidence.error for mode in found]) ** 2)))
+        return Evidence(total, error) if np.isfinite(error) else None
 
     @property
     def status(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.errors import StudyError
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
@@ -24,6 +26,7 @@ from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.sampling import checks as judge
+from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress
 from fibrefit.sampling.deviations import (
     Deviations,
@@ -110,10 +113,20 @@ def sample_posterior(
     ready = _prepare(task, begin, stated or {}, request)
     every = ready.priors.each + noise_priors(ready.model.likelihood)
     starts = (coordinates_of(ready.density, values) for values in (ready.values, *begin.basins))
-    first, *others = (find_mode(ready.density, point, every) for point in starts)
-    found = [first[0], *(mode for mode, arrived in others if arrived)]
+    first, *others = starts
+    found = [find_mode(ready.density, first, every)[0], *_side_modes(ready.density, others, every)]
     modes = sample_modes(ready.target, distinct(found), request.settings, checkpoint_file, progress)
     return _concluded(task, begin.values, ready, modes, request.settings, began)
+
+
+def _side_modes(density: LogPosterior, starts: Sequence[np.ndarray], priors: tuple[Prior, ...]) -> list[Approximation]:
+    """Modes that other minima lead to; one where some direction is flat has no weight to be told."""
+    found = []
+    for start in starts:
+        with contextlib.suppress(StudyError):
+            mode, arrived = find_mode(density, start, priors)
+            found += [mode] * arrived
+    return found
 
 
 class _Ready(NamedTuple):
@@ -184,7 +197,8 @@ def _of_exact_inputs(
     whitening = model.likelihood.whitening
     here = linear if where is None else _linearised_at(problem, where.local)
     level = level_of(whitening, here.residuals, _counts(task))
-    random_effects = None if where is None else random_effects_of(problem, where, whitening, level)
+    assumed = _level(task, model.likelihood, here)
+    random_effects = None if where is None else random_effects_of(problem, where, whitening, assumed)
     values = start if where is None else where.values(layout)
     priors = priors_of(layout, problem.model, start, stated)
     density = replace(density_of(problem, priors, model.likelihood), random_effects=random_effects)
@@ -206,9 +220,13 @@ def _noise_and_mode(
             break
         linear = _linearised_at(task.problem, where.local)
         model = noise_model_of(task, linear, noise, heavy)
-        level = level_of(model.likelihood.whitening, linear.residuals, _counts(task))
-        where = gls_deviations(task.problem, where, model.likelihood.whitening, level)
+        where = gls_deviations(task.problem, where, model.likelihood.whitening, _level(task, model.likelihood, linear))
     return where, model
+
+
+def _level(task: Task, likelihood: Likelihood, linear: Linearised) -> np.ndarray:
+    """Noise over what the whitening assumes, as the density takes it: one where the study states the level."""
+    return np.where(likelihood.known, 1.0, level_of(likelihood.whitening, linear.residuals, _counts(task)))
 
 
 ROUNDS = 2

@@ -50,7 +50,7 @@ def test_the_same_run_goes_on(cut_short: Callable[..., Any]) -> None:
 @pytest.mark.parametrize(
     ("change", "words", "says"),
     [
-        ("data", (), r'holds a run with another data "study/drop_10mm_90deg.csv": it has changed'),
+        ("data", (), r'holds a run with another data "drop_10mm_90deg.csv": it has changed'),
         ("study", (), "holds a run with another study: it has changed"),
         ("", ("--set", "rig.weight_mass=2 kg"), "holds a run with another study: it has changed"),
         ("", ("--seed", "3"), "holds a run with other settings"),

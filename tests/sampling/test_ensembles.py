@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Future
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,28 @@ def test_a_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
     np.testing.assert_array_equal(done.points, whole.points)
     np.testing.assert_array_equal(done.log_density, whole.log_density)
     assert done.mixing.r_hat.tolist() == whole.mixing.r_hat.tolist()
+
+
+def test_an_interrupted_block_is_finished_by_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One thread for four ensembles, interrupted while the first of them walks: none lags behind, so all are kept."""
+    file = tmp_path / "chains.npz"
+    waited = Future.result
+    calls: list[int] = []
+
+    def interrupted(self: Future[None], timeout: float | None = None) -> None:
+        calls.append(1)
+        if len(calls) == 9:
+            raise StopError
+        return waited(self, timeout)
+
+    monkeypatch.setattr(Future, "result", interrupted)
+    with pytest.raises(StopError):
+        course(5, settings=LONG | {"threads": 1}, checkpoint_file=file)
+    monkeypatch.undo()
+    steps: list[int] = []
+    done = course(5, settings=LONG, checkpoint_file=file, progress=lambda said: steps.append(said.steps))
+    assert steps[0] > 1
+    np.testing.assert_array_equal(done.points, course(5, settings=LONG).points)
 
 
 def test_a_finished_run_is_not_gone_again(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,7 @@ def test_a_normal_density_has_its_integral() -> None:
     assert approximation.log_evidence == pytest.approx(-1234.5, abs=1e-8)
     course = run_ensembles(target(density, 6), approximation, Settings(seed=1))
     found = bridge(density, course, seed=0)
+    assert found is not None
     assert found.error < 0.02
     assert abs(found.log_value + 1234.5) < max(SURE * found.error, 1e-6)
 
@@ -34,6 +37,7 @@ def test_a_skewed_density_has_its_integral_where_laplace_errs() -> None:
     approximation = around(gamma, np.full(2, np.log(3.0)), np.eye(2) / 3.0)
     course = run_ensembles(target(gamma, 2), approximation, Settings(seed=1))
     found = bridge(gamma, course, seed=0)
+    assert found is not None
     assert abs(found.log_value - np.log(4.0)) < SURE * found.error
     assert abs(approximation.log_evidence - np.log(4.0)) > SURE * found.error
 
@@ -72,3 +76,29 @@ def test_two_starts_of_one_mode_are_not_counted_twice() -> None:
     assert len(modes) == 2
     assert [mode.absorbed for mode in modes] == [False, True]
     assert modes[0].weight == 1.0
+
+
+def test_a_mode_that_laplace_underrates_is_sampled_like_any_other() -> None:
+    """Two modes of one width by Laplace; the second has wide shoulders that hold nine tenths of the mass."""
+    near, far, broad = (
+        normal(np.array([place, 0.0]), width * np.eye(2), np.log(mass))
+        for place, width, mass in ((0.0, 1.0, 0.1), (60.0, 1.0, 0.09), (60.0, 36.0, 0.81))
+    )
+    density = lambda x: np.logaddexp(near(x), np.logaddexp(far(x), broad(x)))  # noqa: E731
+    found = [around(density, np.array([place, 0.0]), np.eye(2)) for place in (0.0, 60.0)]
+    found = [found[0], replace(found[1], log_density=found[0].log_density - 1.0)]
+    settings = Settings(seed=0)
+    modes = sample_modes(target(density, 2), found, settings)
+    assert round(modes[0].approximation.centre[0]) == 60
+    assert modes[0].weight == pytest.approx(0.9, abs=0.05)
+    assert modes[0].course is not None
+    assert modes[0].course.converged
+    assert modes[0].course.mixing.ess_bulk.min() > settings.ess
+
+
+def test_a_run_of_one_step_has_laplace_to_tell_of() -> None:
+    density = normal(np.zeros(2), np.eye(2), -3.0)
+    modes = sample_modes(target(density, 2), [around(density, np.zeros(2), np.eye(2))], Settings(seed=0, max_steps=1))
+    assert modes[0].course is not None
+    assert modes[0].evidence.log_value == pytest.approx(-3.0)
+    assert not np.isfinite(modes[0].evidence.error)

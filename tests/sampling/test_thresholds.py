@@ -62,7 +62,7 @@ TARGET = cast(
 def marginal(share: float, gap: float = 5.0) -> dict[str, Marginal]:
     """A parameter whose posterior is so wide beside its prior, and so far from its lower bound."""
     prior = cast(Any, SimpleNamespace(lower=0.0, upper=100.0))
-    return {"a": Marginal("a", "N", 10.0, 1.0, 10.0, (gap, gap + 4.0), 1.0, 1e4, 1e4, prior, share)}
+    return {"a": Marginal("a", "N", 10.0, 1.0, 10.0, (9.9, 10.1), (gap, gap + 4.0), 1.0, 1e4, 1e4, prior, share)}
 
 
 def alike(difference: float) -> bool:

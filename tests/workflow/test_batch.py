@@ -6,6 +6,7 @@ import csv
 import gc
 import json
 import re
+from hashlib import sha256
 from pathlib import Path
 
 import jsonschema
@@ -101,6 +102,19 @@ def test_the_files_are_for_programs_and_spreadsheets(series: Path, asked: list[s
     assert rows[1]["status"] == "not possible"
     assert "Measure again." in rows[1]["error"]
     assert (tmp_path / "out" / "figures" / "parameters.png").exists()
+
+
+def test_a_batch_says_what_it_rests_on(series: Path, asked: list[str], tmp_path: Path) -> None:
+    """The study and the records, by name and digest; a record that is gone since costs no result."""
+    work = jobs(series, "a", "z")
+    records = sorted(work[0].study.data_files())
+    assert len(records) == 2
+    found = carried_out(work, tmp_path / "out").summary().provenance.inputs
+    assert {Path(name).name for name in found} == {"study.toml", *(file.name for file in records)}
+    assert found[records[0].as_posix()] == sha256(records[0].read_bytes()).hexdigest()
+    records[0].unlink()
+    left = carried_out(work, tmp_path / "again").summary().provenance.inputs
+    assert set(found) - set(left) == {records[0].as_posix()}
 
 
 def test_items_that_the_model_does_not_explain_are_named(series: Path, asked: list[str], tmp_path: Path) -> None:

@@ -152,7 +152,7 @@ def run_ensembles(
         try:
             found = _until_converged(ensembles, settings, pool, keeper, progress, began)
         except BaseException:
-            # Threads finish the block they are in; what all have done by then is kept.
+            # Every ensemble finishes its block, also where threads are fewer; what all have done by then is kept.
             pool.shutdown(wait=True)
             keeper.save(ensembles)
             raise
@@ -195,7 +195,9 @@ def _until_converged(
             progress(_progress(ensembles, settings, last, time.perf_counter() - began))
         at_once = max(1, min(block, next_look(steps) - steps, settings.max_steps - steps))
         since = time.perf_counter()
-        list(pool.map(_Ensemble.advance, ensembles, [at_once] * len(ensembles)))
+        # Not by `map`, which takes back what has not begun where it is interrupted.
+        for one in [pool.submit(ensemble.advance, at_once) for ensemble in ensembles]:
+            one.result()
         took = time.perf_counter() - since
         # The course does not depend on how it is cut into blocks.
         block = int(np.clip(at_once * BLOCK_SECONDS / max(took, 1e-3), 1, 4 * block))

@@ -30,7 +30,7 @@ class Mode:
     course : ChainHistory or None
         None where the mode was too light to be sampled.
     evidence : Evidence
-        By bridge sampling, or by Laplace's method with an infinite error where it was not sampled.
+        By bridge sampling, or by Laplace's method with an infinite error where there are not draws enough.
     absorbed : bool
         Whether its ensembles moved to another mode, whose draws then stand for both.
     """
@@ -72,7 +72,6 @@ def sample_modes(
     list of Mode
         The heaviest first; weights add up to one.
     """
-    top = approximations[0].log_evidence
     files = [
         file if not n or file is None else _numbered(file, n + 1)
         for n, file in enumerate([checkpoint_file] * len(approximations))
@@ -82,18 +81,28 @@ def sample_modes(
     def sampled(number: int, budget: Settings) -> Mode:
         approximation = approximations[number]
         course = run_ensembles(target, approximation, budget, files[number], progress)
-        return Mode(approximation, 0.0, course, bridge(target.log_density, course, settings.seed))
+        found = bridge(target.log_density, course, settings.seed)
+        return Mode(approximation, 0.0, course, found or _by_laplace(approximation))
 
-    modes = [sampled(0, settings)]
-    for number, approximation in enumerate(approximations[1:], 1):
-        if approximation.log_evidence - top < np.log(NEGLIGIBLE_MODE):
-            modes.append(Mode(approximation, 0.0, None, Evidence(approximation.log_evidence, np.inf)))
+    modes = [Mode(approximation, 0.0, None, _by_laplace(approximation)) for approximation in approximations]
+    modes[0], whole = sampled(0, settings), {0}
+    # Draws may weigh a mode otherwise than Laplace's method did: who is first is asked again after each.
+    while True:
+        logs = [mode.evidence.log_value for mode in modes]
+        top = max(log for log, mode in zip(logs, modes, strict=True) if mode.course)
+        unseen = [n for n, m in enumerate(modes) if m.course is None and logs[n] - top >= np.log(NEGLIGIBLE_MODE)]
+        first = int(np.argmax(logs))
+        if unseen:
+            modes[unseen[0]] = sampled(unseen[0], look)
+        elif first not in whole:
+            modes[first] = sampled(first, settings)
+            whole.add(first)
         else:
-            modes.append(sampled(number, look))
-    heaviest = int(np.argmax([mode.evidence.log_value if mode.course else -np.inf for mode in modes]))
-    if heaviest:
-        modes[heaviest] = sampled(heaviest, settings)
-    return _weighed(_settled(modes))
+            return _weighed(_settled(modes))
+
+
+def _by_laplace(approximation: Approximation) -> Evidence:
+    return Evidence(approximation.log_evidence, np.inf)
 
 
 def _numbered(file: Path, number: int) -> Path:

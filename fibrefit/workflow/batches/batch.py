@@ -6,6 +6,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +21,7 @@ from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
-from fibrefit.workflow.batches.item import Job, Outcome, identified
+from fibrefit.workflow.batches.item import Job, Outcome, identified, loaded
 from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
@@ -96,13 +97,10 @@ class Batch(AnyResult):
 
     def summary(self) -> BatchSummary:
         """Content of ``summary.json``."""
-        files = list(dict.fromkeys(Path(file) for job in self.jobs for file in job.origin.files))
         first = self.jobs[0]
         settings = {"starts": str(first.starts), "robust": str(first.robust)}
-        studies = "\n".join(dict.fromkeys(file.as_posix() for file in files))
-        origin = provenance(
-            studies, [f for f in files if f.is_file()], seed=first.seed, seconds=self.seconds, settings=settings
-        )
+        studies = "\n".join(dict.fromkeys(Path(file).as_posix() for job in self.jobs for file in job.origin.files))
+        origin = provenance(studies, self._inputs, seed=first.seed, seconds=self.seconds, settings=settings)
         return BatchSummary(
             status=batch_status(self.items),
             name=self.name,
@@ -115,6 +113,16 @@ class Batch(AnyResult):
             checks=batch_checks(self.items),
             provenance=origin,
         )
+
+    @property
+    def _inputs(self) -> list[Path]:
+        """Files of all studies that can still be read, and what else the command line named."""
+        found: list[Path] = []
+        for origin in dict.fromkeys(job.origin for job in self.jobs):
+            with suppress(FibrefitError, OSError):
+                found += loaded(origin).input_files()
+            found += map(Path, origin.files)
+        return [file for file in dict.fromkeys(found) if file.is_file()]
 
     @cached_property
     def _with_conditions(self) -> dict[str, BatchItem]:
