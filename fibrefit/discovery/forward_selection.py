@@ -296,7 +296,8 @@ def _round(comparison: Comparison, before: Identification, chosen: LaplaceFit) -
     summary = Round(
         added=added, gap_before=gaps[0], gap_after=gaps[1], where=where.places(residual_set), ranking=ranking
     )
-    facts = {"effects": added, "gaps": gaps, "gain": comparison.gain(chosen), "threshold": NAMED}
+    chance = next((one.false_alarm for one in ranking if one.effect == added), None)
+    facts = {"effects": added, "gaps": gaps, "gain": comparison.gain(chosen), "threshold": NAMED, "chance": chance}
     grown = Statement("added", facts | {"changes": _changes(parent, chosen)})
     return TracedRound(summary, residual_set.residuals, residuals_with, (where.most_of(residual_set), grown))
 

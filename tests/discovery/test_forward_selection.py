@@ -106,6 +106,8 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
     assert first.added == VISCOUS.name
     assert first.ranking[0].evidence > NAMED
     assert first.ranking[0].false_alarm < 1e-3
+    (grown,) = (one for one in found.steps[0].statements if one.identifier == "added")
+    assert grown.facts["chance"] == first.ranking[0].false_alarm
     assert first.gap_before > first.gap_after == pytest.approx(1.0, abs=0.05)
     # The last round found nothing more.
     assert found.comparison is not None

@@ -108,6 +108,19 @@ def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() ->
     assert found.endswith("Residuals are not noise alone (failed: residual size): error bars are too small.")
 
 
+@pytest.mark.parametrize(
+    ("chance", "said"),
+    [
+        (3.04e-5, "; by chance the best of all candidates reaches it with a probability of 3e-05)."),
+        (0.0, "; by chance the best of all candidates reaches it with a probability below 1e-12)."),
+        (None, "threshold 5)."),
+    ],
+)
+def test_the_probability_of_a_false_alarm_stands_beside_every_name(chance: float | None, said: str) -> None:
+    facts = {"effects": "fibre.mass", "gaps": (1.2, 1.0), "gain": 12.0, "threshold": 5.0, "chance": chance}
+    assert discovery.discovery_sentence(Statement("added", facts | {"changes": ()})).endswith(said)
+
+
 @pytest.mark.parametrize(("cut", "known"), [(True, "was tried"), (False, "is known of")])
 def test_a_search_that_was_cut_short_does_not_speak_of_all_that_is_known(cut: bool, known: str) -> None:
     said = discovery.discovery_sentence(Statement("unknown", {"lies": Statement("no_place", {}), "cut": cut}))

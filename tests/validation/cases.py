@@ -20,6 +20,7 @@ from tests.independent.laws import CATALOGUE, DRIVE, DROP, EFFECTS, applicable
 from tests.independent.make import write_study
 from tests.independent.noncentrality import Hidden, Ideal, strength_for
 from tests.independent.series import Series, draw_shape, scattered, take
+from tests.independent.simulate import simulate
 from tests.validation.designs import (
     NOISES,
     NOISES_OF_INTERVALS,
@@ -77,6 +78,22 @@ class Made(NamedTuple):
 
     series: Series
     noncentralities: dict[str, float]
+
+    def gap_of_truth(self, step: float) -> float:
+        """Gap that the true law leaves on a record predicted from others: with base values that all of them share.
+
+        Parameters
+        ----------
+        step : of the simulator, s
+        """
+        squares = []
+        for record in self.series.records:
+            shared = simulate(record.conditions, self.series.base, self.series.effects, record.clean.times, step)
+            predicted = shared._replace(position=shared.position + record.zero)
+            for channel in ("force", "position"):
+                logged, clean, other = (getattr(one, channel) for one in (record.logged, record.clean, predicted))
+                squares.append(np.nanmean((logged - other) ** 2) / np.nanmean((logged - clean) ** 2))
+        return float(np.sqrt(np.mean(squares)))
 
 
 @dataclass(frozen=True)

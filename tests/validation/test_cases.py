@@ -308,3 +308,15 @@ def test_a_case_is_made_of_its_name_alone() -> None:
         np.testing.assert_array_equal(mine.logged.force, other.logged.force)
     assert one.noncentralities == two.noncentralities
     assert set(one.series.effects) == {case.first}
+
+
+def test_the_true_law_leaves_more_of_a_record_that_differs_from_the_others() -> None:
+    """Noise alone where records agree, and the more beyond it the more they differ."""
+    gaps = []
+    for scatter in (0.0, 0.01, 0.02):
+        case = replace(next(cases("r", "faint", DROP)), scatter=scatter)
+        gaps.append(case.make().gap_of_truth(case.design.step))
+    assert gaps[0] == pytest.approx(1.0, abs=1e-9)
+    assert gaps[1] > 1.01
+    # Scatter acts by its square, beside what phases that slip more and more do.
+    assert gaps[2] > 1.5 * (gaps[1] - 1.0) + 1.0

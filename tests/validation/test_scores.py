@@ -40,6 +40,7 @@ GOOD = Outcome(
     hidden="sensor.force_delay", noncentralities="60.1", verdict="named", added="sensor.force_delay", alike="",
     best="sensor.force_delay", evidence=20.0, evidence_of_truth=20.0, gap_before=1.01, gap_after=1.0, status="ok",
     seconds=60.0, processor_seconds=20.0, making_seconds=0.3, revision="abc", says="", memory=0.5,
+    gap_left_out=1.02, gap_of_truth=1.0,
 )  # fmt: skip
 LAG = replace(GOOD, case="b", added="sensor.force_lag")
 WRONG = replace(GOOD, case="c", added="guide.viscous_friction")
@@ -76,7 +77,7 @@ def test_a_cause_the_catalogue_has_a_law_for_is_held_to_that() -> None:
     assert [(o.good, o.by_law, o.falsely) for o in (KNOWN, misled, silent)] == [
         (True, True, False), (False, False, True), (False, False, False),
     ]  # fmt: skip
-    assert "| outside the catalogue: called unexplained | >= 85 % | 100.0 % (1 of 1;" in "".join(
+    assert "| outside the catalogue: called unexplained | >= 90 % | 100.0 % (1 of 1;" in "".join(
         goals([STRANGER, KNOWN])
     )
     assert set(KNOWN_AS) <= set(OUTSIDE)
@@ -134,6 +135,18 @@ def test_a_law_is_right_at_its_port_and_of_its_variable(
 ) -> None:
     found = replace(GOOD, kind="outside", hidden=hidden, verdict=verdict, law_port=port, law_variable=variable)
     assert found.law_right is right
+
+
+@pytest.mark.parametrize(
+    ("gap", "truth", "as_well"), [(1.04, 1.0, True), (1.3, 1.25, True), (1.3, 1.0, False), (math.nan, math.nan, False)]
+)
+def test_a_law_predicts_as_well_as_the_true_one_within_a_tenth(gap: float, truth: float, as_well: bool) -> None:
+    assert replace(STRANGER, gap_left_out=gap, gap_of_truth=truth).law_predicts is as_well
+
+
+def test_a_search_over_its_time_is_counted() -> None:
+    late = [replace(GOOD, case=str(seconds), seconds=seconds) for seconds in (60.0, 299.9, 300.4, 404.0)]
+    assert any(line.startswith("| over 5 minutes | none | 50.0 % (2 of 4;") for line in goals(late))
 
 
 def test_every_cause_that_is_outside_has_a_law_or_a_name() -> None:
@@ -205,14 +218,17 @@ def test_a_summary_is_read_by_the_contract() -> None:
         "before": {"gap": {"total": 1.2}},
         "status": "ok",
         "reason": "so",
+        "proposed_law": {"port": "guide", "gap_left_out": 1.07},
     }
     found = told(summary, ["fibre.mass"])
     assert (found["best"], found["evidence"], found["evidence_of_truth"]) == ("sensor.force_lag", 31.0, 30.0)
     assert (found["added"], found["alike"]) == ("fibre.mass", "fibre.mass + sensor.force_lag")
     assert (found["gap_before"], found["gap_after"], found["says"]) == (1.2, 1.0, "so")
+    assert (found["law_port"], found["gap_left_out"]) == ("guide", 1.07)
     bare = told({"verdict": "not_trusted", "added": []}, [])
     assert bare["best"] == ""
     assert math.isnan(bare["evidence"])
+    assert math.isnan(bare["gap_left_out"])
 
 
 def test_work_is_ended_after_its_time_and_the_rest_goes_on() -> None:

@@ -52,6 +52,8 @@ def carry_out(case: Case) -> Outcome:
                 facts["processor_seconds"] = time.process_time() - worked
                 facts["memory"] = most_memory()
             facts |= told(summary, tuple(made.noncentralities))
+            if math.isfinite(facts["gap_left_out"]):
+                facts["gap_of_truth"] = made.gap_of_truth(case.design.step)
     except Exception as error:
         facts["says"] = f"{type(error).__name__}: {error}"
     return Outcome(**facts)
@@ -61,7 +63,7 @@ def _facts(case: Case) -> dict[str, Any]:
     """What is known of a case before it is carried out."""
     laws = ("law_port", "law_variable", "law_form")
     words = dict.fromkeys(("hidden", "noncentralities", "added", "alike", "best", "status", "says", *laws), "")
-    numbers = ("evidence", "evidence_of_truth", "gap_before", "gap_after")
+    numbers = ("evidence", "evidence_of_truth", "gap_before", "gap_after", "gap_left_out", "gap_of_truth")
     return {
         "case": case.name,
         **{
@@ -109,6 +111,7 @@ def told(summary: dict[str, Any], hidden: Sequence[str]) -> dict[str, Any]:
         "evidence": order[0]["evidence"] if order else math.nan,
         "evidence_of_truth": max(true, default=math.nan),
         "gap_before": _number(((summary.get("before") or {}).get("gap") or {}).get("total")),
+        "gap_left_out": _number(law.get("gap_left_out")),
         "gap_after": _number((summary.get("gap") or {}).get("total")),
         "status": summary.get("status", ""),
         "says": unexplained.get("looks_like") or summary.get("reason", ""),

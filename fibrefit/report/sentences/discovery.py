@@ -136,7 +136,7 @@ def _in_ms(time: float) -> str:
 def _added(facts: Facts) -> str:
     before, after = facts["gaps"]
     said = f"{facts['effects']}: the normalised residual RMS falls from {before:.3g} to {after:.3g} (logarithm of the "
-    said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g})."
+    said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g}{_by_chance(facts['chance'])})."
     if not facts["changes"]:
         return said
     moved = " and ".join(
@@ -145,6 +145,17 @@ def _added(facts: Facts) -> str:
     )
     they = "they had" if len(facts["changes"]) > 1 else "it had"
     return f"{said} With it {moved}: until then {they} been biased by the missing effect."
+
+
+def _by_chance(probability: float | None) -> str:
+    if probability is None:
+        return ""
+    size = f"of {probability:.1g}" if probability > NEVER else f"below {NEVER:g}"
+    return f"; by chance the best of all candidates reaches it with a probability {size}"
+
+
+NEVER = 1e-12
+"""Probability below which its size says nothing any more."""
 
 
 def _constancy(facts: Facts) -> str:
@@ -253,8 +264,8 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "curve_gains": lambda facts: f"{_curve(facts)} gains {facts['gain']:.3g} nats.",
     "curve_left": _curve_left,
     "curve_stays": lambda facts: (
-        "No law over one state, of a handful of forms, says as much as the free curve and holds on records it was not "
-        "fitted to: the curve stays."
+        "No law that was tried says as much as the free curve and holds on records it was not fitted to: the curve "
+        "stays."
     ),
     "event": _event,
     "events": _events,

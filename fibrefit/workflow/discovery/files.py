@@ -132,6 +132,11 @@ def _trials(finding: Finding) -> dict[str, Variable]:
             ("trial",),
             doc="Natural logarithm of the Bayes factor against the model before the round.",
         ),
+        "false_alarm": Variable(
+            np.array([c.false_alarm for _, c in trials], dtype=float),
+            ("trial",),
+            doc="Probability that the best of all candidates reaches as much although nothing is missing.",
+        ),
         "value_of": Variable(np.array([v[0] for v in values], dtype=int), ("value",), doc="Trial it belongs to."),
         "parameter": Variable(_text(v[1] for v in values), ("value",)),
         "estimate": Variable(np.array([one.value for *_, one in values], dtype=float), ("value",), doc="In `unit`."),
