@@ -111,8 +111,8 @@ def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() ->
 @pytest.mark.parametrize(
     ("chance", "said"),
     [
-        (3.04e-5, "; by chance the best of all candidates reaches it with a probability of 3e-05)."),
-        (0.0, "; by chance the best of all candidates reaches it with a probability below 1e-12)."),
+        (3.04e-5, "; by chance the best of all candidates reaches it with a probability of 3e-05 at the most)."),
+        (0.0, "; by chance the best of all candidates reaches it with a probability of 1e-12 at the most)."),
         (None, "threshold 5)."),
     ],
 )

@@ -1,7 +1,8 @@
 """One Gauss-Newton for values, nuisances and deviations between records: arrowhead matrices, a trust region, bounds.
 
 All that is needed of the records are, for each, the products of its whitened slopes and residuals. Fits, candidates of
-a search and the mode of a posterior differ in who supplies them and in which values are unknown.
+a search and how records differ in a posterior vary in who supplies them and in which values are unknown. The mode of
+a posterior, whose noise levels are unknown too, has a search of its own (`sampling.mode.mode`).
 
 Law
 ---

@@ -150,12 +150,9 @@ def _added(facts: Facts) -> str:
 def _by_chance(probability: float | None) -> str:
     if probability is None:
         return ""
-    size = f"of {probability:.1g}" if probability > NEVER else f"below {NEVER:g}"
-    return f"; by chance the best of all candidates reaches it with a probability {size}"
-
-
-NEVER = 1e-12
-"""Probability below which its size says nothing any more."""
+    # Candidates count as independent, which is on the safe side; of less than 1e-12 the size says nothing.
+    most = max(probability, 1e-12)
+    return f"; by chance the best of all candidates reaches it with a probability of {most:.1g} at the most"
 
 
 def _constancy(facts: Facts) -> str:
