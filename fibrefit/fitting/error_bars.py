@@ -97,7 +97,7 @@ def estimates(
             interval_95=(low, high),
             # What the model lacks makes a value less sure; it does not bring it to a limit.
             at_bound=judge.at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
-            interval_kind="population" if differs else "normal",
+            interval_kind="population" if differs else "normal" if record is None else "record",
             std_errors={name: float(column[i]) for name, column in errors.items()},
             plain_value=None if plain is None else float(plain.values[i]),
             plain_error=None if plain is None else float(plain.errors[i]),

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+import time
 from pathlib import Path
 
 import pytest
 
+from fibrefit.cli import progress
 from fibrefit.cli.options import study_from
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal
@@ -74,6 +77,25 @@ def test_progress_is_for_those_who_look(monkeypatch: pytest.MonkeyPatch, quiet: 
         follow("fitting", None)
         follow("fitting", 0.5)
     assert ("fitting" in screen.text) is shown
+
+
+def test_where_no_person_looks_a_line_now_and_then_says_where_the_work_stands(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line each half a minute; here a hundredth of a second stands for that."""
+    assert progress.EVERY == 30.0
+    monkeypatch.setattr(progress, "EVERY", 0.01)
+    with shown_progress(Terminal()) as follow:
+        follow("trying fibre.mass", 0.5)
+        until = time.monotonic() + 10.0
+        said = ""
+        while "trying" not in said and time.monotonic() < until:
+            said += capsys.readouterr().err
+    assert re.search(r"^ +0 s: trying fibre\.mass, 50 %$", said, re.MULTILINE), said
+    with shown_progress(Terminal(quiet=True)) as follow:
+        follow("trying fibre.mass", 0.5)
+        time.sleep(0.05)
+    assert capsys.readouterr().err == ""
 
 
 def test_progress_does_not_go_to_files(capsys: pytest.CaptureFixture[str]) -> None:

@@ -96,6 +96,7 @@ def test_records_that_differ_are_told(differing: Task) -> None:
     assert between.interval_95[0] < np.std([-0.03, 0.01, 0.02], ddof=1) < between.interval_95[1]
     estimate = found.parameters["stiffness"]
     assert estimate.interval_kind == "population"
+    assert {one.found.interval_kind for one in found.estimates if one.record is not None} == {"record"}
     # Three records: the mean is known to half their spread and worse, and plain least squares does not know that.
     assert estimate.std_error > 0.5 * between.sd * estimate.value > 3.0 * estimate.std_errors["white"]
     place = found.gls.evidence.mode.unknowns.names.index("stiffness")

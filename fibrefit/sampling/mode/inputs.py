@@ -5,8 +5,8 @@ its error is one more unknown of each record. Values and errors are brought to t
 records best, under the noise spectrum. The ensembles walk around there with the inputs as corrected, which leaves
 out how the errors could vary with the values; by what that takes away, the posterior is widened.
 
-It is not `fitting.search.with_input_errors`, which lets records differ: steps here are full ones from the estimate of a fit,
-and what is wanted beside the place are the covariances with the errors known and unknown.
+It is not `fitting.search.with_input_errors`, which lets records differ: steps here are full ones from the estimate of
+a fit, and what is wanted beside the place are the covariances with the errors known and unknown.
 """
 
 from __future__ import annotations

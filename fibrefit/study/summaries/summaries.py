@@ -33,7 +33,7 @@ class ParameterSummary(Part):
     interval_kind: str = Field(
         default="normal",
         description="How the interval was found; population: that of the mean of a parameter that differs from record "
-        "to record, as wide as so few records ask for.",
+        "to record, as wide as so few records ask for; record: normal, of a value that one record has for itself.",
     )
     plain_value: Known = Field(
         default=None,
