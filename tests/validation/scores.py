@@ -284,8 +284,8 @@ def times(outcomes: Sequence[Outcome]) -> list[str]:
 NO_CASE = ["No case of a release has been carried out yet."]
 
 
-def results(outcomes: Sequence[Outcome]) -> list[str]:
-    """What a release is held to, and the time it took."""
+def results(outcomes: Sequence[Outcome], earlier: Sequence[Outcome] = ()) -> list[str]:
+    """What a release is held to, and the time it took; the same together with releases of earlier revisions."""
     if not outcomes:
         return NO_CASE
     labels = ", ".join(sorted({o.release for o in outcomes}))
@@ -303,6 +303,20 @@ def results(outcomes: Sequence[Outcome]) -> list[str]:
         "### Time",
         "",
         *times(outcomes),
+        *(_together(outcomes, earlier) if earlier else ()),
+    ]
+
+
+def _together(outcomes: Sequence[Outcome], earlier: Sequence[Outcome]) -> list[str]:
+    labels, revisions = (sorted({getattr(o, what) for o in earlier}) for what in ("release", "revision"))
+    return [
+        "",
+        "### Together with earlier revisions",
+        "",
+        f"The same with {len(earlier)} cases of {len(revisions)} earlier revisions, releases {labels[0]} to "
+        f"{labels[-1]}, between which the search was changed: first outcomes, those from which it was changed included.",
+        "",
+        *goals([*outcomes, *earlier]),
     ]
 
 

@@ -107,6 +107,10 @@ def test_tables() -> None:
     assert times([replace(GOOD, memory=math.nan)])[2].endswith("| 60 | not recorded |")
     assert results([]) == details([]) == ["No case of a release has been carried out yet."]
     assert any("Release r, revision abc: first outcomes of 10 cases" in line for line in results(ALL))
+    both = results(ALL, [replace(ALARM, case="n", release="q", revision="older")])
+    assert sum("nothing hidden: an effect named" in line for line in both) == 2
+    assert any("| nothing hidden: an effect named | <= 1 % | 66.7 % (2 of 3;" in line for line in both)
+    assert any(line.startswith("The same with 1 cases of 1 earlier revisions, releases q to q") for line in both)
     assert sum(line.startswith("### ") for line in details(ALL)) == 4
 
 

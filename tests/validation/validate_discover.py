@@ -3,7 +3,8 @@
 ``python -m tests.validation.validate_discover --release LABEL --kind null --rig fibre_mass --cases 20`` carries out
 twenty further cases of a release, writes each down as soon as it is done, and prints the tables. A case is carried out
 once: only another release draws others. ``--document`` writes the tables of all releases that are given into
-``docs/discovery.md`` and ``docs/discovery_cases.md``.
+``docs/discovery.md`` and ``docs/discovery_cases.md``; those given by ``--earlier`` have a table of shares beside, as
+they were of other revisions, and count among the cases one by one.
 """
 
 from __future__ import annotations
@@ -170,6 +171,9 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=PROCESSES)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a case may take")
     parser.add_argument("--document", action="store_true", help="write the tables into docs/discovery*.md")
+    parser.add_argument(
+        "--earlier", nargs="+", default=[], metavar="LABEL", help="releases of earlier revisions, for further tables"
+    )
     given = parser.parse_args()
     labels, given.release = given.release, given.release[0]
     path = file_of(given.release, given.tuning)
@@ -177,13 +181,16 @@ def main() -> None:
         if len(labels) > 1:
             parser.error("cases are carried out of one release at a time")
         run(chosen(given, read(path, Outcome)), path, given.processes, given.limit)
-    outcomes = [outcome for label in labels for outcome in read(file_of(label, given.tuning), Outcome)]
-    print("\n".join([*results(outcomes), "", *details(outcomes)]))
+    outcomes, earlier = (
+        [outcome for label in asked for outcome in read(file_of(label, given.tuning), Outcome)]
+        for asked in (labels, given.earlier)
+    )
+    print("\n".join([*results(outcomes, earlier), "", *details([*outcomes, *earlier])]))
     if given.document:
         if given.tuning:
             raise SystemExit("the tuning set does not count: its tables go into no document")
-        write_between(DOCUMENT, "tables of the validation", results(outcomes))
-        write_between(CASES, "tables of the cases", details(outcomes))
+        write_between(DOCUMENT, "tables of the validation", results(outcomes, earlier))
+        write_between(CASES, "tables of the cases", details([*outcomes, *earlier]))
 
 
 if __name__ == "__main__":
