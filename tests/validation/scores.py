@@ -314,7 +314,7 @@ def _together(outcomes: Sequence[Outcome], earlier: Sequence[Outcome]) -> list[s
         "### Together with earlier revisions",
         "",
         f"The same with {len(earlier)} cases of {len(revisions)} earlier revisions, releases {labels[0]} to "
-        f"{labels[-1]}, between which the search was changed: first outcomes, those from which it was changed included.",
+        f"{labels[-1]}, between which the search was changed: first outcomes, also those it was changed from.",
         "",
         *goals([*outcomes, *earlier]),
     ]
