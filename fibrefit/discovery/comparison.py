@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ from fibrefit.discovery.engine.effort import (
     PROMISING,
     compared_again,
     in_wrong_minimum,
+    noise_is_taken_again,
     slopes_tell,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -28,9 +30,6 @@ from fibrefit.discovery.search.inputs import Confirmation, fitted_about, overdis
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
-
-NOISES = 2
-"""Times the noise of a round is taken from what its best candidate leaves."""
 
 LOOKING = 0.8
 """Share of the time left that candidates are given; what remains is for comparing the best ones in one noise."""
@@ -223,7 +222,7 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
     again: list[LaplaceFit] = []
     moved = False
-    for _ in range(NOISES):
+    for turn in itertools.count(1):
         richest = ranked[0] if ranked and ranked[0].log > parent.log else parent
         inference = search.inference.in_noise_of(richest)
         search = search.with_inference(inference)
@@ -242,7 +241,9 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
             ways.append(_kept(search, parent, "pooled", partial(_pooled, inference, parent)))
         here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)
         moved |= parent.log > here + NAMED
-        if not again or again[0].names == ranked[0].names:
+        same = not again or again[0].names == ranked[0].names
+        leading = max([parent, *again[:1]], key=lambda one: one.log)
+        if not noise_is_taken_again(turn, same, partial(inference.settled_about, leading)):
             break
         ranked = [*again, *(one for one in ranked if one.names not in {other.names for other in again})]
     for one in sorted(ranked, key=lambda one: -behind[one.names]):

@@ -166,7 +166,14 @@ def named(task: Task) -> Finding:
         *(candidate(f"fibre.hardening + {name}", 3.5) for name in ("guide.asymmetric_friction", "sensor.force_gain")),
     )
     lies = {"channel": "position", "phase": "slack", "share": 0.31, "ways": (), "band": None}
-    grown = {"effects": VISCOUS.name, "gaps": (3.6, 1.0), "gain": 2000.0, "threshold": 4.0, "changes": ()}
+    grown = {
+        "effects": VISCOUS.name,
+        "gaps": (3.6, 1.0),
+        "gain": 2000.0,
+        "threshold": 4.0,
+        "chance": 1e-9,
+        "changes": (),
+    }
     return Finding(
         verdict="named",
         reason=(Statement("noise_left", {"between_records": False}),),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,6 +13,7 @@ import pandas as pd
 import pytest
 
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.supermodel import residual_rows, supermodel_of
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
@@ -62,6 +65,25 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
     slopes = np.asarray(whole.linearised(values).slopes)[..., int(np.flatnonzero(free == place)[0])]
     there = slopes * (targets - local[:, [place]])[:, None]
     assert np.linalg.norm(change - there) < 1e-4 * np.linalg.norm(there)
+
+
+def test_noise_before_rounding_is_settled_where_it_is_the_most_probable_one(coarse: Task) -> None:
+    """About a place it is that found there; elsewhere, and of readings that are taken for fine ones, it is another."""
+    supermodel, counts = supermodel_of(coarse, ()), coarse.counts[-1]
+    local = np.asarray(coarse.problem.layout.local(jnp.asarray(coarse.start)))
+    noise = [coarse.noise[channel] for channel in coarse.problem.model.rig.channels]
+    context: Any = SimpleNamespace(whole=counts)
+    away = local.copy()
+    away[:, supermodel.names.index("position_zero")] += 1e-4
+
+    def settled(in_steps: StepLikelihood | None, at: np.ndarray) -> bool:
+        fitted: Any = SimpleNamespace(supermodel=supermodel, local=at)
+        return LaplaceInference(context, {}, common_noise_of(supermodel, noise, in_steps)).settled_about(fitted)
+
+    here = steps_at(supermodel, local, counts)
+    assert settled(here, local)
+    assert not settled(here, away)
+    assert not settled(None, local)
 
 
 def test_noise_of_coarse_channels_is_white_whatever_is_said_of_it(coarse: Task) -> None:

@@ -79,6 +79,8 @@ CASES = (
     Bracket("CONTINUATION_STEPS", effort, lambda x: len(effort.continuation_steps()) >= x, 3.0, 4.0),
     Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 6.0, 7.0),
     Bracket("AT_REST", inputs, lambda x: not linearised(2, x), 0.2, 0.3),
+    Bracket("NOISES", effort, lambda x: effort.noise_is_taken_again(int(x), False, lambda: True), 1.0, 2.0),
+    Bracket("NOISES_OF_STEPS", effort, lambda x: effort.noise_is_taken_again(int(x), True, lambda: False), 4.0, 5.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
     Bracket("HARDLY", starts, lambda x: left_to_follow(100.0 * x), 0.07, 0.04),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),

@@ -163,6 +163,7 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     inference: Any = SimpleNamespace(
         again=lambda one: one,
         in_noise_of=lambda one: inference,
+        settled_about=lambda one: True,
         overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
         without=lambda one, kept: fitted(0.0),
         warm_started_without=lambda one, kept: fitted(-1.0),
@@ -176,6 +177,35 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     assert [found.effects for found in ranked.found] == [one.effects, other.effects]
 
 
+@pytest.mark.parametrize(("moves", "taken"), [(0, 1), (2, 3), (9, 5)])
+def test_the_noise_before_rounding_is_taken_anew_until_it_rests(moves: int, taken: int) -> None:
+    """What gained only while that noise was another one gains nothing; it is not followed without end."""
+    asked: list[Any] = []
+
+    def known(one: Any) -> Any:
+        one.names, one.evidence.mode.sigma = tuple(each.name for each in one.effects), np.zeros(1)
+        return one
+
+    def inference(turn: int) -> Any:
+        return SimpleNamespace(
+            again=lambda one: known(fitted(9.0 - 4.0 * turn if one.effects else 0.0, one.effects)),
+            in_noise_of=lambda one: asked.append(one) or inference(turn + 1),
+            settled_about=lambda one: turn > moves,
+            overdispersion=lambda one, names: 1.0,
+            without=lambda one, kept: known(fitted(0.0)),
+        )
+
+    def search(inference: Any) -> Any:
+        return SimpleNamespace(
+            inference=inference, with_inference=search, recalled=lambda what, parent, about, job, own: job
+        )
+
+    parent, one = known(fitted(0.0)), known(fitted(9.0, (effect(1),)))
+    ranked = comparison.in_same_noise(search(inference(0)), parent, [one])
+    assert len(asked) == taken
+    assert ranked.gain(ranked.found[0]) == 9.0 - 4.0 * taken
+
+
 def test_what_was_not_followed_keeps_its_share_of_what_the_best_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its nats are those that slopes predicted in the noise of the parent, in which everything counts for more."""
     best, other, worse = (fitted(log, (effect(number),)) for log, number in ((480.0, 1), (240.0, 2), (-3.0, 3)))
@@ -186,6 +216,7 @@ def test_what_was_not_followed_keeps_its_share_of_what_the_best_explained(monkey
     inference: Any = SimpleNamespace(
         again=lambda one: one.with_log(160.0) if one.effects == best.effects else one,
         in_noise_of=lambda one: inference,
+        settled_about=lambda one: True,
         without=lambda one, kept: fitted(0.0),
         overdispersion=lambda one, names: 1.0,
     )

@@ -5,7 +5,7 @@ What decides stands in `thresholds`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -38,6 +38,10 @@ SETTLES = 0.5
 more: an error of linearisation falls by far more each time, what is missing stays."""
 AT_REST = 0.25
 """Standard deviations between records by which values of a record move where linearising anew says no more."""
+NOISES = 2
+"""Times the noise of a round is taken from what its best candidate leaves."""
+NOISES_OF_STEPS = 5
+"""The same of readings in coarse steps, while the noise before rounding moves: each time it comes nearer by half."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
 HARDLY = 0.05
@@ -82,6 +86,21 @@ def settles(before: float, after: float) -> bool:
 def first_fit_ends(used: float, given: float) -> bool:
     """Whether the fit of the first model has taken its share of the time given, both in s."""
     return used > FIRST_FIT * given
+
+
+def noise_is_taken_again(turn: int, same: bool, settled: Callable[[], bool]) -> bool:
+    """Whether hypotheses are compared once more, in the noise that the best of them leaves now.
+
+    Parameters
+    ----------
+    turn : int
+        How often they were.
+    same : bool
+        Whether the best one is that whose noise it was.
+    settled : callable
+        Whether the noise before rounding is still the most probable one, see `LaplaceInference.settled_about`.
+    """
+    return (not same and turn < NOISES) or (turn < NOISES_OF_STEPS and not settled())
 
 
 def slopes_tell(gap: float) -> bool:

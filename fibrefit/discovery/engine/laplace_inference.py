@@ -35,6 +35,7 @@ from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams, place_of
 from fibrefit.problem.estimate.sandwich import overdispersion_of_scores
+from fibrefit.problem.noise.rounding import same_noise
 from fibrefit.problem.noise.spectrum import Noise
 
 
@@ -261,6 +262,15 @@ class LaplaceInference:
         steps = steps_at(fitted.supermodel, fitted.local, self.context.whole)
         noise = common_noise_of(fitted.supermodel, self.noise(fitted), steps)
         return LaplaceInference(self.context, self.reference, noise)
+
+    def settled_about(self, fitted: LaplaceFit) -> bool:
+        """Whether the noise before rounding is the most probable one about a hypothesis; true of fine readings.
+
+        It was taken from where a hypothesis was before it was fitted in it. Where it is too large, steps that a signal
+        does not cross count for more than they say, and lead it astray.
+        """
+        steps = steps_at(fitted.supermodel, fitted.local, self.context.whole)
+        return steps is None or same_noise(self.common_noise.steps, steps.steps)
 
     def noise(self, fitted: LaplaceFit) -> tuple[Noise, ...]:
         """Noise a hypothesis leaves, in SI units."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -12,7 +14,7 @@ import numpy as np
 from fibrefit.core.progress import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
-from fibrefit.discovery.engine.effort import TOO_FAR, slopes_tell
+from fibrefit.discovery.engine.effort import TOO_FAR, noise_is_taken_again, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
@@ -59,8 +61,11 @@ def prepared_search(
         base = max(base, search.inference.fitted(supermodel, (), apart), key=lambda one: one.log)
     # A rest is short and tells little of slow noise; where the model leaves hardly more than noise, all records do.
     if slopes_tell(search.gap(search.base)):
-        search = search.with_inference(search.inference.in_noise_of(base))
-        base = search.inference.again(base)
+        for turn in itertools.count(1):
+            search = search.with_inference(search.inference.in_noise_of(base))
+            base = search.inference.again(base)
+            if not noise_is_taken_again(turn, True, partial(search.inference.settled_about, base)):
+                break
     return search, base
 
 

@@ -5,7 +5,7 @@ A rest says little of that noise: where the signal lies in the middle of a step,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import comb
 from typing import Any
 
@@ -103,6 +103,13 @@ def with_steps(problem: Problem, steps: dict[str, Steps]) -> Problem:
     if not steps and not problem.observations.steps:
         return problem
     return Problem(problem.model, problem.layout, problem.observations._replace(steps=steps), problem.soft_beyond)
+
+
+def same_noise(one: Mapping[str, Steps], other: Mapping[str, Steps]) -> bool:
+    """Whether the noise before rounding is the same, as far as it is followed."""
+    return one.keys() == other.keys() and all(
+        np.allclose(one[channel].noise, other[channel].noise, rtol=CHANGED, atol=0.0) for channel in one
+    )
 
 
 def noise_of_steps(steps: Steps, rate: float, samples: int) -> Noise:
