@@ -109,20 +109,28 @@ def test_a_run_goes_on_bit_for_bit(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_block_is_finished_by_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One thread for four ensembles, interrupted while the first of them walks: none lags behind, so all are kept."""
+    """One thread for four ensembles, interrupted as the first of them is done: none lags behind, so all are kept."""
     file = tmp_path / "chains.npz"
     waited = Future.result
     calls: list[int] = []
 
     def interrupted(self: Future[None], timeout: float | None = None) -> None:
         calls.append(1)
-        if len(calls) == 9:
+        if len(calls) == 10:
             raise StopError
         return waited(self, timeout)
 
     monkeypatch.setattr(Future, "result", interrupted)
+    density = normal(CENTRE, COVARIANCE)
+
+    def slow(points: np.ndarray) -> np.ndarray:
+        """Lets the other thread go on, so that ensembles are left that have not begun."""
+        time.sleep(2e-3)
+        return density(points)
+
     with pytest.raises(StopError):
-        course(5, settings=LONG | {"threads": 1}, checkpoint_file=file)
+        settings = Settings(seed=5, **(LONG | {"threads": 1}))
+        run_ensembles(target(slow, SIZE), around(density, CENTRE, COVARIANCE), settings, file)
     monkeypatch.undo()
     steps: list[int] = []
     done = course(5, settings=LONG, checkpoint_file=file, progress=lambda said: steps.append(said.steps))
