@@ -26,9 +26,10 @@ from fibrefit.discovery.engine.thresholds import (
     CARRIED,
     NAMED,
 )
+from fibrefit.discovery.exchange import best_exchange
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete, pruned
+from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
@@ -98,6 +99,8 @@ class Selection:
         A law of no name that accounts for all that the best model lacks.
     undone : tuple of str
         What the last round's time did not suffice for.
+    gained : float
+        Nats by which what was added last is more probable than the model it was added to.
     """
 
     search: Search
@@ -112,6 +115,7 @@ class Selection:
     paired: bool = False
     law: tuple[LaplaceFit, ProposedLaw] | None = None
     undone: tuple[str, ...] = ()
+    gained: float = np.inf
 
     def took(self, what: str, came: bool) -> Selection:
         """With a part of the round as not done, unless it came in time."""
@@ -180,16 +184,16 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         if law is not None:
             return _ended_by(law, at), False
     exchanged: Believed | None = None
-    if found.chosen is not None and len(found.chosen.effects) == 2 and at.best.effects and limits.choose is None:
-        better, came = in_time(partial(best_exchange, single, found.chosen), None)
+    if found.chosen is not None and at.best.effects and limits.choose is None:
+        better, came = in_time(partial(best_exchange, single, found.comparison, found.chosen), None)
         at = at.took("exchange", came)
         if better is not None:
             exchanged = believed(
                 replace(better, untried=found.comparison.untried, seconds=found.comparison.seconds), limits.choose
             )
-    if exchanged is not None and exchanged.chosen is not None:
+    if exchanged is not None and _is_another(exchanged, found):
         found = exchanged
-    elif missing and _doubtful(at, found):
+    elif found.chosen is None and (missing or _doubtful(at)):
         at, found = _together(at, found, single, limits)
     if found.chosen is not None:
         return _grown(at, found, single, before, limits), True
@@ -241,18 +245,23 @@ def _together(at: Selection, found: Believed, single: Comparison, limits: Limits
     """Two effects at once, where something is missing that none accounts for by itself."""
     if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or found.comparison.untried:
         return at, found
-    pairs, came = in_time(partial(best_pair, single, found.chosen or at.best), None)
+    pairs, came = in_time(partial(best_pair, single, at.best), None)
     together = found if pairs is None else believed(replace(pairs, seconds=found.comparison.seconds), limits.choose)
     return replace(at.took("pairs", came), paired=came), found if together.chosen is None else together
 
 
-def _doubtful(at: Selection, found: Believed) -> bool:
-    """Whether what was found beside an effect says little: that effect may stand in for two others.
+def _is_another(exchanged: Believed, found: Believed) -> bool:
+    """Whether an exchange led to other effects."""
+    assert found.chosen is not None
+    return exchanged.chosen is not None and set(exchanged.chosen.names) != set(found.chosen.names)
 
-    A third one may gain little; two stand in for two others where nothing more is found and something is missing.
+
+def _doubtful(at: Selection) -> bool:
+    """Whether the second of two effects says little: the first may stand in for two others, and leave it so much.
+
+    That is asked last: an exchange tells it sooner, and a third effect is sooner found.
     """
-    alone = len(at.best.effects) == 1
-    return found.chosen is None or (alone and found.comparison.gain(found.chosen) < BEYOND_DOUBT)
+    return len(at.best.effects) == 2 and at.gained < BEYOND_DOUBT
 
 
 def _grown(at: Selection, found: Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:
@@ -271,6 +280,7 @@ def _grown(at: Selection, found: Believed, single: Comparison, before: Identific
             rivals=(*at.rivals, *rivals_of(comparison, chosen)),
             curves=None,
             about=best,
+            gained=comparison.gain(chosen),
         )
 
 

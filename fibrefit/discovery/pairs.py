@@ -58,6 +58,9 @@ def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Se
 def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     """Two effects together that are more than chance, need each other and gain more than what they take the place of.
 
+    Beyond a single effect they have to gain what the best of so many pairs gains by chance. Beyond two that were found
+    one after the other they need not: these are one of the pairs, no more probable than any before it is looked at.
+
     Parameters
     ----------
     comparison : Comparison
@@ -93,50 +96,14 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
         found += [one for one in some if one.evidence.mode.steps]
     others = [one for one in found if one.names != instead.names]
     pairs = in_same_noise(search, comparison.parent, [*others, *beside])
-    most = pairs.found[0] if pairs.found else None
-    least = max([pairs.parent.log, *(one.log for one in pairs.found if one.names == instead.names)])
+    most = next((one for one in pairs.found[:1] if one.names != instead.names), None)
+    least = max([pairs.parent.log, *(one.log for one in pairs.found if len(one.effects) == 1)])
     beyond_chance = NAMED + np.log(max(number, 1))
     if most is not None and most.log > least + beyond_chance and pruned(pairs.search.inference, most) is most:
         return pairs
     if not all_tried:
         raise OutOfTimeError
     return None
-
-
-def best_exchange(comparison: Comparison, found: LaplaceFit) -> Comparison | None:
-    """Two effects, the first exchanged for one of the best when it was added; None where that is no better.
-
-    What is added first has to account for both; once the second is there, another one may do its part better (the
-    exchange step of floating selection), however far behind it was by itself: of a viscous friction and a damping that
-    depends on rate a quadratic drag accounted for more by 55 nats.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Of effects one by one.
-    found : LaplaceFit
-        With two effects, added one after the other.
-
-    Source
-    ------
-    Pudil, Novovicova and Kittler, Pattern Recognition Letters 15 (1994).
-    """
-    search, second = comparison.search, found.effects[-1]
-    rivals = [one for one in comparison.found if one.effects[-1] not in found.effects]
-    best = [one.effects[-1] for i, one in enumerate(rivals) if is_partner(i) and comparison.gain(one) > NAMED]
-    if not best:
-        return None
-    there = fitted_about(search, found)
-    alone = search.inference.without(there, (second,))
-    allowed, least = set(search.extensions(alone)), PROMISING * (there.log - alone.log)
-    others = search.tried(
-        alone, [one for one in best if one in allowed], "trying others in place of the first", least
-    ).found
-    pairs = in_same_noise(search, comparison.parent, [*others, there])
-    most = pairs.found[0]
-    if set(most.names) == set(found.names) or most.log <= pairs.parent.log + NAMED:
-        return None
-    return pairs if pruned(pairs.search.inference, most) is most else None
 
 
 def _beside(comparison: Comparison, instead: LaplaceFit) -> list[LaplaceFit]:

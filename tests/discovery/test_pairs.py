@@ -16,7 +16,7 @@ from fibrefit.discovery import choice, forward_selection, pairs
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection
-from fibrefit.discovery.pairs import best_exchange, best_pair, incomplete
+from fibrefit.discovery.pairs import best_pair, incomplete
 from fibrefit.discovery.search.search import Tried
 
 own_pruned = pairs.pruned
@@ -165,7 +165,7 @@ def test_a_pair_one_of_which_is_needless_is_none(monkeypatch: pytest.MonkeyPatch
     assert best_pair(comparison, comparison.found[0]) is None
 
 
-@pytest.mark.parametrize(("here", "there"), [(285.0, True), (305.0, False)])
+@pytest.mark.parametrize(("here", "there"), [(285.0, True), (299.0, True), (305.0, False)])
 def test_two_found_one_after_the_other_are_compared_in_the_noise_of_the_pairs(
     monkeypatch: pytest.MonkeyPatch, here: float, there: bool
 ) -> None:
@@ -180,36 +180,6 @@ def test_two_found_one_after_the_other_are_compared_in_the_noise_of_the_pairs(
             ((B.name, C.name), 300.0),
             ((A.name, E.name), here),
         ]
-
-
-def exchange(
-    monkeypatch: pytest.MonkeyPatch, together: dict[tuple[Any, Any], float], asked: list[Any]
-) -> Comparison | None:
-    """What takes the place of A, which was found first, beside E: 300 nats together, E alone 60."""
-    comparison = round_of(GAINS, together, asked)
-    comparison.search.inference = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0))  # type: ignore[misc]
-    return best_exchange(comparison, cast(Any, Model((A, E), 300.0)))
-
-
-def test_the_first_effect_is_exchanged_for_one_that_does_its_part_better(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
-    found = exchange(monkeypatch, {(E, C): 304.0}, asked)
-    assert found is not None
-    assert [one.names for one in found.found[:2]] == [(E.name, C.name), (A.name, E.name)]
-    # The best eight beside the two, however far behind, if slopes predict a fair share of what both gain.
-    assert asked == [(E, effect) for effect in EFFECTS if effect not in (A, E)][:8]
-    assert floors[E] == 0.5 * (300.0 - 60.0)
-
-
-def test_an_exchange_that_is_no_better_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert exchange(monkeypatch, {(E, C): 299.0}, []) is None
-
-
-def test_what_gained_nothing_is_not_tried_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
-    comparison = round_of({A: 240.0, B: NAMED, C: NAMED - 1.0}, {(E, B): 900.0}, asked)
-    assert best_exchange(comparison, cast(Any, Model((A, E), 300.0))) is None
-    assert asked == []
 
 
 @pytest.mark.parametrize("better", [True, False])
@@ -242,6 +212,7 @@ def after_a_look(
     exchanged: Comparison | None = None,
     law: Any = None,
     instead: Any = None,
+    gained: float = math.inf,
 ) -> tuple[tuple[str, ...], bool]:
     """Effects after a round in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
@@ -255,8 +226,8 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda inference, best: best)
-    monkeypatch.setattr(forward_selection, "best_exchange", lambda comparison, found: exchanged)
-    at = Selection(first.search, best, singles=first, comparison=first, paired=paired)
+    monkeypatch.setattr(forward_selection, "best_exchange", lambda single, last, found: exchanged)
+    at = Selection(first.search, best, singles=first, comparison=first, paired=paired, gained=gained)
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
 
@@ -294,7 +265,8 @@ def test_a_pair_takes_the_place_of_one_in_a_wrong_minimum_where_something_is_mis
 
 @pytest.mark.parametrize(
     ("log", "paired", "replaced"),
-    [(270.0, False, True), (288.0, False, False), (270.0, True, False)],  # 288: the pair gains no more than chance
+    # 290 or less: two that were found are one of the pairs, and the best of them is taken.
+    [(270.0, False, True), (288.0, False, True), (291.0, False, False), (270.0, True, False)],
 )
 def test_a_pair_takes_the_place_of_two_that_were_found_one_after_the_other(
     monkeypatch: pytest.MonkeyPatch, log: float, paired: bool, replaced: bool
@@ -304,13 +276,23 @@ def test_a_pair_takes_the_place_of_two_that_were_found_one_after_the_other(
     assert after_a_look(monkeypatch, first, stand_in, True, paired=paired) == expected
 
 
-@pytest.mark.parametrize(("gain", "names"), [(10.0, (B, C)), (45.0, (A, D)), (BEYOND_DOUBT + 1.0, (A, D))])
-def test_a_second_effect_that_gains_little_is_held_against_pairs(
-    monkeypatch: pytest.MonkeyPatch, gain: float, names: tuple[Any, ...]
+@pytest.mark.parametrize(("gained", "replaced"), [(10.0, True), (BEYOND_DOUBT + 1.0, False)])
+def test_a_second_effect_that_gained_little_is_held_against_pairs_once_nothing_more_is_found(
+    monkeypatch: pytest.MonkeyPatch, gained: float, replaced: bool
 ) -> None:
     """The first may stand in for two others, and the second for what it does otherwise than they."""
     asked: list[Any] = []
+    first, stand_in = round_of(GAINS, {(B, C): 290.0}, asked), Model((A, E), 270.0)
+    found = after_a_look(monkeypatch, first, stand_in, False, gained=gained)
+    assert found == ((B.name, C.name) if replaced else stand_in.names, replaced)
+    assert bool(asked) is replaced
+
+
+def test_what_is_found_next_comes_before_such_a_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
     first = round_of(GAINS, {(B, C): 290.0}, asked)
-    found = after_a_look(monkeypatch, first, first.found[0], False, gain)
-    assert found == (tuple(effect.name for effect in names), True)
-    assert bool(asked) is (gain < BEYOND_DOUBT)
+    assert after_a_look(monkeypatch, first, Model((A, E), 270.0), False, 10.0, gained=10.0) == (
+        (A.name, E.name, D.name),
+        True,
+    )
+    assert asked == []

@@ -173,6 +173,11 @@ def compared_again(logs: Sequence[float], named: bool) -> list[bool]:
     return [i < COMPARED or log > logs[0] - behind for i, log in enumerate(logs)]
 
 
+def is_near(place: int, behind: float) -> bool:
+    """Whether a model is among the best ones, by its place and the nats it is behind (negative) the first."""
+    return place < COMPARED and behind > -FAR_BEHIND
+
+
 def is_partner(place: int) -> bool:
     """Whether an effect is tried beside another one, by its place among those that gained most by themselves."""
     return place < PARTNERS
