@@ -48,7 +48,7 @@ def best_exchange(single: Comparison, last: Comparison, found: LaplaceFit) -> Co
         return None
     tried = [one for gone in found.effects[:-1] for one in _instead(single, there, gone, best)]
     models = in_same_noise(single.search, single.parent, [*tried, there])
-    more, _ = in_time(partial(_last_instead, single, models, there, _near(last)), [])
+    more, _ = in_time(partial(_last_instead, single, models, there, _near(last)), list[LaplaceFit]())
     if more:
         models = in_same_noise(models.search, models.parent, [*_near(models), *more])
     most, same = models.found[0], set(models.found[0].names) == set(found.names)
