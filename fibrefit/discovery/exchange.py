@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 from fibrefit.core.time_limit import in_time
@@ -48,7 +49,9 @@ def best_exchange(single: Comparison, last: Comparison, found: LaplaceFit) -> Co
         return None
     tried = [one for gone in found.effects[:-1] for one in _instead(single, there, gone, best)]
     models = in_same_noise(single.search, single.parent, [*tried, there])
-    more, _ = in_time(partial(_last_instead, single, models, there, _near(last)), list[LaplaceFit]())
+    # In the noise that these are compared in: evidence in another one says nothing beside theirs.
+    further = partial(_last_instead, replace(single, search=models.search), models, there, _near(last))
+    more, _ = in_time(further, list[LaplaceFit]())
     if more:
         models = in_same_noise(models.search, models.parent, [*_near(models), *more])
     most, same = models.found[0], set(models.found[0].names) == set(found.names)

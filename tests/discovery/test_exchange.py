@@ -100,6 +100,23 @@ def test_beside_another_first_effect_another_last_one_may_do_better(gain: float,
         assert found is None
 
 
+def test_they_are_fitted_in_the_noise_that_the_models_are_compared_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted: list[tuple[str, ...]] = []
+
+    def in_another(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
+        def tried(first: Any, *of: Any) -> Any:
+            fitted.append(first.names)
+            return search.tried(first, *of)
+
+        there = SimpleNamespace(**vars(search) | {"tried": tried})
+        return Comparison(there, parent, tuple(sorted(found, key=lambda one: -one.log)))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(exchange, "in_same_noise", in_another)
+    found = exchanged({(E, C): 296.0, (C, F): 390.0}, [], last={E: 60.0, F: 58.0})
+    assert names(found) == [of(C, F)]
+    assert fitted == [(C.name,)]
+
+
 def test_of_three_each_but_the_last_is_exchanged() -> None:
     asked: list[Any] = []
     found = exchanged({(A, D): 320.0, (B, D): 280.0}, asked, found=(A, B, C), last={C: 60.0})
