@@ -14,7 +14,7 @@ from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.effort import FAR_BEHIND
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.exchange import best_exchange
-from tests.discovery.test_pairs import EFFECTS, GAINS, Model, floors, round_of
+from tests.discovery.test_pairs import EFFECTS, GAINS, Model, floors, in_one_noise, round_of
 
 A, B, C, D, E = EFFECTS[:5]
 F = EFFECTS[5]
@@ -22,14 +22,7 @@ F = EFFECTS[5]
 
 @pytest.fixture(autouse=True)
 def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All are compared in one noise already, and nothing is needless."""
-
-    def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
-        return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
-
-    monkeypatch.setattr(exchange, "in_same_noise", same)
-    monkeypatch.setattr(exchange, "fitted_about", lambda search, other: other)
-    monkeypatch.setattr(exchange, "pruned", lambda inference, best: best)
+    in_one_noise(monkeypatch, exchange)
 
 
 def exchanged(

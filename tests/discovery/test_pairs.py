@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any, cast
 from unittest.mock import Mock
 
@@ -73,16 +73,20 @@ def round_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], as
     return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
 
 
-@pytest.fixture(autouse=True)
-def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All are compared in one noise already, and nothing is needless."""
+def in_one_noise(monkeypatch: pytest.MonkeyPatch, module: ModuleType) -> None:
+    """All that a module compares is in one noise already, and nothing is needless."""
 
     def same(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
         return Comparison(search, parent, tuple(sorted(found, key=lambda one: -one.log)))
 
-    monkeypatch.setattr(pairs, "in_same_noise", same)
-    monkeypatch.setattr(pairs, "fitted_about", lambda search, other: other)
-    monkeypatch.setattr(pairs, "pruned", lambda inference, best: best)
+    monkeypatch.setattr(module, "in_same_noise", same)
+    monkeypatch.setattr(module, "fitted_about", lambda search, other: other)
+    monkeypatch.setattr(module, "pruned", lambda inference, best: best)
+
+
+@pytest.fixture(autouse=True)
+def one_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_one_noise(monkeypatch, pairs)
 
 
 GAINS = {effect: 240.0 - 10.0 * i for i, effect in enumerate(EFFECTS)}
