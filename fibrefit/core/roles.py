@@ -20,9 +20,9 @@ FORCES = frozenset(role for role, unit in ROLES.items() if unit == "N")
 STATES: dict[str, str] = {"position": "m", "speed": "m/s", "stretch": "m", "stretch rate": "m/s", "tension": "N"}
 """SI unit of each state of a rig that residuals and curves are drawn over."""
 
-HISTORY: dict[str, str] = {"time": "s", "path": "m", "time at rest": "s", "load cycles": "-"}
+HISTORY: dict[str, str] = {"time": "s", "path": "m", "time at rest": "s", "load cycles": "-", "drive speed": "m/s"}
 """SI unit of what a record goes through: the time since its first sample; the path of its weight, and for how long that
-has been at rest; the load cycles of its fibre."""
+has been at rest; the load cycles of its fibre; the speed of its drive, without its sign."""
 
 TURNING: dict[str, str] = {"position": "rad", "speed": "rad/s"}
 """The units of those that are angles, on a rig that turns."""

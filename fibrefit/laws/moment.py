@@ -33,6 +33,8 @@ class Moment(NamedTuple):
         For how long the weight has been at rest since its motion began; forgotten when it slides.
     cycles : () a pure number
         Load cycles that the fibre has borne since then, as equivalent ones of 1 mm at 10 Hz.
+    drive_speed : () in m/s
+        Of the drive, without its sign; 0 on a rig without one.
     """
 
     time: jax.Array
@@ -40,6 +42,7 @@ class Moment(NamedTuple):
     path: jax.Array
     rest: jax.Array
     cycles: jax.Array
+    drive_speed: jax.Array
 
 
 def resting(rest: jax.Array, speed: jax.Array) -> jax.Array:

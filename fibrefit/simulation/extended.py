@@ -185,7 +185,8 @@ class Extended(eqx.Module):
     def _laws(self, past: tuple[jax.Array, ...], inputs: Any, known: Mapping[str, Any]) -> tuple[Effect, ...]:
         """The laws as they are now."""
         now, over = inputs[CLOCK][0], iter(past)
-        history = [known.get(name, jnp.zeros(())) for name in HISTORY_OF_MOTION]
+        history = {name: known.get(name, jnp.zeros(())) for name in HISTORY_OF_MOTION}
+        drive_speed = jnp.abs(self._felt(inputs)["drive"][1]) if "drive" in inputs else jnp.zeros(())
         laws = []
         for law in self.laws:
             share = jnp.zeros(())
@@ -193,7 +194,7 @@ class Extended(eqx.Module):
                 # At the null nothing is switched, and the slope is that of a law that is there all the same.
                 instant = law.instant  # type: ignore[attr-defined]
                 share = jnp.where(law.absent(), (instant <= now).astype(float), next(over).astype(float))
-            laws.append(law.as_of(Moment(now, share, *history)) if law.timed else law)
+            laws.append(law.as_of(Moment(now, share, drive_speed=drive_speed, **history)) if law.timed else law)
         return tuple(laws)
 
     def _with(self, laws: tuple[Effect, ...]) -> Any:

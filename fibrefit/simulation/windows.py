@@ -195,7 +195,8 @@ def _meanwhile(law: Effect, times: jax.Array) -> Effect:
     past = jnp.zeros(())
     if law.sudden:
         past = jnp.clip((times[-1] - law.instant) / (times[-1] - times[0]), 0.0, 1.0)  # type: ignore[attr-defined]
-    return law.as_of(Moment(0.5 * (times[0] + times[-1]), past, *[jnp.zeros(())] * len(HISTORY_OF_MOTION)))
+    history = dict.fromkeys(HISTORY_OF_MOTION, jnp.zeros(()))
+    return law.as_of(Moment(0.5 * (times[0] + times[-1]), past, drive_speed=jnp.zeros(()), **history))
 
 
 def _slopes(system: Any, solution: Solution, here: Any, times: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -10,15 +10,18 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.core.progress import quiet
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.free_form import proposing
 from fibrefit.discovery.curves.probes import (
+    COURSES,
     Curve,
     DampingOfTime,
     FrictionOfPath,
     FrictionOfSpeed,
     FrictionOfTime,
     StiffnessOfCycles,
+    StiffnessOfDriveSpeed,
     StiffnessOfTime,
     TensionOfRate,
 )
@@ -30,10 +33,15 @@ from fibrefit.discovery.laws.propose import Proposal, proposed
 from fibrefit.discovery.laws.source import composed, effect_of_law, start_of_law
 from fibrefit.discovery.laws.told import described, holding, law_for, law_over_course
 from fibrefit.discovery.search import cross_validation
+from fibrefit.discovery.search.setup import prepared_search
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
 from fibrefit.problem.task import Task
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import task_of
 from tests.discovery.test_free_form import begun_at, identified, measured_of, planted
+from tests.validation.cases import Case
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +151,23 @@ def test_records_without_it_have_no_law_over_their_course(task: Task, found: Ide
     search = begun_at(planted(task, found, FrictionOfTime, np.zeros(FrictionOfTime.knots)))
     parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     assert law_over_course(search, parent, found, ()) is None
+
+
+@pytest.mark.slow
+def test_a_stiffness_over_the_speed_of_the_drive_is_told_from_others_over_the_course(tmp_path: Path) -> None:
+    """By records of the independent simulator."""
+    effect = "open.drive_speed_stiffness"
+    Case("drive speed", "outside", "pulley_drive", 0, "pink", 0.0, 2000.0, effect, tuning=True).write(tmp_path)
+    task = task_of(load_study(tmp_path))
+    before = identify(task, 2, 0, How(whiten=False, rivals=False))
+    search, base = prepared_search(task, before, (), quiet)
+    curves = proposing(search, base, before, ("fibre",), COURSES)
+    assert curves[0].probe is StiffnessOfDriveSpeed
+    proposal = proposed(search, base, curves)
+    assert proposal is not None
+    law = proposal.ranked[0][1]
+    assert law.probe is StiffnessOfDriveSpeed
+    assert "moment.drive_speed" in law.source
 
 
 @pytest.mark.slow

@@ -166,7 +166,7 @@ ACTS_BY = {
     "open.load_dependent_damping": ("fibre", ("stretch", "tension")),
     "open.wearing_friction": ("guide", ("path",)),
     "open.eddy_drag": ("guide", ("speed",)),
-    "open.drive_speed_stiffness": ("fibre", ("speed",)),
+    "open.drive_speed_stiffness": ("fibre", ("drive speed",)),
 }
 """Port of the law of each cause that is still outside, and the variables it may be told as a function of."""
 

@@ -9,9 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fibrefit.discovery.curves.free_form import _rested
-from fibrefit.discovery.curves.probes import Curve, FrictionOfRest, StiffnessOfCycles
+from fibrefit.discovery.curves.probes import Curve, FrictionOfRest, StiffnessOfCycles, StiffnessOfDriveSpeed
 from fibrefit.laws.moment import CYCLE, FORGETS, FORGOTTEN_AFTER, loading, resting
-from tests.simulation.drops import CONDITIONS, STEP, drop, respond
+from fibrefit.rigs.excitation import Excitation
+from tests.simulation.drops import CONDITIONS, DRIVE_CONDITIONS, START_TENSION, STEP, drive, drop, respond
 
 GRAVITY, MASS = 9.81, CONDITIONS["weight_mass"]
 FOLLOWED = 2e-5
@@ -57,6 +58,26 @@ def test_a_stiffness_that_changes_with_load_cycles_is_integrated_with_them() -> 
     plain = respond(drop(801, lift=-1e-3), friction=0.0, damping=0.0)["position"]
     assert np.abs(plain - expected).max() > 0.05 * np.ptp(expected)
     assert np.abs(found - expected).max() < FOLLOWED * np.ptp(expected)
+
+
+def test_a_stiffness_that_changes_with_the_speed_of_the_drive_is_followed() -> None:
+    """A swing of the drive so gentle that the fibre stays taut."""
+    k, change, swing = 20e3, 10.0, Excitation("quasi_sine", amplitude=6e-3, rate=0.05, lead=0.0)
+    effects, values = rising(StiffnessOfDriveSpeed, change, 0.1)
+    record, mass = drive(761, swing), DRIVE_CONDITIONS["weight_mass"]
+    found = respond(record, effects, friction=0.0, damping=0.0, **values)["position"][:751]
+    turn = 2.0 * swing.rate / swing.amplitude
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        pulled = 0.5 * swing.amplitude * (1.0 - math.cos(turn * t))
+        factor = 1.0 + change * swing.rate * abs(math.sin(turn * t))
+        return [y[1], (k * factor * (pulled - y[0]) - START_TENSION) / mass]
+
+    times = STEP * np.arange(751)
+    whole = solve_ivp(rates, (0.0, times[-1]), [-START_TENSION / k, 0.0], t_eval=times, rtol=1e-10, atol=1e-13)
+    plain = respond(record, friction=0.0, damping=0.0)["position"][:751]
+    assert np.abs(plain - whole.y[0]).max() > 0.05 * np.ptp(whole.y[0])
+    assert np.abs(found - whole.y[0]).max() < FOLLOWED * np.ptp(whole.y[0])
 
 
 def test_a_friction_that_fades_when_the_weight_slides_is_integrated_with_that() -> None:

@@ -363,6 +363,9 @@ def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]
         known["load cycles"] = np.cumsum(np.pad(np.maximum(borne, 0.0), ((0, 0), (1, 0))), axis=1)
     there = {variable: (values[moving], steps) for variable, values in known.items()}
     forces = [values[moving] for channel, values in found.readings.items() if channel in FORCES]
+    if found.motion.driven is not None:
+        rates = np.asarray(found.problem.observations.experiment.inputs["drive"].slopes)
+        there["drive speed"] = np.abs(rates)[moving], steps
     if forces:
         there["force"] = np.concatenate(forces), np.tile(steps, len(forces))
     return there
@@ -384,4 +387,6 @@ def _range(variable: str, values: np.ndarray) -> tuple[float, float]:
     if variable == "stretch rate":
         fast = float(np.quantile(np.abs(values), 0.995))
         return -fast, fast
-    return 0.0 if variable in FROM_ZERO else float(values.min()), float(values.max())
+    # Rates of a measured drive are noisy.
+    most = float(np.quantile(values, 0.995)) if variable == "drive speed" else float(values.max())
+    return 0.0 if variable in FROM_ZERO else float(values.min()), most

@@ -191,13 +191,19 @@ class CurveOverCourse(Curve):
     """A curve over the course of a record: over the time in it, or over what has come together in its motion.
 
     The first of the heights is the height of the curve at a moment.
+
+    Attributes
+    ----------
+    over : str
+        What it depends on, of a `Moment`.
     """
 
     timed: ClassVar[bool] = True
+    over: ClassVar[str] = "time"
 
     def as_of(self, moment: Moment) -> Self:
         """The height of the curve by then."""
-        height = self.at(getattr(moment, *(self.history or ("time",))))
+        height = self.at(getattr(moment, self.over))
         return dataclasses.replace(self, **{self.heights[0]: height})
 
     @property
@@ -223,6 +229,7 @@ class FrictionOfPath(FrictionOfTime):
 
     name: ClassVar[str] = "probe.friction_of_path"
     history: ClassVar[tuple[str, ...]] = ("path",)
+    over: ClassVar[str] = "path"
     variable: ClassVar[str] = "path"
     says: ClassVar[str] = "a friction in the guide that changes with the path that the weight has travelled"
 
@@ -232,6 +239,7 @@ class FrictionOfRest(FrictionOfTime):
 
     name: ClassVar[str] = "probe.friction_of_rest"
     history: ClassVar[tuple[str, ...]] = ("rest",)
+    over: ClassVar[str] = "rest"
     variable: ClassVar[str] = "time at rest"
     says: ClassVar[str] = "a friction in the guide that changes with the time for which the weight has been at rest"
 
@@ -269,6 +277,7 @@ class StiffnessOfCycles(StiffnessOfTime):
 
     name: ClassVar[str] = "probe.stiffness_of_cycles"
     history: ClassVar[tuple[str, ...]] = ("cycles",)
+    over: ClassVar[str] = "cycles"
     variable: ClassVar[str] = "load cycles"
     says: ClassVar[str] = "a stiffness of the fibre that changes with its load cycles"
 
@@ -278,8 +287,29 @@ class DampingOfCycles(DampingOfTime):
 
     name: ClassVar[str] = "probe.damping_of_cycles"
     history: ClassVar[tuple[str, ...]] = ("cycles",)
+    over: ClassVar[str] = "cycles"
     variable: ClassVar[str] = "load cycles"
     says: ClassVar[str] = "a damping of the fibre that changes with its load cycles"
+
+
+class StiffnessOfDriveSpeed(StiffnessOfTime):
+    """A stiffness of the fibre that depends on how fast its drive moves."""
+
+    name: ClassVar[str] = "probe.stiffness_of_drive_speed"
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.DRIVE})
+    over: ClassVar[str] = "drive_speed"
+    variable: ClassVar[str] = "drive speed"
+    says: ClassVar[str] = "a stiffness of the fibre that depends on the speed of the drive"
+
+
+class DampingOfDriveSpeed(DampingOfTime):
+    """A damping of the fibre that depends on how fast its drive moves."""
+
+    name: ClassVar[str] = "probe.damping_of_drive_speed"
+    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.DRIVE})
+    over: ClassVar[str] = "drive_speed"
+    variable: ClassVar[str] = "drive speed"
+    says: ClassVar[str] = "a damping of the fibre that depends on the speed of the drive"
 
 
 PROBES: tuple[type[Curve], ...] = (
@@ -303,6 +333,8 @@ COURSES: tuple[type[Curve], ...] = (
     StiffnessOfCycles,
     DampingOfTime,
     DampingOfCycles,
+    StiffnessOfDriveSpeed,
+    DampingOfDriveSpeed,
 )
 """Curves over the course of a record. A rig with them takes longer to simulate: they are asked where no law over a
 state accounts for what tests or curves object to."""

@@ -39,6 +39,7 @@ class PortPlace(NamedTuple):
 
 
 _ON = "    acts_on: ClassVar[frozenset[Capability]] = frozenset({{Capability.{}}})\n"
+_DRIVEN = "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.FIBRE, Capability.DRIVE})\n"
 _FRICTION = (
     "friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array",
     '"""Addition to the level of friction, in N."""',
@@ -187,6 +188,12 @@ PLACES: dict[str, PortPlace] = {
     "probe.stiffness_of_time": PortPlace("fibre", "FibreLaw", _method(_STIFFNESS, _FACTOR), "time", more=_TIMED),
     "probe.stiffness_of_cycles": PortPlace(
         "fibre", "FibreLaw", _method(_STIFFNESS, _FACTOR), "cycles", more=_OVER.format("cycles")
+    ),
+    "probe.stiffness_of_drive_speed": PortPlace(
+        "fibre", "FibreLaw", _method(_STIFFNESS, _FACTOR), "drive_speed", more=_TIMED + _DRIVEN
+    ),
+    "probe.damping_of_drive_speed": PortPlace(
+        "fibre", "FibreLaw", _method(_DAMPING, _FACTOR), "drive_speed", more=_TIMED + _DRIVEN
     ),
     "probe.damping_of_time": PortPlace("fibre", "FibreLaw", _method(_DAMPING, _FACTOR), "time", more=_TIMED),
     "probe.damping_of_cycles": PortPlace(
