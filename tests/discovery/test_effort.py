@@ -11,7 +11,7 @@ import pytest
 
 from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery.conclusion import _Parts
-from fibrefit.discovery.engine import effort
+from fibrefit.discovery.engine import effort, laplace_inference
 from fibrefit.discovery.search import inputs, setup, starts
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
 from fibrefit.laws.catalogue import find_effect
@@ -65,6 +65,14 @@ def left_to_follow(predicted: float) -> bool:
     return starts.is_left_to_follow(starts.EffectStart(predicted, drag, nothing, nothing, nothing), 100.0)
 
 
+def overshot() -> float:
+    """From where a drag that was found at one is followed once more."""
+    drag = find_effect("guide.quadratic_drag")
+    names = [f"{drag.name}.{parameter.name}" for parameter in drag.parameters]
+    supermodel: Any = SimpleNamespace(names=names, declared=dict(zip(names, drag.parameters, strict=True)))
+    return float(laplace_inference.overshot(supermodel, np.ones((1, len(names))), drag)[0, 0])
+
+
 CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
@@ -82,6 +90,7 @@ CASES = (
     Bracket("NOISES", effort, lambda x: effort.noise_is_taken_again(int(x), False, lambda: True), 1.0, 2.0),
     Bracket("NOISES_OF_STEPS", effort, lambda x: effort.noise_is_taken_again(int(x), True, lambda: False), 4.0, 5.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
+    Bracket("FROM_BEYOND", laplace_inference, lambda x: x < overshot(), 1.8, 2.2),
     Bracket("HARDLY", starts, lambda x: left_to_follow(100.0 * x), 0.07, 0.04),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),

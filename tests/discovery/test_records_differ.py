@@ -15,6 +15,7 @@ import pytest
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import Budget
 from fibrefit.discovery import conclusion
+from fibrefit.discovery.engine import laplace_inference
 from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search import inputs
@@ -25,6 +26,7 @@ from fibrefit.fitting import identify as identification
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, Starts, total
 from fibrefit.fitting.search import each_by_itself
+from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.estimate import view
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
@@ -198,3 +200,27 @@ def test_a_record_in_a_wrong_bounce_is_found_though_it_leaves_hardly_more_than_n
         gls, "apart", lambda unknowns, places, seen, horizons: view.apart(unknowns, places, seen, horizons[:0])
     )
     assert farthest() > 0.04
+
+
+@pytest.mark.slow
+def test_an_effect_that_a_record_holds_too_weak_is_followed_from_more_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Drops, 1 % apart: the friction of the last record is 2.5 standard deviations off, and with less of the effect its
+    # damping accounts for that.
+    case = Case("2026-11-27k", "faint", "fibre_mass", 19, "load", 0.01, 500.0, "guide.load_dependent_friction")
+    true = case.write(tmp_path).series.effects["guide.load_dependent_friction"]["load_coefficient"]
+    task, effect = task_of(load_study(tmp_path)), find_effect("guide.load_dependent_friction")
+    before = identify(task, 2, 0, How(whiten=False, rivals=False))
+    search, base = prepared_search(task, before, [effect], quiet)
+
+    def found() -> LaplaceFit:
+        return search.tried(base, [effect], "").found[0]
+
+    right = found()
+    assert right.shared["guide.load_dependent_friction.load_coefficient"] == pytest.approx(true, rel=0.1)
+    # The negative control: from where it was found.
+    monkeypatch.setattr(laplace_inference, "FROM_BEYOND", 1.0)
+    weak = found()
+    assert weak.shared["guide.load_dependent_friction.load_coefficient"] < 0.7 * true
+    assert weak.log < right.log - 100.0

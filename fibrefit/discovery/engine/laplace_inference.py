@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import (
+    FROM_BEYOND,
     continuation_steps,
     curve_descent,
     descent,
@@ -27,7 +28,7 @@ from fibrefit.discovery.engine.screening import (
 )
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
-from fibrefit.discovery.engine.thresholds import PRICE
+from fibrefit.discovery.engine.thresholds import OBJECTS, PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace, laplace_evidence, most_probable_sigma
@@ -197,7 +198,20 @@ class LaplaceInference:
             ends.append(LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **how)))
             if not in_wrong_minimum(ends[-1].log, parent.log):
                 break
-        return max(ends, key=lambda end: end.log)
+        return self._from_beyond(parent, max(ends, key=lambda end: end.log), effect)
+
+    def _from_beyond(self, parent: LaplaceFit, found: LaplaceFit, effect: type[Effect]) -> LaplaceFit:
+        """A candidate; one that a record objects to is followed from more of the effect, too.
+
+        A record that bounces as it does with less of an effect than there is holds it there, in a minimum as smooth as
+        any: it becomes less probable, all others more, and slopes say nothing of the way out.
+        """
+        if not found.log > parent.log or found.largest_loss_to(parent) <= OBJECTS:
+            return found
+        at, worthless = found.evidence.mode, parent.evidence.mode.objective
+        beyond = overshot(found.supermodel, found.local, effect)
+        again = self.fitted(found.supermodel, found.effects, beyond, at.sigma, at.place.eta, worthless)
+        return max(found, again, key=lambda end: end.log)
 
     def absent_beside(
         self, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed | None
@@ -302,6 +316,11 @@ class LaplaceInference:
         """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
         left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
         return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
+
+
+def overshot(supermodel: Supermodel, local: np.ndarray, effect: type[Effect]) -> np.ndarray:
+    """Values with more of an effect than it was found at."""
+    return strengthened(supermodel, local, [effect], FROM_BEYOND)
 
 
 def _with_absent(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:
