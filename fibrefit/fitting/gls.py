@@ -71,7 +71,10 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
 
 
 class _Linearisation(NamedTuple):
-    """An estimate, the share of the samples that count in it, and the mean square of what it leaves of all of them."""
+    """An estimate, the share of the samples that count in it, and the mean square of what it leaves of all of them.
+
+    That is in units of what noise leaves.
+    """
 
     found: GlsEstimate
     bends: bool
@@ -109,9 +112,11 @@ def _linearisation(task: Task, found: GlsEstimate) -> _Linearisation:
     assert found.seen.raw is not None
     counts, downweight = counted(task.problem), found.seen.raw.downweight
     left = np.asarray(problem_at(task, found).linearised_at(found.local).residuals)
-    bends = not as_predicted(left * downweight, found.residuals)
     share = float(counted(task.problem, downweight).sum() / counts.sum())
-    return _Linearisation(found, bends, share, float(np.sum(left**2) / counts.sum()))
+    # Readings in coarse steps leave nothing as long as they lie in theirs: a complete model leaves far less than one.
+    scale = float(np.sum(found.residuals**2) / (share * counts.sum())) if task.steps else 1.0
+    bends = not as_predicted(left * downweight, found.residuals, scale)
+    return _Linearisation(found, bends, share, float(np.sum(left**2) / counts.sum()) / scale)
 
 
 def _tells_more(linearisations: Sequence[_Linearisation], searched: bool) -> bool:

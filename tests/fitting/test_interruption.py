@@ -133,3 +133,24 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     assert kept(0.5) == "c"
     # A first one is tried in any case, unless there is no time at all.
     assert kept(0.0) == "a"
+
+
+@pytest.mark.parametrize("coarse", [True, False])
+def test_what_a_look_leaves_is_told_in_units_of_what_noise_leaves(
+    monkeypatch: pytest.MonkeyPatch, coarse: bool
+) -> None:
+    # Within a bounce half a record counts, and noise leaves a twentieth of its variance where readings are coarse;
+    # beyond, a lost bounce leaves as much as noise does where they are fine.
+    noise = 0.05 if coarse else 1.0
+    left = np.sqrt(np.where(np.arange(100) < 50, noise, 1.0 if coarse else 20.0))[None, None]
+    downweight = np.where(np.arange(100) < 50, 1.0, 0.0)[None, None]
+    problem = SimpleNamespace(linearised_at=lambda local: SimpleNamespace(residuals=left))
+    monkeypatch.setattr(gls, "problem_at", lambda task, found: problem)
+    monkeypatch.setattr(gls, "counted", lambda _, downweight=1.0: np.broadcast_to(np.square(downweight), (1, 1, 100)))
+    seen = SimpleNamespace(raw=SimpleNamespace(downweight=downweight))
+    found: Any = SimpleNamespace(seen=seen, local=None, residuals=left * downweight)
+    task: Any = SimpleNamespace(problem=problem, steps={"force": 1.0} if coarse else {})
+    look = gls._linearisation(task, found)
+    assert look.left == pytest.approx(0.5 * (1.0 + 20.0))
+    assert (look.share, look.bends) == (0.5, False)
+    assert gls._tells_more([look], True)
