@@ -114,7 +114,8 @@ def _linearisation(task: Task, found: GlsEstimate) -> _Linearisation:
     left = np.asarray(problem_at(task, found).linearised_at(found.local).residuals)
     share = float(counted(task.problem, downweight).sum() / counts.sum())
     # Readings in coarse steps leave nothing as long as they lie in theirs: a complete model leaves far less than one.
-    scale = float(np.sum(found.residuals**2) / (share * counts.sum())) if task.steps else 1.0
+    leaves = float(np.sum(found.residuals**2))
+    scale = leaves / (share * counts.sum()) if task.steps and leaves > 0.0 else 1.0
     bends = not as_predicted(left * downweight, found.residuals, scale)
     return _Linearisation(found, bends, share, float(np.sum(left**2) / counts.sum()) / scale)
 
