@@ -281,6 +281,7 @@ def times(outcomes: Sequence[Outcome]) -> list[str]:
     return table(["rig", "kind", "cases", *heads], rows)
 
 
+DAY = len("2026-11-25")
 NO_CASE = ["No case of a release has been carried out yet."]
 
 
@@ -288,7 +289,7 @@ def results(outcomes: Sequence[Outcome], earlier: Sequence[Outcome] = ()) -> lis
     """What a release is held to, and the time it took; the same together with releases of earlier revisions."""
     if not outcomes:
         return NO_CASE
-    labels = ", ".join(sorted({o.release for o in outcomes}))
+    labels = ", ".join(_in_order({o.release for o in outcomes}))
     revisions = ", ".join(sorted({o.revision for o in outcomes}))
     return [
         f"Release {labels}, revision {revisions}: first outcomes of {len(outcomes)} cases. Behind each share: number "
@@ -307,8 +308,13 @@ def results(outcomes: Sequence[Outcome], earlier: Sequence[Outcome] = ()) -> lis
     ]
 
 
+def _in_order(labels: Iterable[str]) -> list[str]:
+    """Labels as they came: those of a day are a to z, then aa."""
+    return sorted(labels, key=lambda label: (label[:DAY], len(label), label))
+
+
 def _together(outcomes: Sequence[Outcome], earlier: Sequence[Outcome]) -> list[str]:
-    labels, revisions = (sorted({getattr(o, what) for o in earlier}) for what in ("release", "revision"))
+    labels, revisions = _in_order({o.release for o in earlier}), {o.revision for o in earlier}
     return [
         "",
         "### Together with earlier revisions",

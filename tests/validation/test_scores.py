@@ -111,6 +111,8 @@ def test_tables() -> None:
     assert sum("nothing hidden: an effect named" in line for line in both) == 2
     assert any("| nothing hidden: an effect named | <= 1 % | 66.7 % (2 of 3;" in line for line in both)
     assert any(line.startswith("The same with 1 cases of 1 earlier revisions, releases q to q") for line in both)
+    days = [replace(GOOD, case=label, release=label) for label in ("2026-11-25aa", "2026-11-25i", "2026-11-26a")]
+    assert any("releases 2026-11-25i to 2026-11-26a" in line for line in results(ALL, days))
     assert sum(line.startswith("### ") for line in details(ALL)) == 4
 
 

@@ -212,7 +212,7 @@ class ProposedLawSummary(Part):
     gap_before: float
     gap_after: float
     gap_left_out_before: Known = None
-    gap_left_out: Known = Field(default=None, description="Of each record predicted from the others.")
+    gap_left_out: Known = Field(default=None, description="Rms over the records, each predicted from the others.")
     runners_up: tuple[OtherLaw, ...] = ()
 
 
