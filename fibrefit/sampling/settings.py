@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
 LARGEST_BATCH = 32
@@ -53,7 +53,7 @@ class Settings:
     max_steps: int = 4000
     max_seconds: float | None = None
     checkpoint_seconds: float = 5.0
-    threads: int = os.cpu_count() or 1
+    threads: int = THREADS
     interval: float = 0.95
 
     def __post_init__(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import threads
+from fibrefit.core.programs.side_by_side import THREADS, threads
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.marks import Extremes
@@ -192,7 +191,7 @@ def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[
     """Runs from rest, curve after curve, in parts of equal length, some for each core."""
     size, number = len(frequencies), len(amplitudes)
     rows = np.arange(size * number)
-    parts = min(PARTS * (os.cpu_count() or 1), len(rows))
+    parts = min(PARTS * (THREADS), len(rows))
     # The last part is filled up with the last run: parts of one length are one program.
     length = -(-len(rows) // parts)
     padded = np.minimum(np.arange(length * parts), len(rows) - 1).reshape(parts, length)
@@ -209,7 +208,7 @@ def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[
 def _all(jobs: Sequence[Callable[[], Any]], progress: Callable[[float], None]) -> list[Any]:
     """Results of all jobs, on all cores, in their order."""
     done = []
-    with threads(os.cpu_count() or 1) as pool:
+    with threads(THREADS) as pool:
         for result in pool.map(lambda job: jax.tree.map(np.asarray, job()), jobs):
             done.append(result)
             progress(len(done) / len(jobs))

@@ -17,10 +17,12 @@ from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import (
+    PORTS,
     WALKS,
     Reading,
     _followed,
     _held,
+    _looks,
     _Predicted,
     _prepared,
     _range,
@@ -241,6 +243,26 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None, inference=inference))
     assert probe_all(search, parent, cast(Any, SimpleNamespace(problem=task.problem)), NAMED) == []
     assert began == [pytest.approx(cost, rel=1e-4)]
+
+
+def test_over_a_variable_that_keeps_its_value_there_is_no_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[tuple[type[Curve], ...]]()
+
+    def composed(task: Any, probes: Any, sensitivities: Any) -> Any:
+        asked.append(probes)
+        raise LookupError
+
+    monkeypatch.setattr(free_form, "supermodel_of", composed)
+    still, moving = np.zeros(9), np.linspace(-1.0, 1.0, 9)
+    monkeypatch.setattr(
+        free_form, "in_motion", lambda found: {"speed": (moving, still), "stretch rate": (still, still)}
+    )
+    problem = SimpleNamespace(model=SimpleNamespace(rig=RIGS["fibre_mass"]))
+    parent = SimpleNamespace(effects=(), supermodel=SimpleNamespace(sensitivities=None))
+    search, found = SimpleNamespace(task=None), SimpleNamespace(problem=problem)
+    with pytest.raises(LookupError):
+        _looks(cast(Any, search), cast(Any, parent), cast(Any, found), tuple(PORTS))
+    assert {probe.variable for probe in asked[0]} == {"speed"}
 
 
 def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:

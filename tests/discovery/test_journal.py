@@ -55,7 +55,12 @@ def test_what_has_a_name_is_found_again(tmp_path: Path) -> None:
     assert journal.recall("key", Counted(None)) == (model, 1.0)
 
 
-@pytest.mark.parametrize("damage", [b"", b"\x80", b"nonsense", pickle.dumps(Path("/"))])
+MODULE = b"fibrefit.discovery.search.screen"
+FEWER = b"\x80\x04\x8c" + bytes([len(MODULE)]) + MODULE + b"\x8c\x09Elsewhere\x93)\x81."
+"""A tuple with names that is made of nothing, as of a version in which it had other fields."""
+
+
+@pytest.mark.parametrize("damage", [b"", b"\x80", b"nonsense", pickle.dumps(Path("/")), FEWER])
 def test_a_damaged_entry_is_done_again(tmp_path: Path, damage: bytes) -> None:
     job = Counted(RESULT)
     (tmp_path / "key.job").write_bytes(damage)

@@ -146,6 +146,14 @@ def test_what_is_written_is_an_effect(probe: type, form: Form) -> None:
     assert effect_of_law(law) is effect
 
 
+def test_a_law_that_cannot_be_carried_out_says_the_same_each_time() -> None:
+    law = composed(PROBES[0], FittedForm(FORMS[0], TRUE[FORMS[0].name], 0.0), KNOTS)
+    broken = law._replace(source="amplitude = 1 / 0\n")
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError):
+            effect_of_law(broken)
+
+
 CHANGING = [(probe, second) for probe in (*PROBES, *COURSES) for second in second_variables(probe)]
 
 

@@ -65,6 +65,17 @@ def test_slips_at_instants_of_their_own_are_found(task: Task) -> None:
     assert found.shared[f"{name}.slip"] == pytest.approx(LENGTH, abs=4.0 * found.errors[f"{name}.slip"])
 
 
+def test_it_may_have_fewer_instants_than_there_are_records(task: Task) -> None:
+    once = of_each(SLIP, 1)
+    search = begun_at(task, (once,))
+    parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
+    screen = Screen(search.inference, parent, search.inference.slopes(parent))
+    assert len(task.traces) > len(instants_of(once))
+    prediction = predicted_recurrence(screen, search.supermodel_for(once), once)
+    assert np.isfinite(prediction.gain)
+    assert 0.0 < prediction.values[f"{once.name}.{instants_of(once)[0]}"] < 1.0
+
+
 def test_instants_stay_where_they_are_in_plain_squares(task: Task) -> None:
     twice = of_each(SLIP, 2)
     context = begun_at(task, (twice,)).context

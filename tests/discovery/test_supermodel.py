@@ -224,3 +224,23 @@ def test_what_takes_long_to_compile_is_in_no_group_with_others() -> None:
     assert len([effect for group in groups for effect in group]) == len(CATALOGUE)
     (alone,) = (group for group in groups if find_effect("fibre.mass") in group)
     assert len(alone) == 1
+
+
+def test_more_columns_than_a_program_has_are_simulated_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = load_study(STUDY.parents[1] / "drop_series")
+    task = formulate(study, read_records(study), Model(RIGS["fibre_mass"], ()))
+    effects = tuple(find_effect(name) for name in ("guide.viscous_friction", "fibre.toe_region", "sensor.force_offset"))
+    columns = np.arange(7)
+    local = np.array(task.problem.layout.local(task.start))
+
+    def rows() -> np.ndarray:
+        supermodel = supermodel_of(task, effects)
+        whole = transferred(supermodel, supermodel_of(task, ()), local)
+        targets = whole[:, columns] * 1.01 + 1e-3
+        return np.asarray(supermodel.rows(whole, columns, targets, task.counts[-1]))
+
+    expected = rows()
+    assert np.ptp(expected, axis=1).max() > 1.0
+    monkeypatch.setattr("fibrefit.discovery.engine.supermodel.WIDTHS", (2, 4))
+    found = rows()
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)

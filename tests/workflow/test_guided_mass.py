@@ -191,3 +191,15 @@ def _public(folder: Path, effects: tuple[str, ...], more: str) -> Path:
     )
     (folder / "study.toml").write_text(text, encoding="utf-8")
     return folder / "study.toml"
+
+
+def test_windows_are_as_long_in_all_records(tmp_path: Path) -> None:
+    axis.write(tmp_path, (), seconds=1.0)
+    (tmp_path / "axis.csv").rename(tmp_path / "first.csv")
+    axis.write(tmp_path, (), seconds=1.0, seed=1)
+    study, text = tmp_path / "study.toml", (tmp_path / "study.toml").read_text()
+    study.write_text(f'{text}window = "0.1 s"\n\n[[records]]\nfile = "first.csv"\nwindow = "0.2 s"\n')
+    with pytest.raises(StudyError, match=r"windows of 0\.1 s and 0\.2 s; expected one length for all"):
+        task_of(load_study(study))
+    study.write_text(f'{text}window = "0.1 s"\n\n[[records]]\nfile = "first.csv"\nwindow = "0.1 s"\n')
+    assert task_of(load_study(study)).problem.model.window == 50  # type: ignore[attr-defined]

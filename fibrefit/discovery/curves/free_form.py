@@ -145,6 +145,8 @@ def _looks(
     """What slopes of a hypothesis predict of free curves on top of it."""
     ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
+    # Where a variable keeps its value nearly always, as the speed of a drive that rests, there is no curve over it.
+    ranges = {variable: (low, high) for variable, (low, high) in ranges.items() if high > low}
     probes = [one for one in asked if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
     if not probes:
         return _Looks((), (), ranges)

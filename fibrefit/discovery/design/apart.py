@@ -257,10 +257,11 @@ def nats_apart(
     """
     first, second = rivals
     ways = [Contest.of(search, true, other, beside) for true, other in ((first, second), (second, first))]
-    nats = [min(pair) for pair in zip(*(way.by_slopes(choices) for way in ways), strict=True)]
+    # A record that either way cannot be simulated has no number here, and `worths` leaves it out.
+    nats = np.min([way.by_slopes(choices) for way in ways], axis=0).tolist()
     refitted: list[int] = []
     for i in np.argsort(-np.nan_to_num(np.array(nats)), kind="stable")[:LOOKS]:
-        if refitted and not nats[i] > max(nats[j] for j in refitted):
+        if refitted and not nats[i] > max((nats[j] for j in refitted if np.isfinite(nats[j])), default=-np.inf):
             break
         nats[i] = min(way.refitted(choices[i]) for way in ways)
         refitted.append(int(i))

@@ -131,6 +131,7 @@ class Journal:
             ImportError,
             IndexError,
             KeyError,
+            TypeError,
             ValueError,
         ):
             pass

@@ -160,6 +160,12 @@ class Supermodel:
         if self.groups:
             return self._rows_by_group(local, columns, targets, counts)
         active = len(columns)
+        if active > WIDTHS[-1]:
+            first, *others = (
+                self.rows(local, columns[i : i + WIDTHS[-1]], targets[:, i : i + WIDTHS[-1]], counts)
+                for i in range(0, active, WIDTHS[-1])
+            )
+            return jnp.concatenate([first, *(rows[:, 1:] for rows in others)], axis=1)
         # A program of its own for fewer columns takes longer to compile than the wider one to run.
         width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
         self.compiled.add(width)

@@ -235,8 +235,13 @@ def effect_of_law(law: Composed) -> type[Effect]:
     module = sys.modules.get(title)
     if module is None:
         module = types.ModuleType(title)
+        # What its classes say of their module is looked up there as they are made.
         sys.modules[title] = module
-        exec(compile(law.source, law.file, "exec"), module.__dict__)
+        try:
+            exec(compile(law.source, law.file, "exec"), module.__dict__)
+        except BaseException:
+            del sys.modules[title]
+            raise
     found: type[Effect] = getattr(module, law.title)
     return found
 

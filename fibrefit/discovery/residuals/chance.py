@@ -44,6 +44,7 @@ def loudest(noise: Noise, width: int, count: int, rate: float, trials: int) -> f
     """
     sizes = eigenvalues(autocorrelation(noise, count, rate)[:width])
     t = np.linspace(0.0, 1.0, TRIED)[1:-1] / (2.0 * sizes.max())
-    bound = np.log(trials / WRONGLY) - 0.5 * np.log1p(-2.0 * t[:, None] * sizes).sum(axis=1)
+    # One after the other: of a window of a million samples all of them together take gigabytes.
+    bound = np.log(trials / WRONGLY) - 0.5 * np.array([np.log1p(-2.0 * one * sizes).sum() for one in t])
     doubt = 1.0 + KNOWN * np.sqrt(2.0 / noise.samples) if noise.samples else 1.0
     return float(doubt * np.min(bound / t))

@@ -27,7 +27,12 @@ def from_plain_squares(
     near = promising(plain.fit.cost, [end.fit.cost for end in ends])
     fit = partial(_fitted, search, parent, predictions)
     jobs = [
-        search.recalled("fitted", parent, (end.names, end.fit.cost, is_near), partial(fit, end, is_near))
+        search.recalled(
+            "fitted",
+            parent,
+            (end.names, end.fit.cost, is_near, predictions[end.effects[-1]].gain),
+            partial(fit, end, is_near),
+        )
         for end, is_near in zip(ends, near, strict=True)
     ]
     share = 1.0 - SCREENING_SHARE

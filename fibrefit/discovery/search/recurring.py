@@ -62,21 +62,22 @@ def predicted_recurrence(screen: Screen, supermodel: Supermodel, effect: type[Ef
 
     def products(instants: np.ndarray) -> np.ndarray:
         local = base.copy()
-        local[:, columns] = instants
+        local[:, columns] = instants[: len(columns)]
         return local_grams(unknowns, place_of(unknowns, local, found.place.eta), gram, further)
 
     def gain(grams: np.ndarray) -> float:
         score, information, _, _ = score_test(unknowns, found.place, grams, 1, found.sigma)
         return float(0.5 * score[0] ** 2 / information[0]) if information[0] > 0.0 else -np.inf
 
-    looked = np.repeat(np.array(INSTANTS)[:, None], len(names), axis=1)
+    # An effect may have fewer instants than there are records: those beyond them say nothing of any.
+    looked = np.repeat(np.array(INSTANTS)[:, None], len(base), axis=1)
     known = np.array([products(row) for row in looked])
     best = best_combination(known, gain)
     for _ in range(FINER):
         more = _between(looked, best)
         looked, known = np.concatenate([looked, more]), np.concatenate([known, [products(row) for row in more]])
         best = best_combination(known, gain, best)
-    at = dict(zip(names, looked[best, np.arange(len(names))].tolist(), strict=True))
+    at = dict(zip(names, looked[best, np.arange(len(base))].tolist(), strict=False))
     way = Approach(at, ((strength, weak),))
     return screen.predicted(supermodel, [effect], {effect: way})[effect]
 

@@ -133,6 +133,14 @@ class Screen:
             found_all.append((effect, PredictedGain(float(gain), *places, beside)))
         return found_all
 
+    @property
+    def place(self) -> tuple[object, ...]:
+        """Where slopes are taken, for the journal: names and values of another model, none where it is the parent's."""
+        if self.near is None:
+            return ()
+        supermodel, local, effects = self.near
+        return tuple(effect.name for effect in effects), supermodel.names, local
+
     def gram(self, supermodel: Supermodel) -> Gram:
         """Products of the slopes of the parent's unknowns, which are known, and of further columns of a supermodel."""
         known, near, context = self.slopes.slopes, self.near, self.inference.context

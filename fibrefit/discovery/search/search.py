@@ -182,13 +182,14 @@ class Search(SearchBase):
         screens = list[Callable[[], Any]]()
         for screen, supermodel, some in groups.values():
             test = partial(screen.predicted, supermodel, some)
-            screens.append(self.recalled("screened", parent, [effect.name for effect in some], test))
+            about = [effect.name for effect in some], screen.place
+            screens.append(self.recalled("screened", parent, about, test))
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         known = {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
         more = {one: self._screen(one, parent, slopes, near) for one in recurring if may_recur(one, known)}
         asked = [
             self.recalled(
-                "recurring", parent, effect.name,
+                "recurring", parent, (effect.name, screen.place),
                 partial(predicted_recurrence, screen, supermodel, effect),
             )
             for effect, (screen, supermodel) in more.items()

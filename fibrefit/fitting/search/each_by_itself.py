@@ -6,13 +6,12 @@ after it. A record by itself is followed to its end, errors of its inputs includ
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
 
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import threads
+from fibrefit.core.programs.side_by_side import THREADS, threads
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.result import Starts, total
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
@@ -39,7 +38,7 @@ def each_by_itself(task: Task, search: Callable[[Task], Starts], shared: Sequenc
     ends = {worst: _end(alone[worst], search)}
     if not _follows(alone[worst], ends[worst], shared[worst]):
         return None
-    with threads(os.cpu_count() or 1) as pool:
+    with threads(THREADS) as pool:
         # A limit of time holds for what is done in other threads too.
         running = {one: pool.submit(copy_context().run, _end, alone[one], search) for one in others}
         ends |= {one: future.result() for one, future in running.items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from functools import partial
@@ -11,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import threads
+from fibrefit.core.programs.side_by_side import THREADS, threads
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.solve import (
     FOR_A_HORIZON,
@@ -198,7 +197,7 @@ def _searched(
     zero = np.zeros(number, dtype=int)
     found = Descent(starts, np.full(number, np.inf), zero, zero.astype(bool))
     lost = np.zeros(number, dtype=bool)
-    with threads(os.cpu_count() or 1) as pool:
+    with threads(THREADS) as pool:
         for stage in range(stages):
             # Of fewer samples, errors are wider.
             wider = math.sqrt(sparse.spacing(stage == stages - 1))

@@ -88,7 +88,7 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
     spectrum of the rests, or as loud as what is left where that is louder.
     """
     rig = task.problem.model.rig
-    if Capability.FALL not in rig.capabilities or POSITION not in rig.channels:
+    if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
         return None
     local = np.asarray(task.problem.layout.local(np.asarray(values)))
     flights = _measured(task, motion)
@@ -146,7 +146,8 @@ def _without_start(task: Task, local: np.ndarray, flight: _Flight) -> np.ndarray
     """Positions of a flight and what they consist of, ``(n_seen, 4)``, without what another start could be."""
     trace = task.traces[flight.record]
     stated = stated_and_found(task, local, flight.record)
-    mass, gravity = stated["weight_mass"] + stated["added_mass"], STANDARD_GRAVITY * np.sin(stated["inclination"])
+    mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
+    gravity = STANDARD_GRAVITY * np.sin(stated["inclination"])
     time = trace.step * (flight.samples - flight.samples.mean())
     # Of the sample in which a weight turns round, the share that it goes one way.
     direction = np.clip(flight.speed / (0.5 * gravity * trace.step), -1.0, 1.0)

@@ -74,7 +74,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         raise _with_exchange(error, traces) from None
     _refuse_unknown_scale(study, model, settings, traces)
     layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
-    rms = {channel: [_rms(noise[channel], trace) for trace in traces] for channel in model.rig.channels}
+    rms = {channel: _rms(study, noise, given, channel, traces) for channel in model.rig.channels}
     found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms if channel not in given}
     return Task(
         problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms, given))),
@@ -106,7 +106,10 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
     """The model as its rig wants it: in windows where a motion is begun anew again and again."""
     if model.rig.anchor is None:
         return model
-    said = [record.window for record in study.records if record.window is not None]
+    said = list(dict.fromkeys(record.window for record in study.records if record.window is not None))
+    if len(said) > 1:
+        lengths = " and ".join(f"{each:g} s" for each in said[:2])
+        raise StudyError(str(study.source), f"windows of {lengths}", "one length for all records", "State one of them.")
     step = traces[0].step
     window = max(round((said[0] if said else WINDOW) / step), 16)
     return WindowedModel(model.rig, model.effects, model.tension_law, window)
@@ -156,8 +159,13 @@ def _in_motion(traces: Sequence[Trace], channel: str, at_rest: Noise) -> Noise:
     return replace(at_rest, white=max(at_rest.white, white))
 
 
-def _rms(noise: Noise, trace: Trace) -> float:
-    return noise.rms(trace.duration, trace.rate)
+def _rms(
+    study: Study, noise: Mapping[str, Noise], given: Sequence[str], channel: str, traces: Sequence[Trace]
+) -> list[float]:
+    """Standard deviation of the noise of a channel in each record: as stated, whatever the rate of the record."""
+    if channel in given:
+        return [float(getattr(study.noise, channel))] * len(traces)
+    return [noise[channel].rms(trace.duration, trace.rate) for trace in traces]
 
 
 def _by_reading(

@@ -64,7 +64,7 @@ def formulate_planned(study: Study, model: Model) -> Task:
     stated = [stated_of(record) for record in study.records]
     layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
     noise = {channel: _noise(study, channel, traces[0].rate) for channel in model.rig.channels}
-    rms = {channel: [noise[channel].rms(float(t.times[-1]), t.rate) for t in traces] for channel in model.rig.channels}
+    rms = {channel: [_level(study, channel)] * len(traces) for channel in model.rig.channels}
     whole = np.array([[[len(trace.times) for trace in traces]]], dtype=np.int32)
     return Task(
         problem=Problem(model, layout, stack(traces, rms)),
@@ -153,6 +153,11 @@ def _values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Mapping[st
     return values
 
 
-def _noise(study: Study, channel: str, rate: float) -> Noise:
+def _level(study: Study, channel: str) -> float:
+    """Standard deviation of the noise of a channel, as stated or as usual."""
     said = getattr(study.noise, channel, None)
-    return Noise((USUAL_NOISE[channel] if said is None else said) ** 2 / (0.5 * rate), 0.0, 0.0, 0)
+    return float(USUAL_NOISE[channel] if said is None else said)
+
+
+def _noise(study: Study, channel: str, rate: float) -> Noise:
+    return Noise(_level(study, channel) ** 2 / (0.5 * rate), 0.0, 0.0, 0)

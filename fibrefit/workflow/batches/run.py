@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
 from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
@@ -73,7 +74,7 @@ def batch(
     name = _named(jobs, len(origins), each)
     whole = Path(out) if out is not None else default_directory(name, "batch", *(repr(job) for job in jobs))
     folder, jobs = part_of(whole, jobs, shard)
-    engine, tell = Engine(processes or os.cpu_count() or 1, scheduler), progress or quiet
+    engine, tell = Engine(processes or THREADS, scheduler), progress or quiet
     with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
         tell(f"{len(jobs)} identifications", None)
         places = (directory.path, *parts_of(whole))
