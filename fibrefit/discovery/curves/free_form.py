@@ -276,7 +276,7 @@ def _predicted(
     gram, names = inference.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
     logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
-    best = int(np.nanargmax(np.where(np.isfinite(logs), logs, -np.inf)))
+    best = int(np.argmax(np.where(np.isfinite(logs), logs, -np.inf)))
     return _Predicted(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
 
 

@@ -308,8 +308,7 @@ def _continuation(
         start = predictor_step(supermodel, held, subset, local, goal, context.whole)
         fit = refit(supermodel, held, start, context.whole, FOLLOWED, 1e-5)
         local = fit.local
-        known = {name: float(local[0, supermodel.names.index(name)]) for name in strengths}
-        ends.append(replace(fit, shared={**fit.shared, **known}))
+        ends.append(fit)
         best = min(best, fit.cost)
         if not any(fit.cost <= best for fit in ends[-PAST:]):
             break

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
@@ -20,7 +19,7 @@ from fibrefit.discovery.engine.effort import (
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
-from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
+from fibrefit.discovery.engine.remaining import remaining_noise
 from fibrefit.discovery.engine.screening import (
     PredictedGain,
     accompanied,
@@ -311,11 +310,6 @@ class LaplaceInference:
         ratio = overdispersion_of_scores(found, kept[0], grams, covariance)
         index = [unknowns.names.index(name) for name in names]
         return max(1.0, *(float(ratio[i]) for i in index))
-
-    def innovations(self, fitted: LaplaceFit) -> np.ndarray:
-        """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
-        left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
-        return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
 
 
 def overshot(supermodel: Supermodel, local: np.ndarray, effect: type[Effect]) -> np.ndarray:

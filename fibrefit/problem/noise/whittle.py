@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.noise.coloured import HALF_WIDTH_OF_LINE, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
+from fibrefit.problem.noise.coloured import LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.lags import lag_transforms
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.periodogram_fit import Periodograms, fitted
@@ -266,7 +266,6 @@ def _top(places: np.ndarray, heights: np.ndarray, best: int) -> float:
 
 
 __all__ = [
-    "HALF_WIDTH_OF_LINE",
     "noise_of_residuals",
     "periodograms",
     "whitening_of",
