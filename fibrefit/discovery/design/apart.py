@@ -19,7 +19,7 @@ import numpy as np
 
 from fibrefit.discovery.design.distinguish import projected, with_records
 from fibrefit.discovery.design.menu import batches, records_of
-from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened
+from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened, with_absent
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Subset, difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
@@ -296,7 +296,5 @@ def _values(supermodel: Supermodel, task: Task, rival: Explanation) -> np.ndarra
 
 def _starts(supermodel: Supermodel, start: np.ndarray, effect: type[Effect]) -> list[np.ndarray]:
     """Where a rival is fitted from: with its effect as strong as it was found, weak and absent."""
-    absent, blank = start.copy(), absent_values(supermodel, len(start))
-    columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
-    absent[:, columns] = blank[:, columns]
-    return [start, strengthened(supermodel, start, (effect,), SMALL), absent]
+    weak, absent = strengthened(supermodel, start, (effect,), SMALL), with_absent(supermodel, start, (effect,))
+    return [start, weak, absent]

@@ -67,8 +67,8 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray) -> tuple[Noise, 
     """
     data, channels = problem.observations, problem.model.rig.channels
     valid = sample_mask(problem)
-    times, counts = map(np.asarray, data.experiment[:2])
-    bank, unit = bank_for(times, counts), unit_of(data, channels)
+    counts = np.asarray(data.experiment.count)
+    bank, unit = bank_for(np.asarray(data.experiment.times), counts), unit_of(data, channels)
     draws = np.where(valid, residuals, 0.0).reshape(-1, *valid.shape) * unit[:, :, None]
     rate = float(np.mean(np.asarray(bank.rate)))
     return tuple(
@@ -128,7 +128,7 @@ def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
     """
     data, channels = problem.observations, problem.model.rig.channels
     valid = sample_mask(problem)
-    bank = bank_for(*map(np.asarray, data.experiment[:2]))
+    bank = bank_for(np.asarray(data.experiment.times), np.asarray(data.experiment.count))
     return coloured_of(bank, noise, unit_of(data, channels), valid)
 
 
