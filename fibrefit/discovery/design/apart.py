@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -26,6 +25,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
+from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -60,13 +60,13 @@ class Beside:
 
     Parameters
     ----------
-    whitening : Whitening or None
+    whitening : BlockFilter or None
         Of the noise that a model leaves; None where it counts as white.
     scatter : mapping of str to float
         Relative standard deviation of a parameter between records, by its name.
     """
 
-    whitening: Any = None
+    whitening: BlockFilter | None = None
     scatter: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod

@@ -82,7 +82,7 @@ class SearchBase:
             Kind of the job.
         parent : LaplaceFit or Hypothesis
         about : object
-            What else its result depends on, identified by its `repr`.
+            What else its result depends on: names, numbers, arrays and sequences of them, identified by their `digest`.
         job : callable
         own : Supermodel, optional
             That of the result where it is none of the search: with free curves, or composed laws.
