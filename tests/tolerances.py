@@ -42,7 +42,7 @@ REASONS: dict[str, dict[str, str]] = {
     "problem.estimate.trust_region": {"0.75": STEP, "0.25": STEP, "ON_RADIUS": STEP, "0.001": STEP},
     "problem.formulate.formulate": {"CENTRED": START},
     "problem.inputs.corners": {"MOST": WORK, "SETTLED": ENDS},
-    "problem.inputs.sensitivities": {"PRECISE": WORK},
+    "problem.inputs.sensitivities": {"NEGLIGIBLE": WORK, "PRECISE": WORK},
     "problem.inputs.smoothing": {"3.0": WORK},
     "problem.noise.lags": {"KEPT_SAMPLES": WORK},
     "problem.noise.rounding": {"ROUNDED": FORMULA, "CHANGED": ENDS},

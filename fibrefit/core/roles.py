@@ -27,6 +27,9 @@ has been at rest; the load cycles of its fibre; the speed of its drive, without 
 TURNING: dict[str, str] = {"position": "rad", "speed": "rad/s"}
 """The units of those that are angles, on a rig that turns."""
 
+SI: dict[str, str] = ROLES | STATES | HISTORY
+"""SI unit of each variable that a law may depend on: a role, a state or what a record goes through."""
+
 PHASES = (
     "held",
     "slack",

@@ -32,7 +32,7 @@ class Believed(NamedTuple):
     seen: Confirmation | None = None
 
 
-def believed(comparison: Comparison, choose: Choose | None) -> Believed:
+def believed(comparison: Comparison, choose: Choose | None = None) -> Believed:
     """What is added; what gains only where readings are linearised about another model is not.
 
     To ask a candidate about itself takes about as long as to compare them all. Where there is no time for that, what is
@@ -57,7 +57,7 @@ def believed(comparison: Comparison, choose: Choose | None) -> Believed:
         if choose is not None or (seen is None and _needs_no_confirmation(comparison, chosen)):
             return Believed(comparison, chosen, seen)
         if seen is not None and seen.gain > NAMED:
-            return _among_rivals(Believed(comparison, chosen, seen), choose)
+            return _among_rivals(Believed(comparison, chosen, seen))
         refused.add(chosen.names)
         less = chosen.with_log(comparison.parent.log + (0.0 if seen is None else seen.gain))
         others = [one for one in comparison.found if one is not chosen]
@@ -74,7 +74,7 @@ def _needs_no_confirmation(comparison: Comparison, chosen: LaplaceFit) -> bool:
     return chosen.supermodel.sensitivities is None or comparison.gain(chosen) > BEYOND_DOUBT
 
 
-def _among_rivals(found: Believed, choose: Choose | None) -> Believed:
+def _among_rivals(found: Believed) -> Believed:
     """The best where readings are linearised about itself, the others as seen from there.
 
     Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
@@ -85,7 +85,7 @@ def _among_rivals(found: Believed, choose: Choose | None) -> Believed:
         compared_before.add(seen.found.names)
         if (there := compared_about(found.comparison, seen)) is None:
             break
-        found, best = Believed(there, seen.found, seen), chosen_of(there, choose)
+        found, best = Believed(there, seen.found, seen), chosen_of(there)
         if best is None or best.names in compared_before:
             break
         further, _ = in_time(partial(confirmed, there.search, there.parent, best), None)
@@ -96,7 +96,7 @@ def _among_rivals(found: Believed, choose: Choose | None) -> Believed:
 
 
 def chosen_of(
-    comparison: Comparison, choose: Choose | None, refused: Collection[tuple[str, ...]] = ()
+    comparison: Comparison, choose: Choose | None = None, refused: Collection[tuple[str, ...]] = ()
 ) -> LaplaceFit | None:
     """What is added: what a person chooses, or the most probable if it is more than chance; None for nothing.
 

@@ -218,7 +218,13 @@ def _worth_following(comparison: Comparison) -> float:
 
 
 def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit]) -> Comparison:
-    """Candidates and parent, all fitted by the search as it is, compared in the noise of the most probable of them."""
+    """Candidates and parent, all fitted by the search as it is, compared in the noise of the most probable of them.
+
+    Raises
+    ------
+    OutOfTimeError
+        If the time is over before all that are near have been compared.
+    """
     ranked, behind = sorted(found, key=lambda one: -one.log), {one.names: one.log - parent.log for one in found}
     again: list[LaplaceFit] = []
     moved = False

@@ -46,6 +46,13 @@ def discover(
     limits : Limits, optional
     progress : callable, optional
         Called with what is being done and the share that is finished.
+
+    Raises
+    ------
+    DataError
+        If the model cannot be simulated from any start.
+    KeyboardInterrupt
+        If the time is over, or it is stopped, before any start of the first fit has come anywhere.
     """
     limits, tell = limits or Limits(), progress or quiet
     budget = Budget.of(time_to_use(limits.seconds))

@@ -38,6 +38,11 @@ def best_exchange(single: Comparison, last: Comparison, found: LaplaceFit) -> Co
         The best first. That is the model itself where others are near and inputs have errors: which of them is the best
         is told where readings are linearised about one of them.
 
+    Raises
+    ------
+    OutOfTimeError
+        If the time is over before the model and those with one effect exchanged have been compared.
+
     Source
     ------
     Pudil, Novovicova and Kittler, Pattern Recognition Letters 15 (1994).

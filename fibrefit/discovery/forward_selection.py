@@ -188,9 +188,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         better, came = in_time(partial(best_exchange, single, found.comparison, found.chosen), None)
         at = at.took("exchange", came)
         if better is not None:
-            exchanged = believed(
-                replace(better, untried=found.comparison.untried, seconds=found.comparison.seconds), limits.choose
-            )
+            exchanged = believed(replace(better, untried=found.comparison.untried, seconds=found.comparison.seconds))
     if exchanged is not None and _is_another(exchanged, found):
         found = exchanged
     elif found.chosen is None and (missing or _doubtful(at)):
@@ -246,7 +244,7 @@ def _together(at: Selection, found: Believed, single: Comparison, limits: Limits
     if limits.max_effects < 2 or len(at.best.effects) > 2 or at.paired or limits.choose or found.comparison.untried:
         return at, found
     pairs, came = in_time(partial(best_pair, single, at.best), None)
-    together = found if pairs is None else believed(replace(pairs, seconds=found.comparison.seconds), limits.choose)
+    together = found if pairs is None else believed(replace(pairs, seconds=found.comparison.seconds))
     return replace(at.took("pairs", came), paired=came), found if together.chosen is None else together
 
 

@@ -33,7 +33,7 @@ from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS, port_of, said_by
 
-PLACES = ("guide", "fibre")
+OF_ONE_QUANTITY = ("guide", "fibre")
 """Ports whose laws change one quantity each; those of sensors change readings of several channels."""
 
 
@@ -206,7 +206,7 @@ def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:
     """Ports of what is to be added where all effects of its parent change the same quantity there as it does."""
     new = {(str(port_of(effect)), hook) for effect in chosen.effects[len(parent.effects) :] for hook in said_by(effect)}
     old = [{(str(port_of(effect)), hook) for hook in said_by(effect)} & new for effect in parent.effects]
-    ports = frozenset(port for port, _ in set().union(*old)) & set(PLACES)
+    ports = frozenset(port for port, _ in set().union(*old)) & set(OF_ONE_QUANTITY)
     return ports if all(old) else frozenset()
 
 

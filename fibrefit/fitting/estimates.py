@@ -13,7 +13,6 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whitening import innovations
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 
@@ -103,9 +102,3 @@ class GlsEstimate:
     def records_differ(self) -> bool:
         """Whether records differ."""
         return any(one.found for one in self.between.values())
-
-    @property
-    def innovations(self) -> np.ndarray:
-        """Whitened residuals, ``(n_record, n_channel, n_time)``."""
-        assert self.seen.whitening is not None
-        return np.asarray(innovations(self.seen.whitening, self.residuals))

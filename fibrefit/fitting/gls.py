@@ -22,7 +22,7 @@ from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_i
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, local_of, place_of
+from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View, apart
@@ -293,4 +293,4 @@ def problem_at(task: Task, gls: GlsEstimate) -> Problem:
     return corrected(problem, input_errors(task), gls.coefficients) if gls.coefficients else problem
 
 
-__all__ = ["GlsEstimate", "PosteriorMode", "cost_with_one_held", "gls_estimate", "problem_at"]
+__all__ = ["GlsEstimate", "cost_with_one_held", "gls_estimate", "problem_at"]

@@ -16,6 +16,9 @@ from fibrefit.fitting.search.solve import descend
 from fibrefit.problem.statement.problem import Problem
 
 CHI2_95 = 3.841459
+"""Rise of the deviance at either end of a 95 % interval: the square of `Z_95`."""
+NEAR = 1.96
+"""Standard errors from the best value at which an end is looked for first: on a parabola it is there."""
 FARTHEST = 8.0
 """Distance in standard errors beyond which an end of the interval is not searched."""
 
@@ -74,8 +77,8 @@ def profile_interval(
         return cost(np.where(np.arange(len(values)) == index, value, values)) - lowest - rise
 
     limits = problem.layout.entries[index][0].range
-    low = _crossing(excess, values[index], -1.96 * reported, max(limits.lower, values[index] - FARTHEST * reported))
-    high = _crossing(excess, values[index], 1.96 * reported, min(limits.upper, values[index] + FARTHEST * reported))
+    low = _crossing(excess, values[index], -NEAR * reported, max(limits.lower, values[index] - FARTHEST * reported))
+    high = _crossing(excess, values[index], NEAR * reported, min(limits.upper, values[index] + FARTHEST * reported))
     return low if low is not None else limits.lower, high if high is not None else limits.upper
 
 

@@ -186,12 +186,12 @@ class Identification:
 
     @property
     def local(self) -> np.ndarray:
-        """Values of each record ``(n_record, n_local)`` in SI units, by what they deviate where that was requested."""
+        """Values of each record ``(n_record, n_local)`` in SI units, with its deviations where GLS is reported."""
         return self.plain.local if self.gls is None else self.gls.local
 
     @property
     def between(self) -> Mapping[str, BetweenRecordsSummary]:
-        """How much records differ in each parameter that may deviate, by name; empty where that was not requested."""
+        """How much records differ in each parameter that may deviate, by name; empty unless GLS is reported."""
         return {} if self.gls is None else self.gls.between
 
     @property

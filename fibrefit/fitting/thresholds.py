@@ -52,8 +52,8 @@ SAME_PLACE = 1.0
 """Distance in units of the steps, which are those of typical sizes or errors, within which two starts have come to the
 same place."""
 SAME_BASIN = 1e-3
-"""Relative difference in cost below which two starts ended in the same minimum, if their values agree too: of a
-thousand samples that is one standard error."""
+"""Relative difference in cost below which two starts are counted for the same minimum, whatever their values: of a
+thousand samples that is one standard error. Before one of them goes on for both, they are in the `SAME_PLACE`, too."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger: more than noise is uncertain."""
 LESS_PROBABLE = 10.0

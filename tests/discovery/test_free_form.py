@@ -104,10 +104,11 @@ def measured_of(task: Task, supermodel: Supermodel, local: np.ndarray, seed: int
     """The records that a model would make at values of each record, with white noise."""
     layout, data = supermodel.problem.layout, task.problem.observations
     values = layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+    said = supermodel.problem.predict(layout.local(jnp.asarray(values)), supermodel.problem.observations.experiment)
     random = np.random.default_rng(seed)
     measured = {
         channel: readings + random.standard_normal(readings.shape) / data.weight[channel].max()
-        for channel, readings in supermodel.problem.readings(jnp.asarray(values)).items()
+        for channel, readings in said.items()
     }
     return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
 

@@ -16,7 +16,7 @@ WHOLE = 100
 
 
 def ends(cost: float) -> Refit:
-    return Refit(np.zeros((1, 1)), cost, {}, 1)
+    return Refit(np.zeros((1, 1)), cost)
 
 
 def led(monkeypatch: pytest.MonkeyPatch, costs: list[float], stages: list[int], sensitivities: Any = None) -> float:

@@ -18,6 +18,7 @@ from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.each_by_itself import means
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
+from fibrefit.problem.noise.whitening import innovations
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence
 from fibrefit.study.summaries.check import Check
@@ -48,7 +49,7 @@ def test_where_noise_wanders_the_estimate_is_whitened_and_surer(found: Identific
 
 
 def test_what_is_white_has_no_memory_left(found: Identification) -> None:
-    fresh, before = found.gls.innovations, found.residuals
+    fresh, before = np.asarray(innovations(found.gls.seen.whitening, found.gls.residuals)), found.residuals
     for channel in range(2):
         # 2000 samples: a correlation of two samples scatters by 0.02.
         assert abs(_correlation(fresh[:, channel])) < 0.08

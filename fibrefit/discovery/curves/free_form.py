@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import FORCES, HELD, HISTORY, ROLES, STATES
+from fibrefit.core.roles import FORCES, HELD, HISTORY, SI
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
@@ -28,8 +28,6 @@ from fibrefit.laws.catalogue import suits
 from fibrefit.laws.moment import FORGETS, FORGOTTEN_AFTER, loading
 from fibrefit.laws.ports import PORTS, port_of
 
-SI = ROLES | STATES | HISTORY
-"""SI unit of each variable."""
 FROM_ZERO = ("speed", "tension", "stretch", *HISTORY)
 """Variables whose range begins at zero."""
 
@@ -278,7 +276,7 @@ def _predicted(
     gram, names = inference.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
     logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
-    best = int(np.nanargmax(np.where(np.isfinite(logs), logs, -np.inf)))
+    best = int(np.argmax(np.where(np.isfinite(logs), logs, -np.inf)))
     return _Predicted(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -19,13 +18,14 @@ import numpy as np
 
 from fibrefit.discovery.design.distinguish import projected, with_records
 from fibrefit.discovery.design.menu import batches, records_of
-from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened
+from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened, with_absent
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Subset, difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
+from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -60,13 +60,13 @@ class Beside:
 
     Parameters
     ----------
-    whitening : Whitening or None
+    whitening : BlockFilter or None
         Of the noise that a model leaves; None where it counts as white.
     scatter : mapping of str to float
         Relative standard deviation of a parameter between records, by its name.
     """
 
-    whitening: Any = None
+    whitening: BlockFilter | None = None
     scatter: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -297,7 +297,5 @@ def _values(supermodel: Supermodel, task: Task, rival: Explanation) -> np.ndarra
 
 def _starts(supermodel: Supermodel, start: np.ndarray, effect: type[Effect]) -> list[np.ndarray]:
     """Where a rival is fitted from: with its effect as strong as it was found, weak and absent."""
-    absent, blank = start.copy(), absent_values(supermodel, len(start))
-    columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
-    absent[:, columns] = blank[:, columns]
-    return [start, strengthened(supermodel, start, (effect,), SMALL), absent]
+    weak, absent = strengthened(supermodel, start, (effect,), SMALL), with_absent(supermodel, start, (effect,))
+    return [start, weak, absent]

@@ -131,15 +131,21 @@ def transferred(
     return values
 
 
-def without(hypothesis: Hypothesis, kept: Sequence[type[Effect]]) -> np.ndarray:
-    """Values ``(n_record, n_local)`` of a hypothesis with those of its effects at their nulls that are not kept."""
-    local, supermodel = hypothesis.fit.local.copy(), hypothesis.supermodel
-    blank = absent_values(supermodel, len(local))
-    for effect in hypothesis.effects:
-        if effect not in kept:
-            columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
-            local[:, columns] = blank[:, columns]
-    return local
+def with_absent(supermodel: Supermodel, local: np.ndarray, gone: Sequence[type[Effect]]) -> np.ndarray:
+    """Values ``(n_record, n_local)`` with some effects back at their nulls."""
+    values, blank = local.copy(), absent_values(supermodel, len(local))
+    for effect in gone:
+        columns = [supermodel.names.index(f"{effect.name}.{parameter.name}") for parameter in effect.parameters]
+        values[:, columns] = blank[:, columns]
+    return values
+
+
+def with_values(supermodel: Supermodel, local: np.ndarray, named: Mapping[str, float | np.ndarray]) -> np.ndarray:
+    """Values ``(n_record, n_local)`` with some of them given by name, one for all records or ``(n_record,)``, in SI."""
+    values = local.copy()
+    for name, value in named.items():
+        values[:, supermodel.names.index(name)] = value
+    return values
 
 
 def own_task(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
@@ -232,7 +238,7 @@ def trial_of(
     subset = context.descended(effects)
     before = transferred(supermodel, parent.supermodel, parent.fit.local)
     most = BLOWN * parent.fit.cost
-    plain = [_put(supermodel, before, values) for values in begun] or _starts(supermodel, before, added)
+    plain = [with_values(supermodel, before, values) for values in begun] or _starts(supermodel, before, added)
     starts = [_weakened(supermodel, context, start, added, most) for start in plain]
     weakened = any(start is not first for start, first in zip(starts, plain, strict=True))
     if len(starts) > MANY:
@@ -246,7 +252,8 @@ def trial_of(
     # What errors of inputs do is known for the motion of a good fit, and what is far from it is not to be had there.
     near = supermodel.sensitivities is not None and parent.fit.cost < TOO_FAR**2 * supermodel.samples.sum()
     if not parent.effects and not near:
-        fits += [_from_data(supermodel, context, subset, _suggested(supermodel, start, context)) for start in starts]
+        suggested = [with_values(supermodel, start, context.data_start) for start in starts]
+        fits += [_from_data(supermodel, context, subset, start) for start in suggested]
     return Trial(supermodel, effects, tuple(sorted(fits, key=lambda found: found.cost)[:FINALISTS]))
 
 
@@ -308,8 +315,7 @@ def _continuation(
         start = predictor_step(supermodel, held, subset, local, goal, context.whole)
         fit = refit(supermodel, held, start, context.whole, FOLLOWED, 1e-5)
         local = fit.local
-        known = {name: float(local[0, supermodel.names.index(name)]) for name in strengths}
-        ends.append(replace(fit, shared={**fit.shared, **known}))
+        ends.append(fit)
         best = min(best, fit.cost)
         if not any(fit.cost <= best for fit in ends[-PAST:]):
             break
@@ -333,13 +339,6 @@ def strengthened(
     return scaled
 
 
-def _suggested(supermodel: Supermodel, before: np.ndarray, context: SearchContext) -> np.ndarray:
-    values = before.copy()
-    for name, column in context.data_start.items():
-        values[:, supermodel.names.index(name)] = column
-    return values
-
-
 def _from_data(supermodel: Supermodel, context: SearchContext, subset: Subset, start: np.ndarray) -> Refit:
     early = refit(supermodel, subset, start, context.counts[0], SCREENING, 1e-2)
     return refit(supermodel, subset, early.local, context.whole, SCREENING, 1e-3)
@@ -358,13 +357,6 @@ def _starts(supermodel: Supermodel, before: np.ndarray, added: Sequence[type[Eff
                 values[:, supermodel.names.index(f"{effect.name}.{parameter.name}")] = size
         starts.append(values)
     return starts
-
-
-def _put(supermodel: Supermodel, before: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-    local = before.copy()
-    for name, value in values.items():
-        local[:, supermodel.names.index(name)] = value
-    return local
 
 
 def _sizes(effect: type[Effect], parameter: Parameter) -> list[float]:

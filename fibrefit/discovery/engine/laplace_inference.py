@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import SearchContext, absent_values, strengthened, transferred
+from fibrefit.discovery.engine.candidates import SearchContext, strengthened, transferred, with_absent
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import (
     FROM_BEYOND,
@@ -20,7 +19,7 @@ from fibrefit.discovery.engine.effort import (
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
-from fibrefit.discovery.engine.remaining import innovations_of, remaining_noise, residuals_of
+from fibrefit.discovery.engine.remaining import remaining_noise
 from fibrefit.discovery.engine.screening import (
     PredictedGain,
     accompanied,
@@ -241,14 +240,14 @@ class LaplaceInference:
         """The first steps of a hypothesis without some of its effects, warm started from where it is."""
         unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
         found = fitted.evidence.mode
-        start = place_of(unknowns, _with_absent(fitted, kept), found.place.eta)
+        start = place_of(unknowns, _without(fitted, kept), found.place.eta)
         gram = self.secant(fitted.supermodel)
         return LaplaceFit(kept, fitted.supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **warm_start()))
 
     def without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """A hypothesis without some of its effects, from where it is."""
         found = fitted.evidence.mode
-        return self.fitted(fitted.supermodel, kept, _with_absent(fitted, kept), found.sigma, found.place.eta)
+        return self.fitted(fitted.supermodel, kept, _without(fitted, kept), found.sigma, found.place.eta)
 
     def without_by_continuation(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """A hypothesis without some of its effects, by continuation (homotopy) in their strengths, the others refitted.
@@ -258,7 +257,7 @@ class LaplaceInference:
         """
         unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
         gram = self.secant(fitted.supermodel)
-        gone, at = [effect for effect in fitted.effects if effect not in kept], fitted
+        gone, at = _gone(fitted, kept), fitted
         for share in continuation_steps():
             start = place_of(unknowns, strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
             evidence = laplace_evidence(unknowns, start, gram, at.evidence.mode.sigma, **warm_start())
@@ -312,22 +311,17 @@ class LaplaceInference:
         index = [unknowns.names.index(name) for name in names]
         return max(1.0, *(float(ratio[i]) for i in index))
 
-    def innovations(self, fitted: LaplaceFit) -> np.ndarray:
-        """Whitened residuals at the mode, ``(n_record, n_channel, n_time)``."""
-        left = jnp.asarray(residuals_of(self.common_noise, fitted, self.context.whole)[0])
-        return np.asarray(innovations_of(self.common_noise.whitening, left[None])[0])
-
 
 def overshot(supermodel: Supermodel, local: np.ndarray, effect: type[Effect]) -> np.ndarray:
     """Values with more of an effect than it was found at."""
     return strengthened(supermodel, local, [effect], FROM_BEYOND)
 
 
-def _with_absent(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:
+def _gone(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> list[type[Effect]]:
+    """Effects of a hypothesis that are not kept."""
+    return [effect for effect in fitted.effects if effect not in kept]
+
+
+def _without(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:
     """Values of a hypothesis ``(n_record, n_local)`` with the effects that are not kept at their nulls."""
-    local, blank = fitted.local.copy(), absent_values(fitted.supermodel, len(fitted.local))
-    for effect in fitted.effects:
-        if effect not in kept:
-            columns = [fitted.supermodel.names.index(f"{effect.name}.{p.name}") for p in effect.parameters]
-            local[:, columns] = blank[:, columns]
-    return local
+    return with_absent(fitted.supermodel, fitted.local, _gone(fitted, kept))

@@ -56,15 +56,10 @@ class Refit:
         Values of each record.
     cost : float
         Sum of squared residuals over the noise.
-    shared : dict of str to float
-        Active shared values, in SI units.
-    steps : int
     """
 
     local: np.ndarray
     cost: float
-    shared: Mapping[str, float]
-    steps: int
 
 
 class _Map:
@@ -134,11 +129,9 @@ class _Map:
         n = len(self.shared)
         return np.concatenate([np.clip(unknowns[:n], self.lower, self.upper), unknowns[n:]])
 
-    def refit(self, unknowns: np.ndarray, cost: float, steps: int) -> Refit:
+    def refit(self, unknowns: np.ndarray, cost: float) -> Refit:
         """Result at the given unknowns; where a motion is lost, no other costs more."""
-        cost = cost if np.isfinite(cost) else np.inf
-        shared = dict(zip(self.subset.shared, self.split(unknowns)[0].tolist(), strict=True))
-        return Refit(self.local(unknowns), cost, shared, steps)
+        return Refit(self.local(unknowns), cost if np.isfinite(cost) else np.inf)
 
 
 def refit(
@@ -166,7 +159,7 @@ def refit(
     unknown = _Map(supermodel, subset, local)
     x, damping = unknown.clipped(unknown.unknowns()), 1e-3
     matrix, gradient, cost = unknown.normal(x, counts)
-    for step in range(1, max_steps + 1):  # noqa: B007
+    for _ in range(max_steps):
         trial = unknown.clipped(x - _damped(unknown, x, matrix, gradient, damping))
         way = trial - x
         if -way @ (2.0 * gradient + matrix @ way) < ARRIVED * enough * cost:
@@ -184,7 +177,7 @@ def refit(
             damping *= 10.0
             if damping > 1e6:
                 break
-    return unknown.refit(x, cost, step)
+    return unknown.refit(x, cost)
 
 
 def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:

@@ -62,8 +62,8 @@ def remaining_noise(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.nd
 def residuals_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray, draws: int = 1) -> np.ndarray:
     """Residuals at the mode ``(n_draw, n_record, n_channel, n_time)``, in units of the noise.
 
-    Where errors of inputs are eliminated, the first is at their best; the others are draws of what is not known of
-    them.
+    Where errors of inputs are eliminated, there are as many as `draws`: the first is at their best, the others are
+    draws of what is not known of them. Elsewhere there is one, whatever `draws` is.
     """
     supermodel, number = common_noise.unwhitened(fitted.supermodel), len(common_noise.noise)
     rows = residual_rows(supermodel, fitted.local, counts)

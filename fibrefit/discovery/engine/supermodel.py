@@ -322,10 +322,7 @@ def supermodel_of(
     """
     old = task.problem.model
     model = replace(old, effects=tuple(dict.fromkeys((*old.effects, *effects))))
-    known = {slot.name: slot for slot in task.problem.layout.slots}
-    slots = [known.get(p.name) or Slot(p.name, p.unit, Range.of(p)) for p in model.parameters]
-    slots += [slot for slot in task.problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
-    layout = Layout(tuple(slots), task.problem.layout.records)
+    layout = task.problem.layout.of_parameters(model.parameters)
     problem = Problem(model, layout, task.problem.observations)
     if sensitivities is not None:
         problem = downweighted(

@@ -124,9 +124,7 @@ def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -
     """
     found, taken = [], {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
     for reading in [one for one in readings[:CURVES] if one.gain > readings[0].gain - FAR_BEHIND]:
-        place = PLACES.get(reading.probe.name)
-        if place is None:
-            continue
+        place = PLACES[reading.probe.name]
         forms = forms_of(reading.knots, shape_of(reading), reading.errors, place.absorbed, place.signed)
         found.append([composed(reading.probe, form, reading.knots, taken) for form in forms[:TRIED]])
     # The best form of each curve comes before the second of any.

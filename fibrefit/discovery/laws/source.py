@@ -13,16 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import HISTORY, ROLES, STATES
+from fibrefit.core.roles import SI
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.laws.forms import STEEP, FittedForm, Form, Term
 from fibrefit.discovery.laws.places import AS_OF, NOW, PLACES, SECOND, PortPlace, SecondVariable
 from fibrefit.laws.law import Effect
 from fibrefit.laws.template import class_name
-
-SI = ROLES | STATES | HISTORY
-"""SI unit of each variable."""
-
 
 _SOURCE = '''"""{says}
 

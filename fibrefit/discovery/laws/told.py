@@ -58,7 +58,7 @@ def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
     if len(search.task.problem.layout.records) == 1:
         return best
     found, came = in_time(partial(_by_left_out, search, proposal), best)
-    return found if found is None or not came or holds(*found.left_out) else None
+    return found if not came or holds(*found.left_out) else None
 
 
 def holds(without: float, with_it: float) -> bool:

@@ -82,7 +82,7 @@ class SearchBase:
             Kind of the job.
         parent : LaplaceFit or Hypothesis
         about : object
-            What else its result depends on, identified by its `repr`.
+            What else its result depends on: names, numbers, arrays and sequences of them, identified by their `digest`.
         job : callable
         own : Supermodel, optional
             That of the result where it is none of the search: with free curves, or composed laws.
@@ -108,7 +108,7 @@ class SearchBase:
         """A hypothesis at its posterior mode, with what it leaves in plain squares."""
         with beyond_limits():  # What was found is not lost for one simulation.
             cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
-        return Hypothesis(fitted.effects, Refit(fitted.local, cost, fitted.shared, 0), fitted.supermodel)
+        return Hypothesis(fitted.effects, Refit(fitted.local, cost), fitted.supermodel)
 
     def shares_a_program(self, effect: type[Effect]) -> bool:
         """Whether one program holds it beside any other effects; with noisy inputs each round has its own."""

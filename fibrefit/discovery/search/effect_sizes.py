@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import Hypothesis, own_task, without
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task, with_absent
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.search.search import Search
@@ -75,7 +75,8 @@ def _without(search: Search, best: Hypothesis, effect: type[Effect]) -> Without:
     rest = tuple(other for other in best.effects if other is not effect)
     if not rest:
         return Without(effect, search.base, search.base.fit.cost - best.fit.cost)
-    fit = refit(best.supermodel, search.context.subset(rest), without(best, rest), search.context.whole)
+    absent = with_absent(best.supermodel, best.fit.local, [effect])
+    fit = refit(best.supermodel, search.context.subset(rest), absent, search.context.whole)
     return Without(effect, Hypothesis(rest, fit, best.supermodel), fit.cost - best.fit.cost)
 
 

@@ -110,7 +110,7 @@ def set_up(task: Task, before: Identification | None, effects: Sequence[type[Eff
     stiff = any(effect.stiff for effect in task.problem.model.effects)
     supermodel = replace(supermodel_of(task, wanted, sensitivities), groups=simulation_groups(wanted, stiff))
     gap = 1.0 if before is None else total(before.gap)
-    fit = Refit(_local(supermodel, task, values), gap**2 * float(supermodel.samples.sum()), {}, 0)
+    fit = Refit(_local(supermodel, task, values), gap**2 * float(supermodel.samples.sum()))
     return _search(task, wanted, supermodel, _context(task), fit, tell)
 
 

@@ -35,7 +35,7 @@ from fibrefit.problem.estimate.normal_equations import place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import ROUGHLY_THERE, View
 from fibrefit.problem.formulate.formulate import first_size
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
@@ -150,10 +150,7 @@ def _explanations(task: Task, values: np.ndarray, laws: Sequence[type[Effect]]) 
 def _with(problem: Problem, laws: Sequence[type[Effect]]) -> Problem:
     """A problem whose model has further effects, one value each for all records."""
     model = replace(problem.model, effects=(*problem.model.effects, *laws))
-    known = {slot.name: slot for slot in problem.layout.slots}
-    slots = [known.get(p.name) or Slot(p.name, p.unit, _unlimited(p)) for p in model.parameters]
-    slots += [slot for slot in problem.layout.slots if slot.name not in {p.name for p in model.parameters}]
-    return replace(problem, model=model, layout=Layout(tuple(slots), problem.layout.records))
+    return replace(problem, model=model, layout=problem.layout.of_parameters(model.parameters, _unlimited))
 
 
 def _unlimited(parameter: Parameter) -> Range:

@@ -6,10 +6,11 @@ say the same of it, and a record says as much of it as it visits different state
 Law
 ---
 ``H^-1 (Σ_c g_c g_c') H^-1`` with g_c the sum of the scores over all samples, of all records, in one cell of a state.
-Each state is cut into `CELLS` cells visited equally often; which of them matters is not known, and for each value the
-largest standard error counts. So does the jackknife over the parts of each record, ``(K - 1)/K Σ_r d_r d_r'`` with
-``d_r = (H - H_r)^-1 g_r`` what the values change by where part r is left out: a swing that dies out does not come back
-to its first states, and what it asks for there is another value than what it asks for at last.
+Each state is cut into `CELLS` cells visited equally often, as where residuals are checked against states; which of
+them matters is not known, and for each value the largest standard error counts. So does the jackknife over the parts of
+each record, ``(K - 1)/K Σ_r d_r d_r'`` with ``d_r = (H - H_r)^-1 g_r`` what the values change by where part r is left
+out: a swing that dies out does not come back to its first states, and what it asks for there is another value than what
+it asks for at last.
 
 Source
 ------
@@ -24,14 +25,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.fitting.estimates import ErrorBars
+from fibrefit.fitting.misfit.structure import CELLS
 from fibrefit.fitting.thresholds import NO_FACTOR, VAGUE
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.phases import HELD, Motion
 from fibrefit.problem.statement.layout import Layout, gathered
 from fibrefit.study.summaries.part import Z_95
 
-CELLS = 12
-"""Cells of a state: as many as the check of residuals against states has steps."""
 PARTS = round(1.0 / MEMORY)
 """Parts of a record: each as long as the longest correlation allowed for in noise."""
 METHOD = "discrepancy"

@@ -29,7 +29,8 @@ from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 from fibrefit.problem.thresholds import BESIDE_MAINS, CLEAR
 from fibrefit.study.summaries.check import Check
 
-HATS = 12
+CELLS = 12
+"""Cells, visited equally often, that a state is cut into."""
 DRAWS = 20
 
 
@@ -213,10 +214,10 @@ def _states(residual_set: ResidualSet) -> Check:
 
 
 def _steps(state: np.ndarray) -> np.ndarray:
-    """Which of at most `HATS` equally filled steps each value belongs to; none where there is nothing to tell apart."""
+    """Which of at most `CELLS` equally filled ones each value belongs to; none where there is nothing to tell apart."""
     if len(state) < FEWEST_SAMPLES or np.ptp(state) == 0.0:
         return np.empty(0, dtype=int)
-    return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, HATS + 1)[1:-1])), state)
+    return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, CELLS + 1)[1:-1])), state)
 
 
 def _explained(steps: np.ndarray, residual: np.ndarray) -> float:

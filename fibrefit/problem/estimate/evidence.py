@@ -25,7 +25,7 @@ import numpy as np
 
 from fibrefit.problem.estimate.gauss_newton import EVERYTHING, MODE_TOLERANCE, Effort, mode
 from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns
+from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns, own_precision
 from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
@@ -177,7 +177,7 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
     cost = normal.cost - 2.0 * np.sum(normal.pulls * eta) + np.einsum("ri,rij,rj->", eta, normal.blocks, eta)
     shared, away = normal.shared + unknowns.precision, place.z - unknowns.mean
     pull, cost = pull + unknowns.precision @ away, cost + float(away @ unknowns.precision @ away)
-    precision = np.concatenate([np.zeros((len(grid), n)), np.maximum(grid, RIGID) ** -2.0], axis=1)
+    precision = own_precision(unknowns, grid)
     blocks = normal.blocks + (precision[:, :, None] * np.eye(precision.shape[1]))[:, None]
     schur, right = eliminated(shared, normal.cross, blocks, pull, pulls)
     inverse = _inverse(schur)

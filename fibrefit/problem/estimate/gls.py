@@ -23,22 +23,14 @@ class Whitened(NamedTuple):
 
     Parameters
     ----------
-    residuals : (n_record, n_channel, n_time)
-        Innovations over their level.
-    slopes : (n_record, n_channel, n_time, n_local_free)
-    normal : (n_free, n_free)
-        Products of the slopes of all records.
     covariance : (n_free, n_free)
-        Inverse of `normal`, zero where nothing is seen: of the estimate, if the whitening is right.
+        Of the estimate, if the whitening is right; zero where nothing is seen.
     gradient : (n_free,)
         Products of slopes and residuals.
     level : (n_channel,)
         Noise over what the whitening assumes.
     """
 
-    residuals: np.ndarray
-    slopes: np.ndarray
-    normal: np.ndarray
     covariance: np.ndarray
     gradient: np.ndarray
     level: np.ndarray
@@ -47,11 +39,6 @@ class Whitened(NamedTuple):
     def step(self) -> np.ndarray:
         """To where the whitened residuals are smallest, ``(n_free,)``."""
         return -self.covariance @ self.gradient
-
-    @property
-    def cost(self) -> float:
-        """Sum of squared innovations."""
-        return float(np.sum(self.residuals**2))
 
 
 def whitened(
@@ -75,9 +62,8 @@ def whitened(
     if level is None:
         level = _level(fresh[..., -1], np.maximum(np.count_nonzero(columns[..., -1], axis=(0, 2)), 1))
     fresh = fresh / level[:, None, None]
-    slopes, residuals = fresh[..., :-1], fresh[..., -1]
-    normal, gradient = normal_equations(layout, slopes, residuals, belief)
-    return Whitened(residuals, slopes, normal, inverse(normal), gradient, level)
+    normal, gradient = normal_equations(layout, fresh[..., :-1], fresh[..., -1], belief)
+    return Whitened(inverse(normal), gradient, level)
 
 
 def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -269,6 +269,17 @@ def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
     return Arrowhead(whole[:, :n], cross, blocks, whole[:, -1], pulls, float(costs.sum()), costs)
 
 
+def own_precision(unknowns: Unknowns, sigma: np.ndarray) -> np.ndarray:
+    """What the priors add to the blocks of each record's own unknowns, ``(..., n_own)``: nothing but of deviations.
+
+    Parameters
+    ----------
+    sigma : (..., n_scattering)
+    """
+    nothing = np.zeros((*sigma.shape[:-1], len(unknowns.each)))
+    return np.concatenate([nothing, np.maximum(sigma, RIGID) ** -2.0], axis=-1)
+
+
 def held_places(unknowns: Unknowns) -> np.ndarray:
     """Which of the records' own unknowns are held, ``(n_record, n_own)``; deviations never are."""
     deviations = np.zeros((len(unknowns.free), len(unknowns.scattering)), dtype=bool)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.normal_equations import RIGID, held_places
+from fibrefit.problem.estimate.normal_equations import held_places, own_precision
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
@@ -82,8 +82,7 @@ def covariance_of_all(evidence: MarginalLikelihood) -> np.ndarray:
     for share, sigma, z, shared in zip(
         weight, evidence.grid[kept], evidence.z[kept], evidence.covariance[kept], strict=True
     ):
-        precision = np.concatenate([np.zeros(each), np.maximum(sigma, RIGID) ** -2.0])
-        blocks = normal.blocks + np.diag(precision)
+        blocks = normal.blocks + np.diag(own_precision(unknowns, sigma))
         inverse = solved(blocks, np.broadcast_to(np.eye(blocks.shape[-1]), blocks.shape))[:, :each]
         own = inverse[:, :, :each]
         # How a record's best own values move with the shared ones.
@@ -111,8 +110,7 @@ def roots_of_posterior(evidence: MarginalLikelihood) -> np.ndarray:
     mode, best = evidence.mode, int(np.argmax(evidence.weight))
     unknowns, normal, place = mode.unknowns, mode.normal, mode.place
     n, each, deviating = len(unknowns.shared), len(unknowns.each), len(unknowns.scattering)
-    precision = np.concatenate([np.zeros(each), np.maximum(evidence.grid[best], RIGID) ** -2.0])
-    blocks = normal.blocks + np.diag(precision)
+    blocks = normal.blocks + np.diag(own_precision(unknowns, evidence.grid[best]))
     inverse = solved(blocks, np.broadcast_to(np.eye(blocks.shape[-1]), blocks.shape))
     inverse[held_places(unknowns)] = 0.0
     onto = np.zeros((n + each, each + deviating))

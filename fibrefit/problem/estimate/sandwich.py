@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, held_places, own_precision
 from fibrefit.problem.estimate.schur import solved
 
 
@@ -35,9 +35,8 @@ def overdispersion_of_scores(
     rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
     scores = products[..., :-1, -1] * rate[:, None, :-1]
     n, mine = len(unknowns.shared), unknowns.own
-    precision = np.concatenate([np.zeros(len(unknowns.each)), np.maximum(found.sigma, RIGID) ** -2.0])
-    held = np.concatenate([~unknowns.free, np.zeros_like(found.place.eta, dtype=bool)], axis=1)
-    share = solved(found.normal.blocks + np.diag(precision), np.swapaxes(found.normal.cross, 1, 2))
-    own = np.where(held[:, None], 0.0, scores[..., mine])
+    blocks = found.normal.blocks + np.diag(own_precision(unknowns, found.sigma))
+    share = solved(blocks, np.swapaxes(found.normal.cross, 1, 2))
+    own = np.where(held_places(unknowns)[:, None], 0.0, scores[..., mine])
     moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
     return np.asarray(np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300))

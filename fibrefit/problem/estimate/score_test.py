@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.estimate.normal_equations import RIGID, Place, Unknowns, arranged, held_places
+from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arranged, held_places, own_precision
 from fibrefit.problem.estimate.schur import solved
 
 
@@ -47,8 +47,7 @@ def score_test(unknowns: Unknowns, place: Place, grams: np.ndarray, number: int,
     extra, last = np.arange(first, first + number), grams.shape[1] - 1
     own = np.r_[np.arange(first), last]
     normal = arranged(unknowns, grams[:, own[:, None], own])
-    n, mine, each = len(unknowns.shared), unknowns.own, len(unknowns.each)
-    precision = np.concatenate([np.zeros(each), np.maximum(sigma, RIGID) ** -2.0])
+    n, mine, precision = len(unknowns.shared), unknowns.own, own_precision(unknowns, sigma)
     blocks = normal.blocks + np.diag(precision)
     right = np.where(held_places(unknowns)[..., None], 0.0, grams[:, mine[:, None], extra])
     pulls = normal.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision

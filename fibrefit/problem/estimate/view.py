@@ -87,7 +87,8 @@ class View:
     def residuals(self, local: np.ndarray, draws: int = 1) -> tuple[np.ndarray, InputCoefficients]:
         """Residuals ``(n_draw, n_record, n_channel, n_time)`` in units of the noise, and errors of the inputs.
 
-        The first draw is at the best errors of the inputs, the others where these may be as well.
+        The first draw is at the best errors of the inputs, the others where these may be as well; where no input is
+        noisy there is one, whatever `draws` is.
         """
         rows = np.asarray(self.problem.followed(local)[0].residuals)
         if self.sensitivities is None or self.raw is None:

@@ -53,9 +53,11 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     Raises
     ------
     StudyError
-        If the study names a parameter the model does not have, lacks a condition or lists no record.
+        If the study names a parameter the model does not have or a value that it cannot have, lacks a condition, lists
+        no record, or holds no scale, such as a mass, where records do not tell it.
     DataError
-        If a record does not show what the rig's starting values are taken from.
+        If a record lacks a channel or part of an input, is too short, does not show what the rig's starting values are
+        taken from, or moves by another factor than force and mass ask for.
     """
     study.refuse_without_records()
     declared = {parameter.name: parameter for parameter in model.parameters}

@@ -180,7 +180,7 @@ def sensitivities_of(
 
 
 def weighted_sensitivities(
-    coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray, least: float = NEGLIGIBLE
+    coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray
 ) -> InputSensitivities:
     """From sensitivities of each record, and factors on the weights of its samples.
 
@@ -190,26 +190,24 @@ def weighted_sensitivities(
     rows : sequence of (n_wave, n_channel * n_time)
         See `expanded`.
     downweight : (n_record, n_channel, n_time)
-    least : float
-        Power in the readings, in units of their noise, below which an error does not count.
     """
 
     def one(wave: np.ndarray, part: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, Directions]:
         weighted = part * weight.ravel()
-        return -wave @ weighted, _directions(weighted.reshape(len(part), len(weight), -1), least)
+        return -wave @ weighted, _directions(weighted.reshape(len(part), len(weight), -1))
 
     waves = np.concatenate(list(coefficients.values()), axis=1)
     offsets, found = zip(*for_each(one, waves, rows, np.asarray(downweight)), strict=True)
     return InputSensitivities(coefficients, downweight, np.stack(offsets), tuple(found))
 
 
-def _directions(rows: np.ndarray, least: float) -> Directions:
+def _directions(rows: np.ndarray) -> Directions:
     """Those of a record, from what each wave does to its weighted readings ``(n_wave, n_channel, n_time)``."""
     channels = rows.shape[1]
     rows = rows[:, :, : _last(rows)].reshape(len(rows), -1)
     power, basis = np.linalg.eigh(_lower_gram(rows))
     power, basis = np.maximum(power[::-1], 0.0), basis[:, ::-1]
-    number = max(1, int(np.count_nonzero(power > least)))
+    number = max(1, int(np.count_nonzero(power > NEGLIGIBLE)))
     kind = np.float32 if power[0] < PRECISE else np.float64
     parts = np.ascontiguousarray(basis[:, :number].T, dtype=kind) @ rows.astype(kind, copy=False)
     # Principal directions do not mix: what is known of one says nothing of another.

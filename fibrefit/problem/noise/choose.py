@@ -181,7 +181,8 @@ def _as_known(
     problem: Problem, noise: tuple[Noise, ...], known: tuple[bool, ...], unit: np.ndarray
 ) -> tuple[Noise, ...]:
     """Spectra that tell the colour only where the level of a channel was given."""
-    times, counts = map(np.asarray, problem.observations.experiment[:2])
+    experiment = problem.observations.experiment
+    times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
     duration, rate = longest(times, counts), 1.0 / float(np.diff(times[0][: counts[0]]).mean())
     return tuple(
         of.scaled(float(unit[:, c].mean()) / of.rms(duration, rate)) if fixed else of

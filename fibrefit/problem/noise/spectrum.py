@@ -38,7 +38,8 @@ class Noise:
     line : float
         Variance of a line at a mains frequency that is not known better, in unit^2.
     samples : int
-        Number of resting samples it was taken from; 0: from differences of moving ones, fast part only.
+        Number of samples it was taken from, of rests or of residuals; 0: from differences of moving ones, fast part
+        only, or from none, where it is stated, planned, exact, or that of rounding.
     slow : tuple of (corner in Hz, variance in unit^2)
         First-order parts.
     lines : tuple of (frequency in Hz, variance in unit^2)

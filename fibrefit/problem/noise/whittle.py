@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.noise.coloured import HALF_WIDTH_OF_LINE, LINES, Bank, Coloured, bank_for, bank_of, coloured_of
+from fibrefit.problem.noise.coloured import LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.lags import lag_transforms
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.noise.periodogram_fit import Periodograms, fitted
@@ -67,8 +67,8 @@ def noise_of_residuals(problem: Problem, residuals: np.ndarray) -> tuple[Noise, 
     """
     data, channels = problem.observations, problem.model.rig.channels
     valid = sample_mask(problem)
-    times, counts = map(np.asarray, data.experiment[:2])
-    bank, unit = bank_for(times, counts), unit_of(data, channels)
+    counts = np.asarray(data.experiment.count)
+    bank, unit = bank_for(np.asarray(data.experiment.times), counts), unit_of(data, channels)
     draws = np.where(valid, residuals, 0.0).reshape(-1, *valid.shape) * unit[:, :, None]
     rate = float(np.mean(np.asarray(bank.rate)))
     return tuple(
@@ -128,7 +128,7 @@ def whitening_of(problem: Problem, noise: Sequence[Noise]) -> Coloured:
     """
     data, channels = problem.observations, problem.model.rig.channels
     valid = sample_mask(problem)
-    bank = bank_for(*map(np.asarray, data.experiment[:2]))
+    bank = bank_for(np.asarray(data.experiment.times), np.asarray(data.experiment.count))
     return coloured_of(bank, noise, unit_of(data, channels), valid)
 
 
@@ -266,7 +266,6 @@ def _top(places: np.ndarray, heights: np.ndarray, best: int) -> float:
 
 
 __all__ = [
-    "HALF_WIDTH_OF_LINE",
     "noise_of_residuals",
     "periodograms",
     "whitening_of",

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from fibrefit.core.parameter import Parameter
 from fibrefit.problem.statement.arrays import functions_for
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.transform import Range
@@ -154,6 +155,22 @@ class Layout:
     def believed(self) -> tuple[tuple[int, Belief], ...]:
         """Places of the free values of which something is believed beforehand, and what."""
         return tuple((i, slot.belief) for i, (slot, _) in enumerate(self.entries) if slot.belief is not None)
+
+    def of_parameters(
+        self, parameters: Sequence[Parameter], range_of: Callable[[Parameter], Range] = Range.of
+    ) -> Layout:
+        """Layout of a model with further parameters, one value each for all records.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            All of the model, in its order; what else there is a slot of follows them.
+        range_of : callable
+            Range of one that has no slot yet.
+        """
+        known, names = {slot.name: slot for slot in self.slots}, {p.name for p in parameters}
+        slots = [known.get(p.name) or Slot(p.name, p.unit, range_of(p)) for p in parameters]
+        return Layout((*slots, *(slot for slot in self.slots if slot.name not in names)), self.records)
 
     def prior_gram(self, values: Any) -> Any:
         """Products of the slopes and the values of the residuals that beliefs are, as `Problem.gram` has them.

@@ -70,19 +70,6 @@ class Problem(eqx.Module):
     observations: Observations
     soft_beyond: float | None = eqx.field(static=True, default=None)
 
-    def readings(self, values: jax.Array) -> dict[str, jax.Array]:
-        """What the model says of all records.
-
-        Parameters
-        ----------
-        values : (n_free,) in SI units
-
-        Returns
-        -------
-        dict of (n_record, n_time) in SI units
-        """
-        return self.predict(self.layout.local(values), self.observations.experiment)
-
     def predict(self, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
         """What the model says of records, those that were measured or others.
 

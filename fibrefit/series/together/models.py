@@ -15,7 +15,7 @@ import numpy as np
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.discover import FIRST_STARTS
-from fibrefit.discovery.engine.candidates import transferred
+from fibrefit.discovery.engine.candidates import transferred, with_values
 from fibrefit.discovery.engine.effort import slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
@@ -231,7 +231,7 @@ def _alone(search: Search, supermodel: Supermodel, near: np.ndarray) -> np.ndarr
     Where that leaves more than noise, horizons grow from what the record suggests, too.
     """
     context, own = search.context, search.context.subset(())
-    suggested, found = _suggested(supermodel, near, context.data_start), near.copy()
+    suggested, found = with_values(supermodel, near, context.data_start), near.copy()
     for r in range(len(near)):
         mine = np.arange(len(near)) == r
         best = refit(supermodel, own, np.repeat(near[r : r + 1], len(near), axis=0), np.where(mine, context.whole, 0))
@@ -243,13 +243,6 @@ def _alone(search: Search, supermodel: Supermodel, near: np.ndarray) -> np.ndarr
             best = min(best, end, key=lambda one: one.cost)
         found[r] = best.local[r]
     return found
-
-
-def _suggested(supermodel: Supermodel, blank: np.ndarray, suggested: dict[str, np.ndarray]) -> np.ndarray:
-    values = blank.copy()
-    for name, column in suggested.items():
-        values[:, supermodel.names.index(name)] = column
-    return values
 
 
 def log_evidence(found: PosteriorMode, kept: np.ndarray | None = None) -> float:
