@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fibrefit import load_study, simulate
 from fibrefit.core.allowance import MOST_PLANNED
 from fibrefit.core.errors import StudyError
+from fibrefit.rigs.rig import STANDARD_GRAVITY
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 HELD = "".join(
@@ -63,3 +65,30 @@ def test_records_of_one_name_in_several_folders_do_not_replace_each_other(tmp_pa
         "Last.csv", "drop_1.5.csv", "drop_1.7.csv", "last_2.csv", "monday_drop.csv", "tuesday_drop.csv",
     ]  # fmt: skip
     assert len({file.read_text("utf-8") for file in files}) == len(names)
+
+
+def driven(folder: Path, duration: str, rig: str = "", rate: str = "20 mm/s") -> Path:
+    """A study of one planned record of a driven rig."""
+    head = (SERIES.parent / "drive_series" / "study.toml").read_text("utf-8").partition("[[records]]")[0]
+    head = head.replace("[channels]", f"{rig}\n[channels]")
+    record = (
+        f'[[records]]\nname = "one"\nsampling_rate = "2 kHz"\nduration = "{duration}"\nexcitation = "quasi_sine"\n'
+        f'amplitude = "60 mm"\nrate = "{rate}"\n'
+    )
+    (folder / "study.toml").write_text(head + HELD + record, "utf-8")
+    return folder
+
+
+def test_a_drive_that_does_not_move_in_its_record_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="one: a drive that does not move within 8 s; expected at least one whole"):
+        simulate(load_study(driven(tmp_path, "8 s")))
+
+
+def test_a_planned_weight_rests_where_its_fibre_slants(tmp_path: Path) -> None:
+    """Tension over its lever holds the weight: with less it would slide before the drive begins."""
+    slanting = 'lateral_offset = "400 mm"\nguide_distance = "900 mm"'
+    made = simulate(load_study(driven(tmp_path, "2 s", slanting, "250 mm/s")))
+    lever = 0.9 / np.hypot(0.9, 0.4)
+    held = 3.096 * STANDARD_GRAVITY * np.sin(np.radians(30.0)) / lever
+    before_it_moves = made.readings["force"][0, :400]
+    assert before_it_moves == pytest.approx(np.full(400, held), rel=1e-3)

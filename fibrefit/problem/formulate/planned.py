@@ -118,6 +118,13 @@ def _motion(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
         )
     hold = {} if record.hold is None else {"hold": record.hold}
     position, rate = Excitation(record.excitation, record.amplitude, record.rate, **hold).motion(times)
+    if not np.ptp(position) > 0.0:
+        raise StudyError(
+            record.label,
+            f"a drive that does not move within {record.duration:g} s",
+            "at least one whole stroke of it",
+            "Give it a longer duration, or a larger rate.",
+        )
     return position, rate, position
 
 

@@ -58,9 +58,9 @@ def drawn_up(conditions: Mapping[str, float], position: np.ndarray) -> Pull:
 
 
 def balance(conditions: Mapping[str, float]) -> float:
-    """Tension that holds the weight without friction, in N."""
-    mass = conditions["weight_mass"] + conditions["added_mass"]
-    return float(mass * STANDARD_GRAVITY * np.sin(conditions["inclination"]))
+    """Tension that holds the weight where it begins without friction, in N: more than its pull where the fibre slants."""
+    pull = drawn_up(conditions, np.zeros(1))
+    return float(-pull.mass * pull.gravity / pull.lever[0])
 
 
 def _rest(trace: Trace) -> slice:
