@@ -58,7 +58,7 @@ def drawn_up(conditions: Mapping[str, float], position: np.ndarray) -> Pull:
 
 
 def balance(conditions: Mapping[str, float]) -> float:
-    """Tension that holds the weight where it begins without friction, in N: more than its pull where the fibre slants."""
+    """Tension that holds the weight where it begins, without friction, in N: more than its pull if the fibre slants."""
     pull = drawn_up(conditions, np.zeros(1))
     return float(-pull.mass * pull.gravity / pull.lever[0])
 
