@@ -49,7 +49,7 @@ class CrossValidation:
 
     @property
     def error(self) -> float:
-        """Standard error of the sum."""
+        """Standard error of the sum; takes two blocks or more."""
         return float(np.sqrt(len(self.blocks) * self.blocks.var(ddof=1)))
 
     @property
