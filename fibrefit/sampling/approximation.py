@@ -88,17 +88,17 @@ class Approximation:
         """
         points = np.empty((count, len(self.centre)))
         found = np.full(count, -np.inf)
-        width = WIDER
-        for _ in range(PATIENCE + 1):  # once more, to look at the last try
+        lost, width = np.ones(count, dtype=bool), WIDER
+        for _ in range(PATIENCE):
+            points[lost] = self.centre + width * random.standard_normal((lost.sum(), len(self.centre))) @ self.root.T
+            found[lost] = log_density(points[lost])
             lost = ~np.isfinite(found)
             if not lost.any():
                 return points, found
-            points[lost] = self.centre + width * random.standard_normal((lost.sum(), len(self.centre))) @ self.root.T
-            found[lost] = log_density(points[lost])
             width *= 0.9
         raise UsageError(
             "start",
-            f"{np.sum(~np.isfinite(found))} of {count} walkers find no possible place around it",
+            f"{np.sum(lost)} of {count} walkers find no possible place around it",
             "a start inside all bounds and priors",
             "Check the priors against the fit.",
         )

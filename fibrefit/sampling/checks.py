@@ -215,7 +215,7 @@ def assess(
         The heaviest first, and sampled.
     found : mapping of str to Marginal
         Of the heaviest mode.
-    start : (n,)
+    start : (n_free,)
         Where the fit was, in coordinates.
     """
     course = modes[0].course

@@ -49,7 +49,7 @@ class CrossValidation:
 
     @property
     def error(self) -> float:
-        """Standard error of the sum."""
+        """Standard error of the sum; takes two blocks or more."""
         return float(np.sqrt(len(self.blocks) * self.blocks.var(ddof=1)))
 
     @property
@@ -130,8 +130,11 @@ def _blockwise(
         _, noise = density.split(point)
         each = likelihood.pointwise(problem.residuals_at(own), noise)
         valid = jnp.stack([problem.observations.weight[c] for c in likelihood.channels], axis=1) > 0.0
-        # The constants belong to the samples in equal parts: only their sum is ever compared.
-        each = jnp.where(valid, each + likelihood.constant(noise) / jnp.sum(likelihood.counts), 0.0)
+        # A level belongs to the readings of its channel, which a block may hold more or less of; what is left of the
+        # constants belongs to all readings in equal parts.
+        levels = jnp.log(likelihood.levels(noise))
+        rest = likelihood.constant(noise) + jnp.sum(likelihood.counts * levels)
+        each = jnp.where(valid, each + rest / jnp.sum(likelihood.counts) - levels[:, None], 0.0)
         return jnp.zeros(n_block).at[blocks].add(each.sum(axis=1))
 
     return jax.lax.map(one, (local, points))

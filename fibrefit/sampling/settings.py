@@ -25,7 +25,7 @@ class Settings:
     Parameters
     ----------
     seed : int
-        Of everything random; the same seed gives the same bits.
+        Of everything random, zero or more; the same seed gives the same bits.
     ensembles : int
         Independent ensembles; agreement between fewer than four says little.
     walkers : int or None
@@ -37,9 +37,9 @@ class Settings:
     ess : float
         Effective sample size to gather for each parameter, bulk and tail.
     max_seconds : float or None
-        Budget. One in seconds ends a run at a step that depends on the machine.
+        Budget of each mode. One in seconds ends a run at a step that depends on the machine.
     threads : int
-        Ensembles advanced at the same time; makes no difference to the result.
+        Ensembles advanced at the same time, one or more; makes no difference to the result.
     interval : float
         Probability of the reported intervals.
     """
@@ -65,6 +65,9 @@ class Settings:
         self._refuse(self.walkers is not None and self.walkers < 2, "walkers", "an even number, 2 or more")
         # Written so that a number that is none is refused too: it compares with nothing.
         self._refuse(not 1.0 < self.r_hat < math.inf, "r_hat", "a number above 1, such as 1.01")
+        self._refuse(not 1.0 < self.r_hat_walkers < math.inf, "r_hat_walkers", "a number above 1, such as 1.15")
+        self._refuse(self.seed < 0, "seed", "0 or more")
+        self._refuse(self.threads < 1, "threads", "1 or more")
         self._refuse(not 0.0 < self.ess < math.inf, "ess", "a positive number, such as 400")
         self._refuse(self.max_seconds is not None and not self.max_seconds >= 0.0, "max_seconds", "seconds, 0 or more")
         self._refuse(not self.checkpoint_seconds >= 0.0, "checkpoint_seconds", "seconds, 0 or more")

@@ -41,6 +41,7 @@ class Population:
     sd : float
         Between records, median of what is believed of it: relative where `logarithmic`.
     sd_interval : (float, float)
+        Of 95 %, by the Q profile; where `sd`, which has a law of its own, lies beyond an end, it is that end.
     new_record : (float, float)
         Interval of 95 % of the true value of one more record.
     shrunk, shrunk_error : (n_record,)
@@ -78,6 +79,7 @@ def population(values: np.ndarray, errors: np.ndarray, common: float = 0.0) -> P
     logarithmic = positive and float(np.median(errors[said] / np.abs(values[said]))) < LOGARITHMIC
     y, s = (np.log(values[said]), errors[said] / values[said]) if logarithmic else (values[said], errors[said])
     found = _pooled(y, s, common / float(np.median(np.abs(values[said]))) if logarithmic else common)
+    sd, ends = found.level(0.5), _profile(y, s)
     tell = np.exp if logarithmic else np.asarray
     shrunk, around = np.full(len(values), np.nan), np.full(len(values), np.nan)
     shrunk[said] = tell(found.shrunk)
@@ -85,8 +87,8 @@ def population(values: np.ndarray, errors: np.ndarray, common: float = 0.0) -> P
     return Population(
         mean=float(tell(found.of_mean(0.5))),
         mean_interval=_pair(tell, found.of_mean),
-        sd=found.level(0.5),
-        sd_interval=_profile(y, s),
+        sd=sd,
+        sd_interval=(min(ends[0], sd), max(ends[1], sd)),
         new_record=_pair(tell, found.of_new),
         shrunk=shrunk,
         shrunk_error=around,

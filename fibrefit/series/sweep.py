@@ -191,9 +191,9 @@ def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[
     """Runs from rest, curve after curve, in parts of equal length, some for each core."""
     size, number = len(frequencies), len(amplitudes)
     rows = np.arange(size * number)
-    parts = min(PARTS * (THREADS), len(rows))
     # The last part is filled up with the last run: parts of one length are one program.
-    length = -(-len(rows) // parts)
+    length = -(-len(rows) // min(PARTS * THREADS, len(rows)))
+    parts = -(-len(rows) // length)
     padded = np.minimum(np.arange(length * parts), len(rows) - 1).reshape(parts, length)
     return [
         (

@@ -144,7 +144,7 @@ def trends(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> 
 
 
 def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
-    """One parameter against one condition; None where there is too little to tell."""
+    """One parameter against one condition; None where there is too little to tell, or errors explain the condition."""
     seen = np.isfinite(y.values) & np.isfinite(y.errors) & np.isfinite(x.values)
     kept = np.flatnonzero(seen)
     if len(kept) < FEWEST_RECORDS or len(np.unique(x.values[kept])) < 2:
@@ -158,7 +158,7 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
         place, score, chance = outlier
         outliers.append(Outlier(names[kept[place]], score, chance))
         kept = np.delete(kept, place)
-    return None if line is None else _fitted(line, y, x, len(kept), tuple(outliers))
+    return None if line is None or not np.isfinite(line.wider) else _fitted(line, y, x, len(kept), tuple(outliers))
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,8 @@ def _wider(near: Nearest, u: np.ndarray) -> float:
     """Variance of the slope over that of a regression on where records most probably are.
 
     They are not exactly there, and how much records scatter is found from the same distances as the slope: for equal
-    errors this is Fuller's variance. Infinite where errors of the condition alone explain how it differs.
+    errors this is Fuller's variance. Infinite where errors of the condition alone explain how it differs: nothing is
+    known of the slope then.
     """
     blurred = near.weights * u**2
     seen = float(near.weights @ near.x**2)

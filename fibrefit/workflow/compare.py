@@ -43,27 +43,34 @@ def rival_of(folder: Path, study: Study) -> Rival:
     Raises
     ------
     UsageError
-        If it is no posterior, or one of other records.
+        If it is no posterior, one of other records or of another order of them, or one without blocks to compare by.
     """
     summary = read_summary(folder)
     if not isinstance(summary, PosteriorSummary) or summary.provenance is None:
         raise UsageError(str(folder), "not a posterior", "the result of fibrefit sample", "Name another folder.")
-    known = set(summary.provenance.inputs.values())
-    other = [record.label for record in study.records if sha256_of(study.path_of(record.file)) not in known]
+    mine = {sha256_of(study.path_of(file)): record.label for record in study.records for file in record.files}
+    # Inputs are listed in the order of the records.
+    theirs = list(dict.fromkeys(digest for digest in summary.provenance.inputs.values() if digest in mine))
+    other = [label for digest, label in mine.items() if digest not in theirs]
     if other:
         raise UsageError(
             str(folder), f"a posterior of other records: {other[0]} is not among them", "the same records",
             "Sample both models on the same study.",
         )  # fmt: skip
-    groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
-    theirs = list(dict.fromkeys(str(record) for record in groups["log_likelihood"]["block_record"].values))
-    mine = [record.label for record in study.records]
-    if set(theirs) == set(mine) and theirs != mine:
+    if theirs != list(mine):
+        first, here = next((mine[their], mine[my]) for their, my in zip(theirs, mine, strict=True) if their != my)
         raise UsageError(
-            str(folder), f"a posterior that begins with {theirs[0]}", f"the same order of records, {mine[0]} first",
+            str(folder), f"a posterior with {first} where {here} is here", "the same order of records",
             "Blocks of time are compared one by one: list the records of both studies alike.",
         )  # fmt: skip
-    return Rival(folder, summary, np.asarray(groups["cross_validation"]["elpd"].values))
+    groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
+    blocks = np.asarray(groups["cross_validation"]["elpd"].values)
+    if len(blocks) < 2:
+        raise UsageError(
+            str(folder), "a posterior of a single block of time", "two blocks or more",
+            "How sure a difference is comes of how it scatters between blocks: sample longer records.",
+        )  # fmt: skip
+    return Rival(folder, summary, blocks)
 
 
 def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> ComparedModel:

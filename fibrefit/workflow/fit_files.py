@@ -39,6 +39,7 @@ from fibrefit.workflow.pages.drawn_groups import (
     phase_of,
     reading_errors,
     sample_times,
+    within_records,
 )
 from fibrefit.workflow.thresholds import CORRELATED
 
@@ -141,7 +142,10 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
         "observed_data": observed_group(problem, units),
         "predictions": {
             **shared,
-            **{name: Variable(_within(found, name), BY_SAMPLE, units[name], SIMULATED) for name in units},
+            **{
+                name: Variable(within_records(found.problem, found.readings[name]), BY_SAMPLE, units[name], SIMULATED)
+                for name in units
+            },
             **reading_errors(found),
             "phase": phase_of(found.motion),
         },
@@ -157,12 +161,6 @@ def fit_groups(found: Identification) -> dict[str, dict[str, Variable]]:
 
 SIMULATED = "Simulated; NaN beyond the record."
 RESIDUALS = "Simulated minus measured over the noise."
-
-
-def _within(found: Identification, channel: str) -> np.ndarray:
-    """Simulated readings of a channel; what shorter records are filled up with is no prediction."""
-    readings, experiment = np.asarray(found.readings[channel]), found.problem.observations.experiment
-    return np.where(np.arange(readings.shape[1]) < np.asarray(experiment.count)[:, None], readings, np.nan)
 
 
 def _between_variables(found: Identification) -> dict[str, Variable]:

@@ -23,7 +23,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
         made.append(job)
         if Path("stop").exists():
             raise DataError(job.name, "nothing", "something", "")
-        return outcome_of(job, FIT)
+        return outcome_of(job, FIT, job.digest())
 
     monkeypatch.setattr(batch, "identified", identified)
     return made

@@ -15,6 +15,7 @@ import pytest
 from scipy.stats import kstest
 
 from fibrefit.core.errors import UsageError
+from fibrefit.sampling.approximation import PATIENCE
 from fibrefit.sampling.chains import checkpoint
 from fibrefit.sampling.chains.ensembles import ChainHistory, SamplerProgress, next_look, run_ensembles
 from fibrefit.sampling.settings import Settings
@@ -230,6 +231,24 @@ def test_a_density_that_is_nil_everywhere_is_refused() -> None:
     assert "walkers find no possible place around it" in str(refused.value)
 
 
+def test_every_try_to_place_a_walker_is_looked_at() -> None:
+    tries: list[int] = []
+
+    def at_last(x: np.ndarray) -> np.ndarray:
+        tries.append(len(x))
+        return np.full(len(x), 0.0 if len(tries) == PATIENCE else -np.inf)
+
+    near, random = around(DENSITY, CENTRE, COVARIANCE), np.random.RandomState(0)
+    points, found = near.cloud(at_last, 6, random)
+    assert np.isfinite(points).all()
+    assert np.isfinite(found).all()
+    assert tries == [6] * PATIENCE
+    tries[:] = [6] * PATIENCE
+    with pytest.raises(UsageError, match="6 of 6 walkers"):
+        near.cloud(at_last, 6, random)
+    assert tries == [6] * 2 * PATIENCE
+
+
 def test_a_budget_is_kept_and_told() -> None:
     said: list[SamplerProgress] = []
     found = course(0, settings={"max_steps": 40, "ess": 1e9}, progress=said.append)
@@ -262,6 +281,10 @@ def test_looks_come_at_steps_that_time_does_not_change() -> None:
         ({"max_steps": 0}, "max_steps: 0; expected 1 to 781250: draws are kept in memory."),
         ({"max_steps": 10**12}, "max_steps: 1000000000000; expected 1 to 781250: draws are kept in memory."),
         ({"max_steps": 10**5, "walkers": 1000}, "max_steps: 100000; expected 1 to 25000: draws are kept in memory."),
+        ({"r_hat_walkers": 1.0}, "r_hat_walkers: 1.0; expected a number above 1, such as 1.15."),
+        ({"r_hat_walkers": math.inf}, "r_hat_walkers: inf; expected a number above 1, such as 1.15."),
+        ({"threads": 0}, "threads: 0; expected 1 or more."),
+        ({"seed": -1}, "seed: -1; expected 0 or more."),
         ({"interval": 1.0}, "interval: 1.0; expected a probability between 0 and 1."),
     ],
 )

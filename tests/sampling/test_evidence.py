@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fibrefit.sampling.chains.ensembles import run_ensembles
-from fibrefit.sampling.evidence import bridge
-from fibrefit.sampling.mode.modes import distinct, sample_modes
+from fibrefit.sampling.evidence import Evidence, bridge
+from fibrefit.sampling.mode import modes as several
+from fibrefit.sampling.mode.modes import LOOK_STEPS, distinct, sample_modes
 from fibrefit.sampling.settings import Settings
 from tests.sampling.targets import around, correlated, normal, target
 
@@ -94,6 +98,26 @@ def test_a_mode_that_laplace_underrates_is_sampled_like_any_other() -> None:
     assert modes[0].course is not None
     assert modes[0].course.converged
     assert modes[0].course.mixing.ess_bulk.min() > settings.ess
+
+
+def test_a_look_at_a_mode_has_chains_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the whole run are longer: a run that goes on would weigh the mode by them, and do something else."""
+    seen: list[tuple[str, int]] = []
+
+    def run(aim: Any, approximation: Any, settings: Settings, file: Path, progress: Any) -> Any:
+        seen.append((file.name, settings.max_steps))
+        points = np.broadcast_to(approximation.centre, (1, 1, 1, 2))
+        return SimpleNamespace(points=points, kept=points)
+
+    monkeypatch.setattr(several, "run_ensembles", run)
+    monkeypatch.setattr(
+        several, "bridge", lambda density, course, seed: Evidence(float(course.points[..., 0].max()), 0.1)
+    )
+    density = normal(np.zeros(2), np.eye(2))
+    found = [replace(around(density, np.array([place, 0.0]), np.eye(2)), log_density=0.0) for place in (0.0, 60.0)]
+    modes = sample_modes(target(density, 2), found, Settings(seed=0), tmp_path / "chains.npz")
+    assert seen == [("chains.npz", 4000), ("chains-2-look.npz", LOOK_STEPS), ("chains-2.npz", 4000)]
+    assert modes[0].approximation.centre[0] == 60.0
 
 
 def test_a_run_of_one_step_has_laplace_to_tell_of() -> None:

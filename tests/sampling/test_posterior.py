@@ -140,6 +140,12 @@ def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Ban
     np.testing.assert_array_equal(draws[:, 0], posterior.draws[:, 0][:, own])
     assert read["posterior"]["stiffness"].unit == "N/m"
     assert read["posterior_predictive"]["force"].dims == ("chain", "draw", "record", "sample")
+    samples = posterior.density.problem.observations.experiment.count[0]
+    for name in ("force", "force_model", "force_measured"):
+        values = read["posterior_predictive"][name].values
+        assert values.shape[-1] > samples
+        assert np.isfinite(values[..., :samples]).all()
+        assert np.isnan(values[..., samples:]).all()
 
 
 def test_groups_open_as_arviz_expects(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:

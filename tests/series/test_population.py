@@ -105,3 +105,12 @@ def test_errors_that_are_told_too_small_are_found_out() -> None:
         middle, error = np.average(np.log(values), weights=weights), 1.0 / np.sqrt(weights.sum())
         missed += abs(middle - np.log(2e4)) > 1.96 * error
     assert missed > 0.4 * SERIES
+
+
+def test_the_interval_of_what_records_differ_by_holds_what_is_told_of_it() -> None:
+    """Of records that agree better than their errors have it, the Q profile is nil; what is believed is not."""
+    values = 2e4 * np.array([1.0, 1.0001, 0.9999, 1.0, 1.0002])
+    found = population(values, 0.02 * values)
+    assert found is not None
+    assert found.sd > 0.0
+    assert found.sd_interval[0] <= found.sd <= found.sd_interval[1]

@@ -11,6 +11,7 @@ import pytest
 
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
+from fibrefit.series import sweep as sweeping
 from fibrefit.series.marks import jumps, ranges
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
@@ -129,3 +130,16 @@ def test_a_curve_says_its_natural_frequency() -> None:
     (curve,) = swept((4.1, 4.2, 4.3, 4.4), ((0.02, 0.0),))
     assert curve.natural_frequency == pytest.approx(5.04, abs=0.005)
     assert jnp.isfinite(curve.natural_frequency)
+
+
+@pytest.mark.parametrize(("cores", "frequencies", "sizes"), [(2, 9, [2] * 5), (2, 8, [1] * 8), (1, 3, [1] * 3)])
+def test_no_more_runs_are_simulated_than_fill_the_last_part(
+    cores: int, frequencies: int, sizes: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sweeping, "THREADS", cores)
+    up = jnp.arange(1.0, frequencies + 1.0)
+    parts = sweeping._parts({"height": jnp.ones(1)}, jnp.ones(1), up)
+    assert [len(part[2]) for part in parts] == sizes
+    run = np.concatenate([part[2] for part in parts])
+    np.testing.assert_array_equal(run[:frequencies], up)
+    assert (run[frequencies:] == up[-1]).all()

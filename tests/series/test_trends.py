@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.series.trends import Quantity, Trend, nearest_line, trend_of, trends
+from fibrefit.study.summaries.summaries import TrendSummary
 
 NUMBER = 30
 NAMES = [f"record {n}" for n in range(NUMBER)]
@@ -142,3 +143,14 @@ def test_of_a_condition_that_differs_by_its_errors_alone_no_slope_is_sure() -> N
     line = surely(6e-3, NUMBER)
     assert not line.slope_interval_95[0] > 0.0
     assert not line.found
+
+
+def test_of_a_condition_known_worse_than_it_differs_no_slope_is_told() -> None:
+    """And the trends with other conditions can still be written."""
+    names, exact = tuple("abcdef"), np.zeros(6)
+    level = Quantity("damping", "N s/m", np.array([25.0, 25.3, 24.8, 24.8, 25.3, 25.0]), np.full(6, 0.1))
+    place = np.arange(1.0, 7.0)
+    blurred, order = Quantity("lift", "m", place, np.full(6, 5.0)), Quantity("order", "-", place, exact)
+    assert trend_of(names, level, blurred) is None
+    (line,) = map(TrendSummary.of, trends(names, [(level, blurred), (level, order)]))
+    assert line.condition == "order"

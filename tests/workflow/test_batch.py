@@ -8,6 +8,7 @@ import json
 import re
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 
 import jsonschema
 import pytest
@@ -60,7 +61,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             update["checks"] = (left,)
         seen = len(job.name.removeprefix("twice "))
         looks = Fingerprint(600, {"force": [seen + 0.1 * place for place in range(64)]}, {"force": 1e-3})
-        return outcome_of(job, FIT.model_copy(update=update), looks if seen == 3 else None)
+        return outcome_of(job, FIT.model_copy(update=update), job.digest(), looks if seen == 3 else None)
 
     monkeypatch.setattr(batch, "identified", outcome)
     return names
@@ -250,7 +251,7 @@ def lifted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         told = {"stiffness": (0.0, speed, speed), "friction": (0.0, 2.0 * speed, speed)}
         record = next(iter(FIT.records.values())).model_copy(update={"speeds": told})
         update = {"status": "ok", "parameters": {"stiffness": stiffness}, "records": {"one": record}}
-        return outcome_of(job, FIT.model_copy(update=update))
+        return outcome_of(job, FIT.model_copy(update=update), job.digest())
 
     monkeypatch.setattr(batch, "identified", outcome)
     return where
@@ -475,3 +476,22 @@ def test_a_study_of_which_all_files_are_missing_is_refused_at_once(series: Path)
         file.unlink()
     with pytest.raises(StudyError, match="no file"):
         jobs_of(origins_of([str(series)], None, ()), "record", 1, 0)
+
+
+def test_a_record_that_changes_while_it_is_identified_is_identified_anew(
+    series: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (job,) = jobs(series, "one")
+    before = job.digest()
+
+    def changing(*given: object) -> SimpleNamespace:
+        file = next(series.glob("*.csv"))
+        file.write_text(f"{file.read_text()}# measured again\n")
+        return SimpleNamespace(status="ok")
+
+    monkeypatch.setattr("fibrefit.workflow.fit.prepared", lambda study: ((), None))
+    monkeypatch.setattr("fibrefit.fitting.identify.identify", changing)
+    monkeypatch.setattr("fibrefit.workflow.fit.Fit", lambda *of: SimpleNamespace(summary=lambda: FIT))
+    kept = json.loads(identified(job).item)
+    assert kept["digest"] == before
+    assert kept["digest"] != job.digest()

@@ -107,6 +107,10 @@ def test_files_and_report(predicted: Prediction, tmp_path: Path) -> None:
     groups, attributes = read_result(out / "result.h5")
     assert attributes["schema"] == "fibrefit/prediction/1"
     assert groups["predictions"]["force_sd"].unit == "N"
+    for name in ("force", "force_sd", "force_model_sd"):
+        values = groups["predictions"][name].values
+        assert np.isfinite(values[:, : made.SAMPLES]).all()
+        assert np.isnan(values[:, made.SAMPLES :]).all()
     left = groups["observed_data"]["position"].values - groups["predictions"]["position"].values
     table = fibrefit.load_result(out).residuals
     own = table[table["channel"] == "position"]

@@ -1,1 +1,1 @@
-"""The samplers: ensembles of walkers, their checkpoints, NUTS."""
+"""Ensembles of walkers, and their checkpoints."""

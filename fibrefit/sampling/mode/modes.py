@@ -65,27 +65,25 @@ def sample_modes(
     approximations : sequence of Approximation
         The heaviest first.
     checkpoint_file : pathlib.Path or None
-        Of the first mode, as for `run_ensembles`; the others' have a number added to the name.
+        Of the first mode, as for `run_ensembles`; the others' have a number added to the name, and those of a look at
+        a mode, which end earlier, "look": a run that goes on looks at the same chains again.
 
     Returns
     -------
     list of Mode
         The heaviest first; weights add up to one.
     """
-    files = [
-        file if not n or file is None else _numbered(file, n + 1)
-        for n, file in enumerate([checkpoint_file] * len(approximations))
-    ]
+    files = [checkpoint_file, *(_named(checkpoint_file, f"{n}") for n in range(2, len(approximations) + 1))]
     look = replace(settings, max_steps=min(settings.max_steps, LOOK_STEPS), ess=min(settings.ess, LOOK_ESS))
 
-    def sampled(number: int, budget: Settings) -> Mode:
+    def sampled(number: int, budget: Settings, file: Path | None) -> Mode:
         approximation = approximations[number]
-        course = run_ensembles(target, approximation, budget, files[number], progress)
+        course = run_ensembles(target, approximation, budget, file, progress)
         found = bridge(target.log_density, course, settings.seed)
         return Mode(approximation, 0.0, course, found or _by_laplace(approximation))
 
     modes = [Mode(approximation, 0.0, None, _by_laplace(approximation)) for approximation in approximations]
-    modes[0], whole = sampled(0, settings), {0}
+    modes[0], whole = sampled(0, settings, files[0]), {0}
     # Draws may weigh a mode otherwise than Laplace's method did: who is first is asked again after each.
     while True:
         logs = [mode.evidence.log_value for mode in modes]
@@ -93,9 +91,9 @@ def sample_modes(
         unseen = [n for n, m in enumerate(modes) if m.course is None and logs[n] - top >= np.log(NEGLIGIBLE_MODE)]
         first = int(np.argmax(logs))
         if unseen:
-            modes[unseen[0]] = sampled(unseen[0], look)
+            modes[unseen[0]] = sampled(unseen[0], look, _named(files[unseen[0]], "look"))
         elif first not in whole:
-            modes[first] = sampled(first, settings)
+            modes[first] = sampled(first, settings, files[first])
             whole.add(first)
         else:
             return _weighed(_settled(modes))
@@ -105,8 +103,8 @@ def _by_laplace(approximation: Approximation) -> Evidence:
     return Evidence(approximation.log_evidence, np.inf)
 
 
-def _numbered(file: Path, number: int) -> Path:
-    return file.with_name(f"{file.stem}-{number}{file.suffix}")
+def _named(file: Path | None, what: str) -> Path | None:
+    return None if file is None else file.with_name(f"{file.stem}-{what}{file.suffix}")
 
 
 def _settled(modes: list[Mode]) -> list[Mode]:

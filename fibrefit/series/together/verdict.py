@@ -97,6 +97,11 @@ class Verdict:
         return self.models.law if self.answer == "speed_law" else self.models.constant
 
     @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each value of the models by name, as their laws and the rig declare it."""
+        return {name: one.unit for name, one in self.best.supermodel.declared.items()}
+
+    @property
     def logs(self) -> dict[Answer, float]:
         """Logarithms of the Bayes factors over constant parameters."""
         base = self.models.constant.log
@@ -175,12 +180,13 @@ def own_values_about(best: LaplaceFit, found: ThreeModels, answer: Answer) -> Ow
     Where each record has its own anyway, they are those; else one step from the mode, with the record's own matrix.
     """
     if answer == "per_record":
-        return _of_mode(found.own.mode.unknowns.scattering, found.own.mode)
-    return _of_mode(best.evidence.mode.unknowns.scattering, best.evidence.mode)
+        return _of_mode(found.own.mode)
+    return _of_mode(best.evidence.mode)
 
 
-def _of_mode(scattering: np.ndarray, at: PosteriorMode) -> OwnValues:
+def _of_mode(at: PosteriorMode) -> OwnValues:
     unknowns, normal, n = at.unknowns, at.normal, len(at.unknowns.each)
+    scattering = unknowns.scattering
     inverse = solved(normal.blocks, np.broadcast_to(np.eye(normal.blocks.shape[-1]), normal.blocks.shape))
     step = -np.einsum("rij,rj->ri", inverse, normal.pulls)[:, n:]
     z = at.place.z[scattering] + at.place.eta + np.clip(step, -1.0, 1.0)

@@ -149,6 +149,8 @@ def identified(job: Job) -> Outcome:
     from fibrefit.fitting.identify import How, identify
     from fibrefit.workflow.fit import Fit, prepared
 
+    # Before anything is read: of a record that changes meanwhile the result is then none.
+    digest = _digest_of(job)
     study = job.study
     records, task = prepared(study)
     how = How(job.robust, often=True)
@@ -156,16 +158,26 @@ def identified(job: Job) -> Outcome:
     if found.status != "ok" and job.starts > FEW:
         found = identify(task, job.starts, job.seed, how)
     fingerprint = None if job.record is None else fingerprint_of(records[0])
-    return outcome_of(job, Fit(study, records, found, job.seed).summary(), fingerprint)
+    return outcome_of(job, Fit(study, records, found, job.seed).summary(), digest, fingerprint)
 
 
-def outcome_of(job: Job, summary: FitSummary, fingerprint: Fingerprint | None = None) -> Outcome:
+def _digest_of(job: Job) -> str:
+    """Digest of a job; of one whose files cannot be read none, so that reading them says which."""
+    try:
+        return job.digest()
+    except OSError:
+        return ""
+
+
+def outcome_of(job: Job, summary: FitSummary, digest: str, fingerprint: Fingerprint | None = None) -> Outcome:
     """What is kept of an identification.
 
     Parameters
     ----------
     job : Job
     summary : FitSummary
+    digest : str
+        Of all it rests on, as it was before it was read; see `Job.digest`.
     fingerprint : Fingerprint, optional
         Of the record, by which copies are known; none where a whole study was identified.
     """
@@ -177,7 +189,7 @@ def outcome_of(job: Job, summary: FitSummary, fingerprint: Fingerprint | None = 
         speeds=_speeds(summary) if job.record is not None else {},
     )
     seen = None if fingerprint is None else fingerprint._asdict()
-    content = {"digest": job.digest(), "item": item.model_dump(mode="json"), "fingerprint": seen}
+    content = {"digest": digest, "item": item.model_dump(mode="json"), "fingerprint": seen}
     whole = summary.model_dump_json(by_alias=True, indent=1) + "\n"
     return Outcome(whole, json.dumps(content, indent=1) + "\n", summary.status)
 

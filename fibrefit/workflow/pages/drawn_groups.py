@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,17 @@ def observed_group(problem: Problem, units: Mapping[str, str]) -> dict[str, Vari
         doc = "Measured; NaN where masked or beyond the record."
         found[channel] = Variable(measured, BY_SAMPLE, units[channel], doc)
     return found
+
+
+def within_records(problem: Problem, readings: Any) -> np.ndarray:
+    """Readings with NaN beyond each record: what shorter records are filled up with is no prediction.
+
+    Parameters
+    ----------
+    readings : (..., n_record, n_time)
+    """
+    experiment = problem.observations.experiment
+    return np.where(np.arange(np.shape(readings)[-1]) < np.asarray(experiment.count)[:, None], readings, np.nan)
 
 
 def phase_of(moved: Motion) -> Variable:
@@ -69,7 +81,10 @@ def conditions_by_name(problem: Problem) -> dict[str, Variable]:
 
 
 def reading_errors(found: Identification) -> dict[str, Variable]:
-    """Standard error of each simulated reading by the errors of the values; NaN where a value is not determined."""
+    """Standard error of each simulated reading by the errors of the values.
+
+    NaN where a value is not determined, and where nothing was measured: slopes are known in units of a reading's noise.
+    """
     layout = found.problem.layout
     linear, _ = found.problem.followed(layout.local(np.asarray(found.values)))
     slopes, columns = np.asarray(linear.slopes), np.asarray(layout.local_columns)
@@ -77,12 +92,12 @@ def reading_errors(found: Identification) -> dict[str, Variable]:
     covariance = np.pad(found.covariance, (0, 1))
     errors = {}
     for i, (channel, gap) in enumerate(found.gap.items()):
-        weight = np.asarray(found.problem.observations.weight[channel]).max(axis=1)
+        weight = np.asarray(found.problem.observations.weight[channel])
         own = [
             np.sqrt(np.maximum(np.einsum("ti,ij,tj->t", of[i], covariance[np.ix_(at, at)], of[i]), 0.0))
             for of, at in zip(slopes, np.minimum(columns, layout.size), strict=True)
         ]
-        values = np.array(own) / np.where(weight > 0.0, weight, np.nan)[:, None]
-        doc = "Standard error of the simulated reading by the errors of the values."
+        values = np.array(own) / np.where(weight > 0.0, weight, np.nan)
+        doc = "Standard error of the simulated reading by the errors of the values; NaN where nothing was measured."
         errors[f"{channel}_error"] = Variable(values, BY_SAMPLE, gap.unit, doc)
     return errors

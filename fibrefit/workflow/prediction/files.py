@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.core.roles import ROLES
 from fibrefit.core.units import format_quantity, format_share
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.statement.observations import BY_SAMPLE
@@ -21,7 +22,14 @@ from fibrefit.study.summaries.summaries import (
     RecordSummary,
 )
 from fibrefit.workflow.fit_files import RESIDUALS, gap_summary
-from fibrefit.workflow.pages.drawn_groups import conditions_group, motion_group, observed_group, phase_of, sample_times
+from fibrefit.workflow.pages.drawn_groups import (
+    conditions_group,
+    motion_group,
+    observed_group,
+    phase_of,
+    sample_times,
+    within_records,
+)
 from fibrefit.workflow.prediction.judge import expected_square, limit, prediction_checks
 from fibrefit.workflow.prediction.predicted import Predicted
 from fibrefit.workflow.thresholds import LACKING
@@ -66,10 +74,10 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
     """What is said of a channel; how far it is from its prediction over what is expected, and the most that passes."""
     data, gap, fitted = found.task.problem.observations, found.seen.gap[channel], found.known.gaps.get(channel)
     counted = np.asarray(data.weight[channel]) > 0.0
-    parts = {cause: part[:, c] for cause, part in found.parts.items()}
+    parts = {cause: found.sigma(cause)[:, c] ** 2 for cause in found.parts}
     sigma = found.sigma(*found.parts)[:, c]
     error = np.asarray(data.measured[channel]) - found.seen.motion.readings[channel]
-    expected = np.sqrt(expected_square(parts, counted)) * gap.noise
+    expected = np.sqrt(expected_square(parts, counted))
     predicted = PredictedChannel(
         rms=gap.rms,
         unit=gap.unit,
@@ -134,13 +142,12 @@ def _record(found: Predicted, r: int, record: Record) -> RecordSummary:
 
 
 def _input_errors(found: Predicted) -> dict[str, InputErrorSummary]:
-    task = found.task
+    traces, known = found.task.traces, found.task.input_noise
+    usual = {
+        name: np.array([known[name].rms(one.duration, one.rate) for one in traces]) for name in found.held.input_rms
+    }
     return {
-        name: InputErrorSummary(
-            rms=rms,
-            noise=task.input_noise[name].rms(float(np.ptp(task.traces[0].times)), found.records[0].rate),
-            unit=found.records[0].units.get(name, "m") if hasattr(found.records[0], "units") else "m",
-        )
+        name: InputErrorSummary(rms=rms, noise=float(np.sqrt(np.mean(usual[name] ** 2))), unit=ROLES[name])
         for name, rms in found.held.input_rms.items()
     }
 
@@ -155,17 +162,22 @@ def _advice(verdict: Verdict) -> tuple[str, ...]:
     )
 
 
+OF_MODEL = "The same of the model's reading."
+
+
 def prediction_groups(found: Predicted) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: data, prediction with its standard deviation, residuals."""
     task, problem, predicted, left = found.task, found.task.problem, {}, {}
     shared, observed = sample_times(problem), observed_group(problem, task.units)
-    sigma, model, noise = found.sigma(*found.parts), found.sigma("values"), found.sigma("noise")
+    sigma, model = found.sigma(*found.parts), found.sigma("values")
     for c, channel in enumerate(problem.model.rig.channels):
         unit, reading = task.units[channel], found.seen.motion.readings[channel]
-        predicted[channel] = Variable(reading, BY_SAMPLE, unit, "Predicted.")
-        predicted[f"{channel}_sd"] = Variable(sigma[:, c], BY_SAMPLE, unit, "Standard deviation of a new reading.")
-        predicted[f"{channel}_model_sd"] = Variable(model[:, c], BY_SAMPLE, unit, "The same of the model's reading.")
-        residual = (reading - observed[channel].values) / noise[:, c]
+        predicted[channel] = Variable(
+            within_records(problem, reading), BY_SAMPLE, unit, "Predicted; NaN beyond the record."
+        )
+        for name, of, doc in (("sd", sigma, "Standard deviation of a new reading."), ("model_sd", model, OF_MODEL)):
+            predicted[f"{channel}_{name}"] = Variable(within_records(problem, of[:, c]), BY_SAMPLE, unit, doc)
+        residual = (reading - observed[channel].values) / found.noise[:, c]
         left[channel] = Variable(residual, BY_SAMPLE, doc=RESIDUALS)
     return {
         "observed_data": observed,

@@ -14,11 +14,12 @@ from fibrefit.workflow.thresholds import LACKING, RARE
 
 
 def expected_square(parts: Mapping[str, np.ndarray], counted: np.ndarray) -> float:
-    """Mean square of measured minus predicted that is expected, in units of the noise's.
+    """Mean square of measured minus predicted that is expected, in SI units squared.
 
     Parameters
     ----------
     parts : mapping of cause to (n_record, n_time)
+        Variance of a new reading, in SI units squared: residuals are not weighed by the noise of each.
     counted : (n_record, n_time) bool
     """
     return float(np.mean(sum(parts.values())[counted]))  # type: ignore[index]
@@ -26,6 +27,13 @@ def expected_square(parts: Mapping[str, np.ndarray], counted: np.ndarray) -> flo
 
 def limit(parts: Mapping[str, np.ndarray], counted: np.ndarray, n_value: int) -> float:
     """Largest ratio of that which was found to that which is expected, both rms, that still passes.
+
+    Parameters
+    ----------
+    parts, counted
+        As of `expected_square`.
+    n_value : int
+        Values whose error bars are known.
 
     Law
     ---

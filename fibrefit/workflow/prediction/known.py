@@ -68,7 +68,6 @@ class Known:
     covariance: np.ndarray
     gaps: Mapping[str, ChannelGap]
     digests: frozenset[str]
-    status: str
 
 
 def as_known(result: HasValues | PathLike[str] | str | Known) -> Known:
@@ -159,7 +158,7 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     covariance = covariance + np.diag(np.where(np.diag(covariance) > 0.0, widths, 0.0) ** 2)
     origin = summary.provenance
     digests = frozenset() if origin is None else frozenset(origin.inputs.values())
-    return Known(name, study, parameters, names, covariance, gaps, digests, summary.status)
+    return Known(name, study, parameters, names, covariance, gaps, digests)
 
 
 def _means(summary: FitResultSummary, study: Study) -> dict[str, ParameterSummary]:

@@ -26,7 +26,7 @@ from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import HasValues, Known, as_known
-from fibrefit.workflow.prediction.predicted import Predicted
+from fibrefit.workflow.prediction.predicted import Predicted, noise_of_readings
 from fibrefit.workflow.prepare import model_of, read_records
 from fibrefit.workflow.saved import FoundResult
 
@@ -128,16 +128,13 @@ def _found_from_anywhere(effect: str, study: Study) -> str:
 
 
 def _variances(task: Task, held: Held, known: Known) -> dict[str, np.ndarray]:
-    """Variance of a new reading by its cause, in units of the noise's."""
+    """Variance of a new reading by its cause, in units of that of each reading's noise."""
     problem = Problem(task.problem.model, task.problem.layout, held.task.problem.observations)
     names = [name for name in known.names if name in problem_parameters(problem)]
     chosen = [known.names.index(name) for name in names]
     values = predictive_variance(problem, held.local, names, known.covariance[np.ix_(chosen, chosen)])
-    lacking = np.zeros_like(values)
-    for c, channel in enumerate(problem.model.rig.channels):
-        weight = np.asarray(problem.observations.weight[channel]).max(axis=1)
-        lacking[:, c] = _lacking(known, channel) * weight[:, None] ** 2
-    return {"noise": np.ones_like(values), "model": lacking, "values": values}
+    lacking = np.array([_lacking(known, channel) for channel in problem.model.rig.channels])[:, None]
+    return {"noise": np.ones_like(values), "model": lacking / noise_of_readings(problem) ** 2, "values": values}
 
 
 def _lacking(known: Known, channel: str) -> float:

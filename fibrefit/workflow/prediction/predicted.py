@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from fibrefit.fitting.evaluate import Evaluation
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.records import Record
 from fibrefit.study import Study
@@ -31,7 +33,7 @@ class Predicted:
     force : ForceBalance or None
         What inverse dynamics leaves of a force that drives the rig.
     parts : mapping of str to (n_record, n_channel, n_time)
-        Variance of each cause, in units of the noise's: ``noise``, ``model``, ``values``.
+        Variance of each cause, in units of that of each reading's noise: ``noise``, ``model``, ``values``.
     """
 
     study: Study
@@ -47,6 +49,11 @@ class Predicted:
     def task(self) -> Task:
         """What was compared."""
         return self.held.task
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Noise rms of each reading, ``(n_record, n_channel, n_time)`` in SI units, see `noise_of_readings`."""
+        return noise_of_readings(self.task.problem)
 
     def sigma(self, *causes: str) -> np.ndarray:
         """Standard deviation of a new reading for some causes.
@@ -67,6 +74,13 @@ class Predicted:
         >>> sorted(prediction.parts), prediction.sigma("noise", "model").shape[:2]
         (['model', 'noise', 'values'], (1, 2))
         """
-        weight = self.task.problem.observations.weight
-        noise = np.stack([1.0 / np.asarray(weight[c]).max(axis=1) for c in self.task.problem.model.rig.channels], 1)
-        return np.sqrt(np.sum([self.parts[cause] for cause in causes], axis=0)) * noise[:, :, None]
+        return np.sqrt(np.sum([self.parts[cause] for cause in causes], axis=0)) * self.noise
+
+
+def noise_of_readings(problem: Problem) -> np.ndarray:
+    """Noise rms of each reading, ``(n_record, n_channel, n_time)`` in SI units; it may grow with the load.
+
+    Where nothing was measured it is that of the quietest reading of the record.
+    """
+    weight = np.stack([np.asarray(problem.observations.weight[c]) for c in problem.model.rig.channels], axis=1)
+    return 1.0 / np.where(weight > 0.0, weight, weight.max(axis=-1, keepdims=True))

@@ -34,7 +34,11 @@ class Predicts(FoundResult):
         Raises
         ------
         StudyError
-            If it is of another rig or of other conditions than the values.
+            If its rig is of another kind than that of the values.
+        UsageError
+            If this result holds no values that can be relied on.
+        DataError
+            If a record is not understood.
 
         Examples
         --------

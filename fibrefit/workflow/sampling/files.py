@@ -25,7 +25,7 @@ from fibrefit.workflow.sampling.found import Findings
 from fibrefit.workflow.sampling.groups import chosen_draws, posterior_groups
 
 SCORED = 800
-"""Draws, of all ensembles together, whose likelihood is kept block by block."""
+"""Draws, of all ensembles together, whose likelihood is kept block by block, where ensembles are no more than these."""
 AT_ONCE = 1000
 """As many as cross-validation takes, so that both are one program."""
 
@@ -108,7 +108,8 @@ def _mode(posterior: Posterior, mode: Mode) -> ModeSummary:
 
 
 def _cross_validation(found: CrossValidation) -> CrossValidationSummary | None:
-    if not (len(found.blocks) and np.isfinite(found.total)):
+    # Of a single block nothing tells how sure the sum is.
+    if len(found.blocks) < 2 or not np.isfinite(found.total):
         return None
     return CrossValidationSummary(
         total=Measure(value=found.total, error=found.error),
@@ -143,6 +144,12 @@ def groups_of(found: Findings) -> dict[str, dict[str, Variable]]:
     return groups | drawn_groups(found.posterior)
 
 
+def scored_draws(draws: int, ensembles: int) -> np.ndarray:
+    """Places of the draws whose likelihood is kept: evenly among those of an ensemble, one at the least."""
+    number = min(draws, max(1, SCORED // ensembles))
+    return np.linspace(0, draws - 1, number).round().astype(int)
+
+
 def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
     """Log likelihood of each block of time at some of the draws, as ArviZ compares models by it.
 
@@ -151,7 +158,7 @@ def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
     course, density = posterior.course, posterior.density
     kept = course.kept.reshape(len(course.kept), -1, course.kept.shape[-1])
     chosen = chosen_draws(*course.kept_log_density.shape[1:])
-    scored = np.linspace(0, len(chosen) - 1, min(len(chosen), SCORED // len(kept))).round().astype(int)
+    scored = scored_draws(len(chosen), len(kept))
     points = kept[:, chosen[scored]].reshape(-1, kept.shape[-1])
     blocks, number = block_index(density)
     parts = []

@@ -10,7 +10,13 @@ from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import LEVELS, Bands
 from fibrefit.store.hdf5 import Variable
-from fibrefit.workflow.pages.drawn_groups import conditions_by_name, names_of_records, observed_group, sample_times
+from fibrefit.workflow.pages.drawn_groups import (
+    conditions_by_name,
+    names_of_records,
+    observed_group,
+    sample_times,
+    within_records,
+)
 
 MOST_DRAWS = 2000
 """Draws kept of each ensemble."""
@@ -79,16 +85,16 @@ def _prior_draws(posterior: Posterior, seed: int) -> np.ndarray:
 
 
 def _predictive(posterior: Posterior, bands: Mapping[str, Bands]) -> Group:
+    """Bands of each channel, NaN beyond the record."""
+    problem = posterior.density.problem
     found: Group = {"quantile": Variable(np.array(LEVELS), ("quantile",))}
     for channel, band in bands.items():
         unit = posterior.channel_units[channel]
-        found[channel] = Variable(
-            band.replicates[None, :MOST_REPLICATES], ("chain", "draw", *BY_SAMPLE), unit, "New measurements."
+        replicates, model, measured = (
+            within_records(problem, of) for of in (band.replicates[None, :MOST_REPLICATES], band.model, band.measured)
         )
-        found[f"{channel}_model"] = Variable(
-            band.model, ("quantile", *BY_SAMPLE), unit, "Quantiles of the model's readings."
-        )
-        found[f"{channel}_measured"] = Variable(
-            band.measured, ("quantile", *BY_SAMPLE), unit, "Quantiles of new measurements."
-        )
+        found[channel] = Variable(replicates, ("chain", "draw", *BY_SAMPLE), unit, "New measurements.")
+        of_model, of_new = "Quantiles of the model's readings.", "Quantiles of new measurements."
+        found[f"{channel}_model"] = Variable(model, ("quantile", *BY_SAMPLE), unit, of_model)
+        found[f"{channel}_measured"] = Variable(measured, ("quantile", *BY_SAMPLE), unit, of_new)
     return found

@@ -226,8 +226,9 @@ def sample(
         Called with what is being done and the share that is finished.
     **settings : int or float
         As on the command line: ``ess``, effective sample size of each value (400); ``r_hat`` below which ensembles
-        agree (1.01); ``max_steps`` (4000); ``max_seconds`` (none); ``ensembles``, 4 or more (4); ``walkers`` of each
-        ensemble, an even number (as many as are needed); ``interval``, probability of the intervals (0.95).
+        agree (1.01); ``max_steps`` (4000); ``max_seconds`` of each mode (none); ``ensembles``, 4 or more (4);
+        ``walkers`` of each ensemble, an even number (as many as are needed); ``interval``, probability of the intervals
+        (0.95).
 
     Returns
     -------

@@ -19,7 +19,6 @@ from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ParameterSummary
 from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record
-from fibrefit.workflow.together.words import BASE
 
 
 def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
@@ -77,13 +76,13 @@ def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
     return tuple(summaries)
 
 
-def speed_curve_summary(one: LawCurve) -> s.SpeedCurveSummary:
+def speed_curve_summary(found: Verdict, one: LawCurve) -> s.SpeedCurveSummary:
     """A parameter over speed."""
     return s.SpeedCurveSummary(
         parameter=one.law.parameter,
         effect=one.law.effect.name,
         form=one.law.form,
-        unit=BASE[one.law.parameter],
+        unit=found.units[one.law.parameter],
         speeds=tuple(one.speeds.tolist()),
         values=tuple(one.values.tolist()),
         low=tuple(one.low.tolist()),
@@ -108,7 +107,7 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
                 std_error=float(found.own.errors[r, j]),
                 shrunk=None if pooled is None else float(pooled.shrunk[r]),
                 shrunk_error=None if pooled is None else float(pooled.shrunk_error[r]),
-                unit=BASE.get(parameter, "-"),
+                unit=found.units[parameter],
             )
         left = {key: float(one.gaps[r]) for key, one in found.left_out.items()}
         values, errors = by_record(conditions, r)
@@ -173,24 +172,29 @@ def winning_study(study: Study, found: Verdict) -> Study:
         for j, name in enumerate(found.own.names):
             table = parameters.get(name, ParameterTable())
             middle = float(np.exp(np.log(found.own.values[:, j]).mean()))
-            parameters[name] = table.model_copy(update={"initial": f"{middle!r} {BASE[name]}", "shared": False})
+            parameters[name] = table.model_copy(
+                update={"initial": _written(middle, found.units[name]), "shared": False}
+            )
         return study.model_copy(update={"parameters": parameters})
     best, parameters = found.best, dict(study.parameters)
-    units = {name: declared.unit for name, declared in best.supermodel.declared.items()}
     for name, value in best.shared.items():
         table = parameters.get(name, ParameterTable())
-        written = value if units[name] == "-" else f"{value!r} {units[name]}"
-        parameters[name] = table.model_copy(update={"initial": written})
+        parameters[name] = table.model_copy(update={"initial": _written(value, found.units[name])})
     added = [effect.name for effect in best.effects if parameter_of(effect)]
     model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
     return study.model_copy(update={"model": model, "parameters": parameters})
+
+
+def _written(value: float, unit: str) -> float | str:
+    """A value as a study states it: with its unit, where it has one."""
+    return value if unit == "-" else f"{value!r} {unit}"
 
 
 def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, Variable]]:
     """Groups of ``result.h5``: each record's values, the curves, the predictions of records left out."""
     records: dict[str, Variable] = {"record": Variable(np.array(list(names), dtype=object), ("record",))}
     for j, name in enumerate(found.own.names):
-        unit = BASE.get(name, "-")
+        unit = found.units[name]
         records[name] = Variable(found.own.values[:, j], ("record",), unit, "Of the record by itself.")
         records[f"{name}_std_error"] = Variable(found.own.errors[:, j], ("record",), unit, "Its standard error.")
     left = {
@@ -202,7 +206,7 @@ def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, V
         f"curve_{one.law.parameter}": {
             "speed": Variable(one.speeds, ("speed",), "m/s", ""),
             **{
-                key: Variable(getattr(one, key), ("speed",), BASE[one.law.parameter], one.law.effect.name)
+                key: Variable(getattr(one, key), ("speed",), found.units[one.law.parameter], one.law.effect.name)
                 for key in ("values", "low", "high")
             },
         }

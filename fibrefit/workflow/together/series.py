@@ -9,6 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
@@ -27,7 +29,7 @@ from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
 from fibrefit.workflow.together.pooled import population_summary, speed_name
 from fibrefit.workflow.together.tidy import write_table
-from fibrefit.workflow.together.words import BASE, answer_in_words
+from fibrefit.workflow.together.words import answer_in_words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,9 +86,9 @@ class SeriesResult(FoundResult):
     @cached_property
     def parameters(self) -> tuple[Quantity, ...]:
         """Base parameters of each record by itself."""
-        own = self.verdict.own
+        own, units = self.verdict.own, self.verdict.units
         return tuple(
-            Quantity(name, BASE.get(name, "-"), own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)
+            Quantity(name, units[name], own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)
         )
 
     @cached_property
@@ -96,15 +98,16 @@ class SeriesResult(FoundResult):
             name: {
                 key: Measure(value=float(one.shrunk[r]), error=float(one.shrunk_error[r]))
                 for key, one in self.verdict.populations.items()
+                if np.isfinite(one.shrunk[r])
             }
             for r, name in enumerate(self.names)
         }
 
     @cached_property
     def trends(self) -> tuple[Trend, ...]:
-        """Every parameter against every condition and its speed, the surest first."""
-        speeds = {y.name: speed_condition(self.verdict.speeds[y.name]) for y in self.parameters}
-        pairs = [(y, x) for y in self.parameters for x in (speeds[y.name], *self.conditions)]
+        """Every parameter against every condition and, where it has one, its speed; the surest first."""
+        speeds = {name: (speed_condition(rows),) for name, rows in self.verdict.speeds.items()}
+        pairs = [(y, x) for y in self.parameters for x in (*speeds.get(y.name, ()), *self.conditions)]
         return trends(self.names, pairs)
 
     def summary(self) -> SeriesSummary:
@@ -120,8 +123,8 @@ class SeriesResult(FoundResult):
             models=files.rival_summaries(found),
             laws=files.law_summaries(found),
             indistinguishable=found.alike if found.answer == "speed_law" else (),
-            curves=tuple(map(files.speed_curve_summary, found.curves)),
-            population={name: population_summary(one, BASE.get(name, "-")) for name, one in found.populations.items()},
+            curves=tuple(files.speed_curve_summary(found, one) for one in found.curves),
+            population={name: population_summary(one, found.units[name]) for name, one in found.populations.items()},
             records=files.record_summaries(found, self.names, self._with_speeds),
             trends=tuple(map(TrendSummary.of, self.trends)),
             checks=files.series_checks(found),
@@ -216,9 +219,10 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
     if any(parameter_of(effect) for effect in model.effects):
         do = "Leave it out: this command looks for it."
         raise StudyError(str(study.source), "a model with a law of speed", "constant parameters", do)
-    if not laws_on(model.rig):
+    asked = {law.parameter for law in laws_on(model.rig)}
+    if not asked:
         raise StudyError(str(study.source), f"the rig {study.kind}", "one with a fibre or a guide", "")
-    held = [slot.name for slot in task.problem.layout.slots if slot.name in BASE and not (slot.free and slot.shared)]
+    held = [slot.name for slot in task.problem.layout.slots if slot.name in asked and not (slot.free and slot.shared)]
     if held:
         do = "Leave out fixed and shared of them: this command asks whether they are constant."
         raise StudyError(str(study.source), f"{' and '.join(held)} fixed, or not shared", "free and shared", do)

@@ -9,8 +9,6 @@ from fibrefit.series.together.speeds import span
 from fibrefit.series.together.verdict import LawCurve, Verdict
 from fibrefit.workflow.thresholds import RECORDS_DIFFER
 
-BASE = {"stiffness": "N/m", "damping": "N s/m", "friction": "N"}
-
 
 def answer_in_words(found: Verdict) -> str:
     """What a series says, with its numbers."""
@@ -23,7 +21,7 @@ def answer_in_words(found: Verdict) -> str:
 
 
 def _lawful(found: Verdict, number: int) -> str:
-    said = ", ".join(_change(one) for one in found.curves)
+    said = ", ".join(_change(found, one) for one in found.curves)
     forms = " and ".join(_form(found, one) for one in found.curves)
     gap = f"gap {found.gaps['speed_law']:.2f}, and {found.left_out['speed_law'].gap:.2f} where each is left out in turn"
     rest = _rest(found)
@@ -35,11 +33,11 @@ def _lawful(found: Verdict, number: int) -> str:
     )
 
 
-def _change(one: LawCurve) -> str:
+def _change(found: Verdict, one: LawCurve) -> str:
     first, last = one.values[0], one.values[-1]
     verb = "rises" if last > first else "falls"
     ends = f"between {one.speeds[0]:.2g} and {one.speeds[-1]:.2g} m/s"
-    unit = BASE[one.law.parameter]
+    unit = found.units[one.law.parameter]
     return f"{one.law.parameter} {verb} from {_digits(first, unit)} to {_digits(last, unit)} {ends}"
 
 
@@ -90,8 +88,8 @@ def _scatter(found: Verdict) -> str:
 
 def _of_each(found: Verdict, number: int) -> str:
     ranges = [
-        f"{name} from {_digits(found.own.values[:, j].min(), BASE.get(name, '-'))} to "
-        f"{_digits(found.own.values[:, j].max(), BASE.get(name, '-'))}"
+        f"{name} from {_digits(found.own.values[:, j].min(), found.units[name])} to "
+        f"{_digits(found.own.values[:, j].max(), found.units[name])}"
         for j, name in enumerate(found.own.names)
     ]
     return (

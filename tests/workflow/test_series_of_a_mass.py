@@ -1,0 +1,80 @@
+"""A series of a mass on a guide: its friction has a speed, its mass has none, and both have units of their own."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fibrefit.series.population import population
+from fibrefit.series.together.laws import BY_EFFECT
+from fibrefit.series.together.verdict import LawCurve, OwnValues, Verdict
+from fibrefit.series.trends import BY_ORDER, Quantity
+from fibrefit.workflow.together import files, words
+from fibrefit.workflow.together.series import SeriesResult
+
+NAMES = tuple("abcdef")
+ORDER = Quantity(BY_ORDER, "-", np.arange(1.0, 7.0), np.zeros(6))
+VALUES = np.column_stack([[60.0, 60.4, 59.7, 60.1, 60.3, 59.9], [18.0, 18.3, 17.9, 18.2, 18.1, 17.8]])
+
+
+def told(silent: int | None = None) -> SeriesResult:
+    """A series of six records; of the `silent` one nothing is known of its mass."""
+    errors = np.full((6, 2), 0.1)
+    if silent is not None:
+        errors[silent, 0] = 0.0
+    declared = {"mass": SimpleNamespace(unit="kg"), "friction": SimpleNamespace(unit="N")}
+    model = SimpleNamespace(supermodel=SimpleNamespace(declared=declared))
+    own = OwnValues(("mass", "friction"), VALUES, errors)
+    pooled = {name: population(VALUES[:, j], errors[:, j]) for j, name in enumerate(own.names)}
+    speeds = np.linspace(0.1, 0.2, 6)[:, None] * np.array([0.5, 1.0, 2.0])
+    curve = LawCurve(BY_EFFECT["guide.friction_speed_exponent"], *np.ones((4, 3)))
+    verdict = Verdict(
+        answer="per_record",
+        models=cast(Any, SimpleNamespace(constant=model, law=model)),
+        left_out={},
+        gaps={"per_record": 1.0, "constant": 2.0, "speed_law": 1.5},
+        curves=(curve,),
+        speeds={"friction": speeds},
+        own=own,
+        populations={name: one for name, one in pooled.items() if one is not None},
+        alike=(),
+    )
+    found = SeriesResult(cast(Any, None), NAMES, verdict, 0, 0.0)
+    found.__dict__["conditions"] = (ORDER,)
+    return found
+
+
+def test_a_parameter_without_a_speed_is_held_against_all_else() -> None:
+    pairs = {(line.parameter, line.condition) for line in told().trends}
+    assert pairs == {("mass", BY_ORDER), ("friction", BY_ORDER), ("friction", "speed")}
+
+
+def test_units_are_those_that_the_model_declares() -> None:
+    found = told()
+    assert {one.name: one.unit for one in found.parameters} == {"mass": "kg", "friction": "N"}
+    groups = files.series_groups(found.verdict, NAMES)
+    assert [groups["records"][name].unit for name in ("mass", "mass_std_error", "friction")] == ["kg", "kg", "N"]
+    assert groups["curve_friction"]["low"].unit == "N"
+    records = files.record_summaries(found.verdict, NAMES, found.conditions)
+    assert records["a"].parameters["mass"].unit == "kg"
+    assert files.speed_curve_summary(found.verdict, found.verdict.curves[0]).unit == "N"
+    found.verdict.models.own = SimpleNamespace(log=0.0)  # type: ignore[misc]
+    for model in (found.verdict.models.constant, found.verdict.models.law):
+        model.log = 0.0  # type: ignore[misc]
+    assert "mass from 59.7 kg to 60.4 kg, friction from 17.8 N to 18.3 N" in words.answer_in_words(found.verdict)
+
+
+def test_the_study_of_records_that_differ_begins_at_a_mass_in_kilograms() -> None:
+    study = SimpleNamespace(parameters={}, model_copy=lambda update: update["parameters"])
+    begins = cast(Any, files.winning_study(cast(Any, study), told().verdict))
+    assert begins["mass"].initial.endswith(" kg")
+    assert float(begins["mass"].initial.split()[0]) == pytest.approx(60.07, abs=0.01)
+
+
+def test_a_record_that_says_nothing_of_a_parameter_is_not_drawn_to_the_others() -> None:
+    frame = told(silent=2)._tidy()
+    rows = frame[frame["parameter"] == "mass"]
+    assert np.isnan(rows["shrunk"].to_numpy()).tolist() == [name == "c" for name in NAMES]
