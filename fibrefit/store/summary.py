@@ -17,7 +17,7 @@ from fibrefit.study.summaries.summaries import Provenance
 
 NAME = "summary.json"
 LARGEST_SUMMARY = 1 << 27
-"""Bytes of a summary; that of a batch has some kilobytes for each of its records."""
+"""Bytes of a summary at most: that of a batch has some kilobytes for each of its records."""
 
 
 def write_summary(folder: Path, summary: Part) -> Path:
