@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.roles import HELD, REST
 from fibrefit.plots.records import Compared
-from fibrefit.study.summaries.arrays import AXES, Groups, conditions_of
+from fibrefit.study.summaries.arrays import AXES, Groups, conditions_text
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, Gap
 
@@ -104,7 +104,7 @@ class Fitted:
 
     def conditions(self, record: int) -> str:
         """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``."""
-        return conditions_of(self._constants, record)
+        return conditions_text(self._constants, record)
 
     def motion_ends(self, record: int) -> tuple[float, float]:
         """Begin and end of what is worth seeing of a record: its motion, with some rest on either side."""

@@ -13,6 +13,7 @@ import pytest
 
 from fibrefit.cli import show
 from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late
+from fibrefit.cli.terminal import first_missing
 from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.store.directory import ResultDirectory
 from tests.cli.conftest import Run
@@ -216,7 +217,6 @@ LONG = "a" * 300
         (("fit", "demo", "--out", LONG), 2, "cannot be written: File name too long; expected a folder to write to"),
         (("fit", "demo", "--out", "b" * 249), 2, "cannot be written: File name too long"),
         (("init", LONG), 2, "expected a folder to write to"),
-        (("show", "demo", "--figures", "png", "--out", LONG), 3, "a study, without a summary.json"),
     ],
 )
 @pytest.mark.skipif(os.name == "nt", reason="names are longer there")
@@ -240,6 +240,10 @@ def test_what_lies_out_of_reach_is_no_fault_of_the_program(fibrefit: Run) -> Non
     done = fibrefit("fit", "s.toml", *(word for said in (records, *rig) for word in ("--set", said)))
     assert done.code == 4
     assert "cannot be reached" in done.err
+
+
+def test_a_folder_that_cannot_be_made_is_missing() -> None:
+    assert first_missing(Path(LONG, "figures")) == Path(LONG)
 
 
 def test_it_is_the_traceback_that_more_words_are_for(fibrefit: Run) -> None:

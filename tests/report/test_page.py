@@ -20,7 +20,7 @@ from fibrefit.report.page.kinds import KINDS
 from fibrefit.report.page.posterior import view_of_posterior
 from fibrefit.report.text import fit_report
 from fibrefit.store.hdf5 import Variable
-from fibrefit.study.summaries.arrays import conditions_of
+from fibrefit.study.summaries.arrays import conditions_text
 from fibrefit.study.summaries.files import SUMMARIES
 from tests.study.test_summaries import EXAMPLES, FIT, GAP
 
@@ -318,7 +318,7 @@ def test_conditions_of_a_record_are_written_in_the_signs_of_print() -> None:
         "lift": Variable(np.array([0.01, 0.0]), ("record",), "m"),
         "inclination": Variable(np.radians([45.0, 90.0]), ("record",), "rad"),
     }
-    assert [conditions_of(constants, r) for r in range(2)] == ["lift 10 mm, inclination 45°", "inclination 90°"]
+    assert [conditions_text(constants, r) for r in range(2)] == ["lift 10 mm, inclination 45°", "inclination 90°"]
     changed = groups()
     changed["constant_data"] |= {"lift": Variable(np.array([2e-5]), ("record",), "m")}
     view = json.loads(read(page([Result("results/a", FIT, groups=changed)], "one")).data[0])

@@ -27,7 +27,7 @@ from fibrefit.study.thresholds import LEAST_LISTED
 
 MOST_CANDIDATES = 8
 STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}
-WORSE = ("ok", "suspect", "failed")
+FROM_BEST = ("ok", "suspect", "failed")
 """Each is worse than the one before."""
 
 
@@ -63,7 +63,7 @@ def discovery_page(result: Result) -> PageContent:
 
 def _status(summary: DiscoverySummary) -> str:
     """The worse of what the verdict and the final fit amount to: a name is of no use where the fit of it failed."""
-    return max(STATUS[summary.verdict], summary.status, key=WORSE.index)
+    return max(STATUS[summary.verdict], summary.status, key=FROM_BEST.index)
 
 
 def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from fibrefit.core.units import shown_unit, typeset_unit
 from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed
-from fibrefit.study.summaries.arrays import AXES, Groups, conditions_of
+from fibrefit.study.summaries.arrays import AXES, Groups, conditions_text
 from fibrefit.study.summaries.discovery import GapPlace
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import Gap
@@ -200,7 +200,7 @@ def _record(sight: Sight, name: str, record: int, span: slice, noise: Mapping[st
     found = moments(times, motion["phase"].values[record, span].astype(int)) if "phase" in motion else []
     return {
         "name": name,
-        "says": conditions_of(sight.groups.get("constant_data", {}), record),
+        "says": conditions_text(sight.groups.get("constant_data", {}), record),
         "gap": None if gap is None or gap.total is None else round(gap.total, 3),
         "noise": noise,
         "moments": [{"kind": one.kind, "at": round(one.at, 6)} for one in found],

@@ -27,7 +27,7 @@ CONDITIONS = ("lift", "inclination", "added_mass")
 """Conditions worth a word beside a record's name."""
 
 
-def conditions_of(constants: Mapping[str, Array], record: int) -> str:
+def conditions_text(constants: Mapping[str, Array], record: int) -> str:
     """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``.
 
     Parameters
