@@ -64,7 +64,7 @@ REASONS: dict[str, dict[str, str]] = {
     "report.sentences.discovery": {"0.005": PAGE},
     "report.sentences.posterior": {"VALUES_NAMED": PAGE},
     "report.sweep": {"NO_MORE": PAGE},
-    "report.text": {"LONGEST_NAME": PAGE},
+    "report.text": {"LONGEST_NAME": PAGE, "MOST_MINIMA": PAGE},
     "rigs.inverted_pendulum": {"SURELY_TAUT": START},
     "rigs.parts.fibre": {"NEWTON_STEPS": ENDS, "CONVERGED": ENDS},
     "rigs.pendulum": {"SLOW": START},

@@ -51,8 +51,6 @@ def command(terminal: Terminal, name: str | None, check: bool) -> int:
 
 def _checked(terminal: Terminal, name: str) -> int:
     """Tell all that is wrong with an effect; the exit code."""
-    import math
-
     from fibrefit.core.errors import StudyError
     from fibrefit.laws.catalogue import all_wrong
     from fibrefit.rigs.catalogue import RIGS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
     file = file or Path(f"{short}.py")
     if file.suffix != ".py":
         raise UsageError(str(file), "is no Python file", "a file ending in .py", "Rename it.")
-    if file.exists():
+    if os.path.exists(file):
         raise UsageError(str(file), "exists already", "a file that does not", "Name another one.")
     try:
         write_whole(file, template(name).encode())
@@ -78,9 +79,9 @@ def _write_study(terminal: Terminal, directory: Path) -> None:
     from fibrefit.store.files import write_whole
 
     for name in FILES:
-        if (directory / name).exists():
+        if os.path.exists(directory / name):
             raise UsageError(str(directory / name), "exists already", "a folder without it", "Name another folder.")
-    new = not directory.exists()
+    new = not os.path.exists(directory)
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for name in FILES:

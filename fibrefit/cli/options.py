@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import click
 
 from fibrefit.cli.terminal import Terminal, with_terminal
-from fibrefit.core.paths import is_folder
+from fibrefit.core.paths import is_folder, is_plain_file, shown_path
 
 if TYPE_CHECKING:
     from fibrefit.study import Study
@@ -153,7 +154,7 @@ class Request(NamedTuple):
         from fibrefit.core.paths import sha256_of
         from fibrefit.store.directory import default_directory
 
-        digests = [sha256_of(path) for path in self.study.input_files() if path.is_file()]
+        digests = [sha256_of(path) for path in self.study.input_files() if is_plain_file(path)]
         return self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
 
     @contextmanager
@@ -215,7 +216,7 @@ def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:
     context = click.get_current_context(silent=True)
     if context is None or context.meta.get(TRUST) is not False:
         return  # trusted, or the command runs none
-    named = " ".join([*context.params.get("also", ()), *overrides])
+    named = {*context.params.get("also", ()), *_effects_of(overrides)}
     for effect, file in study.own_effects().items():
         if effect not in named:
             raise UsageError(
@@ -225,12 +226,26 @@ def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:
             )  # fmt: skip
 
 
+def _effects_of(overrides: Sequence[str]) -> set[str]:
+    """Names of effects that overrides put into a study, each as a whole: part of a name trusts nothing."""
+    from fibrefit.study.overrides import parse
+
+    found: set[str] = set()
+    for override in overrides:
+        keys, value = parse(override)
+        if keys == ["model"] and isinstance(value, dict):
+            keys, value = ["model", "effects"], value.get("effects")
+        if keys[:2] == ["model", "effects"]:
+            found.update(one for one in (value if isinstance(value, list) else [value]) if isinstance(one, str))
+    return found
+
+
 def check_trust_of_result(result: Path) -> None:
     """Refuse a result whose study names code to run, as `check_trust` does; one that holds no study is left alone."""
     from fibrefit.study import load_study
 
-    file = (result if result.is_dir() else result.parent) / "study.toml"
-    if file.is_file():
+    file = (result if is_folder(result) else result.parent) / "study.toml"
+    if is_plain_file(file):
         check_trust(load_study(file))
 
 
@@ -245,8 +260,8 @@ def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]
         raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
     if studies:
         return load_study(studies[0], overrides)
-    if lost := next((file for file in files if not Path(file).exists()), None):
-        raise UsageError(lost, "no such file or folder", "a study, or records", "Check the path.")
+    if lost := next((file for file in files if not os.path.exists(file)), None):
+        raise UsageError(shown_path(lost), "no such file or folder", "a study, or records", "Check the path.")
     if rig is None:
         raise UsageError(files[0], "a record, and no --rig", "a study, or the kind of rig", "Add --rig fibre_mass.")
     return study_from_files(files, rig, overrides)

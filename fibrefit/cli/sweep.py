@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import Request, result_options, study_from, trust_option
+from fibrefit.cli.options import Request, is_study, result_options, study_from, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
+from fibrefit.core.paths import is_plain_file
 
 
 @click.command("sweep")
@@ -25,6 +26,10 @@ def command(
     Extremes of angle and forces against the frequency of the drive. Each frequency is started from rest, and continued
     from the motion at the next lower and at the next higher one; stability is judged by Floquet multipliers.
     """
+    if is_plain_file(Path(study)) and not is_study(study):
+        from fibrefit.core.errors import UsageError
+
+        raise UsageError(study, "a record", "a study of an inverted pendulum", "A sweep takes no records.")
     loaded = study_from((study,), None, overrides)
     from fibrefit.workflow.sweep import sweep_study
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import sys
 import unicodedata
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from typing import Any, TypeVar
 import click
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import is_folder
 from fibrefit.core.shown import harmless, printable
 
 NOT_TRUSTED = 5
@@ -31,13 +33,10 @@ class Terminal:
         Whether the answer is one JSON document, for a program.
     quiet : bool
         Whether remarks and progress are left out.
-    verbose : bool
-        Whether more is said.
     """
 
     json: bool = False
     quiet: bool = False
-    verbose: bool = False
 
     def answer(self, text: str, document: Any) -> None:
         """Give the result of the command.
@@ -79,18 +78,13 @@ class Terminal:
         folder : pathlib.Path or None
             As `first_missing` found it before.
         """
-        if folder is not None and folder.is_dir():
+        if folder is not None and is_folder(folder):
             self.remark(f"The folder {folder} did not exist and was made.")
-
-    def detail(self, text: str) -> None:
-        """Say something that only interests those who want more."""
-        if self.verbose:
-            say(text)
 
 
 def first_missing(folder: Path) -> Path | None:
     """The uppermost folder on the way to `folder` that does not exist; None where all do."""
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    missing = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     return missing[-1] if missing else None
 
 
@@ -163,9 +157,9 @@ def with_terminal(command: Command) -> Command:
 
     @click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, everything else on stderr.")
     @click.option("-q", "--quiet", is_flag=True, help="No remarks and no progress.")
-    @click.option("-v", "--verbose", is_flag=True, help="Say more; show the traceback of a fault.")
+    @click.option("-v", "--verbose", is_flag=True, help="Show the traceback of a fault.", expose_value=False)
     @functools.wraps(command)
-    def wrapped(*args: Any, as_json: bool, quiet: bool, verbose: bool, **options: Any) -> Any:
-        return command(Terminal(as_json, quiet, verbose), *args, **options)
+    def wrapped(*args: Any, as_json: bool, quiet: bool, **options: Any) -> Any:
+        return command(Terminal(as_json, quiet), *args, **options)
 
     return wrapped  # type: ignore[return-value]

@@ -306,6 +306,11 @@ def format_quantity(value: float, si: str, digits: int = 4) -> str:
     return number if unit == "-" else f"{number} {unit}"
 
 
+def typeset_unit(unit: str) -> str:
+    """A unit in the signs of print, or a quantity with one: ``µm``, ``N s/m``, ``m/s²``, ``45°``."""
+    return unit.replace("um", "µm").replace("^2", "²").replace(" deg", "°").replace("deg", "°")
+
+
 def format_number(value: float, digits: int = 4) -> str:
     """Number to some significant digits, without an exponent where it stays readable.
 

@@ -9,7 +9,8 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.plots.quantities import axis_label, readable_unit, typeset_unit
+from fibrefit.core.units import typeset_unit
+from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -21,6 +22,8 @@ METHODS = {
     "newey_west": "Newey-West",
     "block_bootstrap": "block bootstrap",
     "windows": "windows drawn anew",
+    "discrepancy": "what the model lacks",
+    "alike": "whitened, records alike",
 }
 CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
 """Side of a cell, in mm, that holds a number; values up to which it does; side of the whole at most, in mm."""

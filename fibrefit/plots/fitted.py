@@ -7,20 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from fibrefit.core.roles import HELD, REST
-from fibrefit.core.units import format_quantity
-from fibrefit.plots.quantities import typeset_unit
 from fibrefit.plots.records import Compared
-from fibrefit.study.summaries.arrays import Groups
+from fibrefit.study.summaries.arrays import AXES, Groups, conditions_text
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import FitResultSummary, Gap
 
-CONDITIONS = ("lift", "inclination", "added_mass")
-"""Conditions worth a word beside a record's name."""
 MARGIN = 0.15
 """Rest that is shown on either side of a motion, as a share of it."""
 MOST = 0.9
 """Share of a record from which all of it is shown: it is not worth cutting."""
-AXES = ("record", "sample", "time")
 
 
 class Fitted:
@@ -55,7 +50,7 @@ class Fitted:
             for name in self.channels
             if (one := groups[f"predictions{stage}"].get(f"{name}_error")) is not None
         }
-        self._conditions = {name: groups["constant_data"].get(name) for name in CONDITIONS}
+        self._constants = groups["constant_data"]
 
     @classmethod
     def of(cls, summary: FitResultSummary, groups: Groups) -> Fitted:
@@ -109,12 +104,7 @@ class Fitted:
 
     def conditions(self, record: int) -> str:
         """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``."""
-        said = []
-        for name, condition in self._conditions.items():
-            if condition is not None and condition.values[record] != 0.0:
-                value = typeset_unit(format_quantity(float(condition.values[record]), condition.unit))
-                said.append(f"{name.replace('_', ' ')} {value}")
-        return ", ".join(said)
+        return conditions_text(self._constants, record)
 
     def motion_ends(self, record: int) -> tuple[float, float]:
         """Begin and end of what is worth seeing of a record: its motion, with some rest on either side."""

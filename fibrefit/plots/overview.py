@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.units import shown_unit
+from fibrefit.core.units import shown_unit, typeset_unit
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line
-from fibrefit.plots.quantities import axis_label, readable_unit, typeset_unit
+from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import BAND, Compared
 from fibrefit.plots.style import (
     FINAL,

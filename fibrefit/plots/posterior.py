@@ -59,7 +59,8 @@ def trace_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str
         steps, warm_up = kept["step"].values, summary.warm_up or 0
         r_hat = np.nan if one.r_hat is None else one.r_hat
         ways.append(Way(name, one.unit, steps, low, middle, high, _draws(groups, name), warm_up, r_hat))
-    return Figures({"traces": traces_figure(ways)})
+    limit = next((check.threshold for check in summary.checks if check.identifier == "convergence"), None)
+    return Figures({"traces": traces_figure(ways, limit)})
 
 
 @in_own_style

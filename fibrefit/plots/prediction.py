@@ -6,9 +6,8 @@ import numpy as np
 
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.figures import MOST_RECORDS, Figures
-from fibrefit.plots.fitted import AXES
 from fibrefit.plots.style import in_own_style
-from fibrefit.study.summaries.arrays import Groups
+from fibrefit.study.summaries.arrays import AXES, Groups
 from fibrefit.study.summaries.part import Z_95
 
 

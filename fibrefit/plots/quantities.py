@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.units import shown_unit
+from fibrefit.core.units import shown_unit, typeset_unit
 
 
 def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:
@@ -12,11 +12,6 @@ def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:
     finite = np.abs(values[np.isfinite(values)]) if np.size(values) else np.empty(0)
     unit, worth = shown_unit(float(finite.max()) if finite.size and finite.max() > 0.0 else 1.0, si)
     return typeset_unit(unit), worth
-
-
-def typeset_unit(unit: str) -> str:
-    """A unit in the signs of print: ``µm``, ``N s/m``, ``m/s²``."""
-    return unit.replace("um", "µm").replace("^2", "²").replace(" deg", "°").replace("deg", "°")
 
 
 def axis_label(name: str, unit: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.roles import FORCES
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import Compared
@@ -24,29 +25,33 @@ FEWEST = 8
 
 
 def snap_figures(fitted: Fitted, taut: tuple[int, ...]) -> Iterator[Figure]:
-    """Figures of at most `ROWS` records each.
+    """Figures of at most `ROWS` records each; none where no force was measured.
 
     Parameters
     ----------
     taut : tuple of int
         Phases in which the fibre carries load.
     """
+    gauge = next((c for c, channel in enumerate(fitted.channels) if channel in FORCES), None)
+    if gauge is None:
+        return
     contacts = [(r, contact) for r in range(len(fitted.records)) if (contact := first_contact(fitted, r, taut))]
     for first in range(0, len(contacts), ROWS):
-        yield _figure(fitted, contacts[first : first + ROWS])
+        yield _figure(fitted, gauge, contacts[first : first + ROWS])
 
 
 def first_contact(fitted: Fitted, record: int, taut: tuple[int, ...]) -> tuple[int, int | None] | None:
-    """Samples at which the fibre is taut for the first time and slack again; None where that does not happen."""
+    """Samples at which the fibre goes taut for the first time and slack again; None where that does not happen."""
     loaded = np.isin(fitted.phase(record), taut)
-    if loaded.all() or not loaded.any():
+    begins = np.flatnonzero(loaded & ~np.r_[True, loaded[:-1]])
+    if not begins.size:
         return None
-    start = int(np.argmax(loaded & ~np.roll(loaded, 1))) if loaded[0] else int(np.argmax(loaded))
+    start = int(begins[0])
     slack = np.flatnonzero(~loaded[start:])
     return start, start + int(slack[0]) if slack.size else None
 
 
-def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) -> Figure:
+def _figure(fitted: Fitted, gauge: int, contacts: list[tuple[int, tuple[int, int | None]]]) -> Figure:
     figure = new_figure(TOP + BOTTOM + len(contacts) * (HEIGHT + ABOVE) - ABOVE)
     title(
         figure,
@@ -56,7 +61,7 @@ def _figure(fitted: Fitted, contacts: list[tuple[int, tuple[int, int | None]]]) 
     up = figure.get_size_inches()[1] * 25.4
     for row, (record, (start, end)) in enumerate(contacts):
         bottom = up - TOP - HEIGHT - row * (HEIGHT + ABOVE)
-        force = fitted.compared(record)[0]
+        force = fitted.compared(record)[gauge]
         half = max(FEWEST, round(SHARE * ((end or start + 60) - start)))
         windows = [(start, "take-up")] if end is None else [(start, "take-up"), (end, "release")]
         for column, (instant, what) in enumerate(windows):

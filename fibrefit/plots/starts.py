@@ -20,6 +20,8 @@ ROW = 2.2
 """Height of a start in mm: its number is a line of small text."""
 MOST_PANELS = 5
 """Parameters that are drawn: more would be narrower than their numbers."""
+MOST_KEYS = 8
+"""Entries of the key: a line of it holds no more."""
 LOST = "given up"
 
 
@@ -127,7 +129,9 @@ def _key(figure: Figure, axes: Axes, starts: _Starts) -> None:
             [], [], color=colour, marker=marker, markersize=3.2, linewidth=0.5, label=f"{said}: {number}"
         )
     entries += axes.plot([], [], color="0.3", linestyle="none", marker="|", markersize=4.0, label="where it began")
+    # The minima in the middle are left out first, neither the best one nor what the other signs mean.
     figure.legend(
-        handles=entries[-8:] if len(entries) > 8 else entries, loc="upper left", ncols=8, fontsize=SMALL, frameon=False,
+        handles=entries if len(entries) <= MOST_KEYS else entries[: MOST_KEYS - 2] + entries[-2:],
+        loc="upper left", ncols=MOST_KEYS, fontsize=SMALL, frameon=False,
         bbox_to_anchor=(0.015, 1.0 - 8.0 / (figure.get_size_inches()[1] * 25.4)), handlelength=1.8, columnspacing=1.4,
     )  # fmt: skip

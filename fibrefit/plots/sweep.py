@@ -110,7 +110,8 @@ def _swept_figure(curve: _Curve) -> Figure:
     for way, branch in curve.branches.items():
         axes[3].plot(curve.frequencies, branch.multiplier, **WAYS[way][1])
     axes[3].axhline(1.0, color=GREY, linewidth=0.6)
-    axes[3].set_ylim(top=1.05)
+    seen = np.concatenate([branch.multiplier for branch in curve.branches.values()])
+    axes[3].set_ylim(top=1.05 * float(np.max(seen[np.isfinite(seen)], initial=1.0)))
     label(axes[3], x="frequency of the drive / Hz", y="Floquet |\N{GREEK SMALL LETTER MU}|")
     _mark(axes, curve)
     legend(axes[0], loc="lower right", bbox_to_anchor=(1.0, 1.0))
@@ -149,11 +150,12 @@ def _remark(curve: _Curve) -> str:
     most = int(np.argmax(apart))
     if apart[most] > OTHER_MOTION * max(up[most], down[most]):
         ends = f"{down[most]:.2g} rad coming from above, {up[most]:.2g} rad from below"
-        return f"at {curve.frequencies[most]:.3g} Hz maximum |angle| is {ends}"
+        return f"at {curve.frequencies[most]:.3g} Hz the steady-state amplitude is {ends}"
     if np.isnan(up).all():
         return "it overturns at every frequency"
     most = int(np.nanargmax(up))
-    return f"maximum |angle| is {up[most]:.2g} rad at {curve.frequencies[most]:.3g} Hz, from above as from below"
+    largest = f"{up[most]:.2g} rad at {curve.frequencies[most]:.3g} Hz"
+    return f"the steady-state amplitude reaches {largest}, from above as from below"
 
 
 def _remark_on_all(curves: Sequence[_Curve]) -> str:

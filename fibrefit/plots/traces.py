@@ -50,11 +50,18 @@ class Way:
     r_hat: float
 
 
-def traces_figure(ways: list[Way]) -> Figure:
-    """One row a value: the walkers of each ensemble over the steps, and the ranks of its draws among all."""
+def traces_figure(ways: list[Way], limit: float | None = None) -> Figure:
+    """One row a value: the walkers of each ensemble over the steps, and the ranks of its draws among all.
+
+    Parameters
+    ----------
+    ways : list of Way
+        At least one.
+    limit : float or None
+        R-hat up to which ensembles count as agreeing; None where it is not known.
+    """
     figure = new_figure(TOP + BOTTOM + len(ways) * (ROW + GAP) - GAP)
-    worst = max(ways, key=lambda way: way.r_hat)
-    heading = f"{len(ways[0].draws)} ensembles of walkers agree to an R-hat of {worst.r_hat:.3f} or better"
+    heading = _agreement(ways, limit)
     title(figure, heading, "median and 90 % of the walkers of each ensemble, and ranks of its draws among all")
     for number, way in enumerate(ways):
         bottom = BOTTOM + (len(ways) - 1 - number) * (ROW + GAP)
@@ -62,6 +69,17 @@ def traces_figure(ways: list[Way]) -> Figure:
         _trace(axes_at(figure, LEFT, bottom, LONG, ROW), way, last)
         _ranks(axes_at(figure, LEFT + LONG + 10.0, bottom, RANKS, ROW), way, last)
     return figure
+
+
+def _agreement(ways: list[Way], limit: float | None) -> str:
+    """Whether the ensembles agree, by the value for which they do so least."""
+    count = f"{len(ways[0].draws)} ensembles of walkers"
+    worst = max(ways, key=lambda way: np.nan_to_num(way.r_hat, nan=np.inf))
+    if not np.isfinite(worst.r_hat):
+        return f"Whether {count} agree is not known"
+    if limit is not None and worst.r_hat >= limit:
+        return f"{count} do not agree: R-hat is up to {worst.r_hat:.3f}, above {limit:g}"
+    return f"{count} agree to an R-hat of {worst.r_hat:.3f} or better"
 
 
 def _trace(axes: Axes, way: Way, last: bool) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 
 from fibrefit.core.units import format_quantity
@@ -50,12 +49,11 @@ def _pairs(summary: DistinguishSummary) -> list[tuple[str, str, float]]:
 
 def strength_line(one: Detectable) -> str:
     """An effect, the parameter that tells its strength, and the smallest one that would be found."""
-    limit = math.inf if one.smallest_detectable is None else one.smallest_detectable
-    return f"{one.effect:<34} {one.parameter:<24} {strength(limit, one.unit)}"
+    return f"{one.effect:<34} {one.parameter:<24} {strength(one)}"
 
 
-def strength(detectable: float, unit: str) -> str:
-    """Smallest strength that would be found, with its unit."""
-    if not math.isfinite(detectable):
+def strength(one: Detectable) -> str:
+    """Smallest strength of an effect that would be found, with its unit."""
+    if one.smallest_detectable is None:
         return "not visible"
-    return f"{detectable:.2g}" if unit == "-" else format_quantity(detectable, unit, 2)
+    return format_quantity(one.smallest_detectable, one.unit, 2)

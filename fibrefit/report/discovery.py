@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 
@@ -12,13 +11,21 @@ from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
 from fibrefit.report.layout import items, numbered, paragraph, section, shortened, shortened_names, table, titled
-from fibrefit.report.text import GAP, MOST_RECORDS, doubts, earlier_value, input_noise, parameter_row, with_error
+from fibrefit.report.text import (
+    GAP,
+    MOST_RECORDS,
+    doubts,
+    earlier_value,
+    input_noise,
+    parameter_row,
+    size_of,
+    with_error,
+)
 from fibrefit.report.text_plot import WIDTH as ACROSS
 from fibrefit.report.text_plot import text_plot
 from fibrefit.study.summaries.discovery import (
     Before,
     Candidate,
-    Detectable,
     DiscoverySummary,
     ListedCandidates,
     ProposedLawSummary,
@@ -234,8 +241,7 @@ def _gaps(summary: DiscoverySummary) -> list[str]:
 
 
 def _size(summary: DiscoverySummary, before: Before | None, name: str) -> float:
-    gap = before.records[name] if before else summary.records[name].gap
-    return math.inf if gap.total is None else gap.total
+    return size_of(before.records[name] if before else summary.records[name].gap)
 
 
 def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str]:
@@ -253,12 +259,8 @@ def _change(before: float, after: float) -> str:
 
 def _detectable(summary: DiscoverySummary) -> list[str]:
     """A row for each effect that would have been found had it been there."""
-    rows = [(one.effect, one.parameter, _strength(one)) for one in summary.detectable]
+    rows = [(one.effect, one.parameter, strength(one)) for one in summary.detectable]
     return table(("effect", "parameter", "would show from"), rows, right={2})
-
-
-def _strength(one: Detectable) -> str:
-    return strength(math.inf if one.smallest_detectable is None else one.smallest_detectable, one.unit)
 
 
 def _tried(summary: DiscoverySummary) -> list[str]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import textwrap
 
-from fibrefit.core.units import format_quantity, format_share
+from fibrefit.core.units import format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, table, titled
-from fibrefit.report.text import MOST_RECORDS, parameter_row
+from fibrefit.report.text import MOST_RECORDS, known_quantity, parameter_row
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -40,7 +40,7 @@ def _predicted(summary: PredictionSummary) -> list[str]:
 
 def _row(name: str, channel: PredictedChannel) -> tuple[str, ...]:
     def shown(value: float | None) -> str:
-        return "" if value is None else format_quantity(value, channel.unit, 3)
+        return "" if value is None else known_quantity(value, channel.unit)
 
     return (
         name,

@@ -57,6 +57,8 @@ def _marks(kind: str, branch: BranchSummary) -> list[str]:
         f"max |angle| {j.farthest_from_rad:.2g} to {j.farthest_to_rad:.2g} rad"
         for j in branch.jumps[:NO_MORE]
     ]
+    if (others := len(branch.jumps) - NO_MORE) > 0:
+        said.append(f"{kind}: {others} more jump{'s' * (others > 1)}")
     for word, spans in (
         ("overturns", branch.overturned_hz),
         ("is not periodic", branch.not_periodic_hz),
@@ -64,7 +66,11 @@ def _marks(kind: str, branch: BranchSummary) -> list[str]:
     ):
         if spans:
             shown = ", ".join(_span(*span) for span in spans[:NO_MORE])
-            more = f" and in {len(spans) - NO_MORE} more ranges" if len(spans) > NO_MORE else ""
+            more = (
+                f" and in {len(spans) - NO_MORE} more range{'s' * (len(spans) - NO_MORE > 1)}"
+                if len(spans) > NO_MORE
+                else ""
+            )
             said.append(f"{kind}: {word} {shown}{more}")
     return items(said)
 

@@ -19,6 +19,7 @@ from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
     FitResultSummary,
+    Gap,
     ParameterSummary,
     StartsSummary,
 )
@@ -31,6 +32,9 @@ LONGEST_NAME = 28
 
 #: Records listed by name; the rest are counted.
 MOST_RECORDS = 12
+
+#: Minima that a summary lists: where there are so many there may be more.
+MOST_MINIMA = 8
 
 VERDICTS = {
     "ok": "Every check of the numbers passed.",
@@ -82,9 +86,14 @@ def headline(summary: FitResultSummary) -> str:
     said = [
         f"{format_share(gap.explained)} of the {channel}, within {format_quantity(gap.rms, gap.unit, 3)} rms"
         for channel, gap in summary.gap.channels.items()
-        if gap.explained is not None
+        if gap.explained is not None and math.isfinite(gap.rms)
     ]
     return f"The model explains {'; '.join(said)}." if said else ""
+
+
+def known_quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A quantity in SI in the unit a person would choose, or that it is not known, as where nothing was simulated."""
+    return format_quantity(value, unit, digits) if math.isfinite(value) else "not known"
 
 
 def _left(summary: FitResultSummary) -> str:
@@ -243,14 +252,19 @@ def _gap_row(channel: str, gap: ChannelGap) -> tuple[str, ...]:
     noise = "" if gap.noise is None else format_quantity(gap.noise, gap.unit, 3)
     explained = "" if gap.explained is None else format_share(gap.explained)
     ratio = "" if gap.ratio is None else f"{gap.ratio:.2f}"
-    return channel, explained, format_quantity(gap.rms, gap.unit, 3), noise, ratio
+    return channel, explained, known_quantity(gap.rms, gap.unit), noise, ratio
+
+
+def size_of(gap: Gap) -> float:
+    """The gap by which records are put in order, worst first: none is worse than one that is not known."""
+    return math.inf if gap.total is None else gap.total
 
 
 def _records(summary: FitResultSummary) -> list[str]:
     """Gap of each record, worst first; nothing where there is only one."""
     if len(summary.records) < 2:
         return []
-    worst = sorted(summary.records.items(), key=lambda item: -(item[1].gap.total or math.inf))
+    worst = sorted(summary.records.items(), key=lambda item: -size_of(item[1].gap))
     channels = list(summary.gap.channels)
     rows = []
     for name, record in worst[:MOST_RECORDS]:
@@ -267,7 +281,8 @@ def _starts(starts: StartsSummary) -> str:
     text = f"Multistart: {starts.agreeing} of {starts.tried} starts reached the best minimum"
     others = [basin for basin in starts.basins if basin.cost > 0]
     shown = ", ".join(f"cost x {1.0 + basin.cost:.3g} ({basin.starts})" for basin in others[:2])
-    number = f"{len(others)} local minim{'um' if len(others) == 1 else 'a'}"
+    more = "at least " if len(starts.basins) >= MOST_MINIMA else ""
+    number = f"{more}{len(others)} local minim{'um' if len(others) == 1 else 'a'}"
     return f"{text}; {number}: {shown}{', ...' if len(others) > 2 else ''}." if others else f"{text}."
 
 
@@ -279,6 +294,8 @@ def input_noise(summary: FitResultSummary) -> list[str]:
         text = f"The measured {name} was corrected by {rms} rms (errors in variables); its noise is {noise}."
         if error.rms == 0.0:
             text = f"The {name} was taken as it was measured; its noise is {noise}."
+        if not math.isfinite(error.rms):
+            text = f"What the measured {name} was corrected by is not known; its noise is {noise}."
         if summary.expected_gap is not None:
             text += f" The expected gap of a perfect model is {summary.expected_gap:.2f}."
         lines.append(paragraph(text))

@@ -16,7 +16,6 @@ from jax.custom_batching import sequential_vmap
 
 from fibrefit.rigs.rig import Start
 from fibrefit.simulation.inputs import Course, inputs_at, row
-from fibrefit.simulation.inputs import Signals as Signals
 from fibrefit.simulation.steps import Mode, State, System, flow
 
 Inputs = dict[str, Course]

@@ -293,7 +293,7 @@ def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
         If no result can stand there.
     """
     real = Path(os.path.realpath(out))
-    if out.is_symlink() and not os.path.lexists(real):
+    if os.path.islink(out) and not os.path.lexists(real):
         raise UsageError(str(out), f"is a link to {real}, which does not exist", "a folder", "Name another --out.")
     if real.name and not real.name.strip():
         # A variable with nothing but blanks in it leaves such a word on a command line.

@@ -76,18 +76,17 @@ def recover(out: Path) -> None:
             _move(replaced, out)
 
 
-def tidy_away(old: Path, home: Path | None) -> None:
+def tidy_away(old: Path, home: Path) -> None:
     """Remove what the marker of `old` lists; what others put there goes to `home`, or stays where its name is taken."""
     known = read_manifest(old)
     if known is not None:
         _remove(old, known.files, known.folders)
-    if home is not None:
-        for name in foreign_but_marker(old):
-            _carry(old / name, home / name)
-        # Folders that held nothing but what was carried over.
-        _remove(old, [], {path.relative_to(old).as_posix() for path in old.rglob("*") if path.is_dir()})
+    for name in foreign_but_marker(old):
+        _carry(old / name, home / name)
+    # Folders that held nothing but what was carried over.
+    _remove(old, [], {path.relative_to(old).as_posix() for path in old.rglob("*") if path.is_dir()})
     _remove_if_empty(old)
-    if home is not None and old.exists():
+    if old.exists():
         (old / MARKER).unlink(missing_ok=True)
         _move(old, _free(home.with_name(f"{home.name}.left")))
 

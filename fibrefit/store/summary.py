@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import read_plain_file, sha256_of
+from fibrefit.core.paths import is_folder, read_plain_file, sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
@@ -16,7 +17,7 @@ from fibrefit.study.summaries.summaries import Provenance
 
 NAME = "summary.json"
 LARGEST_SUMMARY = 1 << 27
-"""Bytes of a summary; that of a batch has some kilobytes for each of its records."""
+"""Bytes of a summary at most: that of a batch has some kilobytes for each of its records."""
 
 
 def write_summary(folder: Path, summary: Part) -> Path:
@@ -50,7 +51,7 @@ def read_summary(result: str | Path) -> Part:
         If it does not follow its schema.
     """
     path = Path(result)
-    if path.is_dir():
+    if is_folder(path):
         _refuse_what_has_none(path)
         path = path / NAME
     content = read_plain_file(path, f"a result with its {NAME}", DataError, most=LARGEST_SUMMARY)
@@ -68,9 +69,9 @@ WITHOUT = {
 
 
 def _refuse_what_has_none(folder: Path) -> None:
-    if not (folder / NAME).exists():
+    if not os.path.lexists(folder / NAME):
         for name, (what, do) in WITHOUT.items():
-            if (folder / name).exists():
+            if os.path.lexists(folder / name):
                 raise DataError(str(folder), f"{what}, without a {NAME}", "a result of another command", do)
 
 

@@ -70,11 +70,11 @@ Heading = Annotated[StrictStr, Field(min_length=1)]
 ChannelEntry = Annotated[
     Annotated[Heading, Tag("heading")] | Annotated[ChannelTable, Tag("table")], Discriminator(_shape)
 ]
-"""A heading, or a table with column, unit and scale."""
+"""A heading, or a table with column, unit, zero and scale."""
 
 
 def plain_channels(channels: Mapping[str, Any]) -> dict[str, Any]:
-    """Channels as readers take them: a heading, or a dict with ``column``, ``unit`` and ``scale``.
+    """Channels as readers take them: a heading, or a dict with ``column``, ``unit``, ``zero`` and ``scale``.
 
     Parameters
     ----------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
@@ -305,11 +306,21 @@ def _check_file(path: Path, named: str, where: str) -> None:
         raise StudyError(where, f'"{shown_path(named)}"', "a name that a file can have", "")
     if not is_folder(folder):
         raise StudyError(where, f'no folder for "{shown_path(named)}"', f"{shown_path(folder)} to exist", "")
-    if path.exists():
-        what = "a folder" if path.is_dir() else "a device or a pipe"
+    if os.path.exists(path):
+        what = "a folder" if is_folder(path) else "a device or a pipe"
         raise StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
-    near = did_you_mean(path.name, [printable(other.name) for other in folder.iterdir()])
+    if not os.access(folder, os.X_OK):
+        raise StudyError(where, f'"{named}" cannot be reached', f"leave to look into {shown_path(folder)}", "")
+    near = did_you_mean(path.name, [printable(other) for other in _names_in(folder)])
     raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)
+
+
+def _names_in(folder: Path) -> list[str]:
+    """Names of what lies in a folder; none where it may not be listed."""
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
 
 
 def _belongs(key: str, study: type[Study], others: Iterable[tuple[str, type[Study]]]) -> str:

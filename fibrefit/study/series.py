@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from contextlib import suppress
 from pathlib import Path
 
 from fibrefit.core.allowance import LARGEST_STUDY
@@ -12,9 +13,11 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.paths import read_plain_file
 
 _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")
+PURE = ("gain", "masses_per_fibre")
+"""What is stated of records and has no unit: a study writes it without quotes."""
 
 
-def read_series(path: Path) -> list[dict[str, str]]:
+def read_series(path: Path) -> list[dict[str, str | int | float]]:
     """Records of a table, as ``[[records]]`` would give them.
 
     Parameters
@@ -25,7 +28,8 @@ def read_series(path: Path) -> list[dict[str, str]]:
     Returns
     -------
     list of dict
-        Key to text with its unit, one for each row; empty cells are left out.
+        Key to text with its unit, one for each row, and to a number where it has none by nature; empty cells are left
+        out.
 
     Raises
     ------
@@ -47,9 +51,18 @@ def read_series(path: Path) -> list[dict[str, str]]:
         if len(row) != len(columns):
             raise StudyError(f"{path}, line {line}", f"{len(row)} cells", f"{len(columns)}, as in the header", "")
     return [
-        {key: f"{cell} {unit}".strip() for (key, unit), cell in zip(columns, row, strict=True) if cell}
+        {key: _value(key, cell, unit) for (key, unit), cell in zip(columns, row, strict=True) if cell}
         for _, row in body
     ]
+
+
+def _value(key: str, cell: str, unit: str) -> str | int | float:
+    """What a study would write: a number without quotes where it is a pure one, else text with its unit."""
+    if key in PURE and unit in ("", "-", "1"):
+        for kind in (int, float):
+            with suppress(ValueError):
+                return kind(cell)
+    return f"{cell} {unit}".strip()
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:

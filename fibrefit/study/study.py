@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.paths import sha256_of
+from fibrefit.core.paths import is_plain_file, sha256_of
 from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
@@ -114,7 +114,7 @@ class Study(Shown, StudyTable):
 
     def stated_in(self) -> list[Path]:
         """The files that state it: itself, and its table of records."""
-        return [path for path in (self._source, self._table) if path is not None and path.is_file()]
+        return [path for path in (self._source, self._table) if path is not None and is_plain_file(path)]
 
     def data_files(self) -> list[Path]:
         """The input files whose content is not in the study itself: records, and files with effects."""
@@ -143,7 +143,7 @@ class Study(Shown, StudyTable):
         """
         for file, expected in self.model.laws.items():
             path = self.path_of(file)
-            if path.is_file() and (found := sha256_of(path)) != expected:
+            if is_plain_file(path) and (found := sha256_of(path)) != expected:
                 raise StudyError(
                     self._place(f"model.laws.{file}"), f"{path} has changed: its SHA-256 is {found[:12]}...",
                     f"{expected[:12]}..., that of the law this study was written with",
@@ -296,7 +296,9 @@ class Study(Shown, StudyTable):
             ]
             laws = {path: _written_to(path, relative_to, growing) for path in self.own_effects().values()}
             content["model"]["laws"] = {
-                _relative(path, relative_to): sha256_of(laws[path]) for path in sorted(laws) if laws[path].is_file()
+                _relative(path, relative_to): sha256_of(laws[path])
+                for path in sorted(laws)
+                if is_plain_file(laws[path])
             }
         if not content["model"].get("laws"):
             content["model"].pop("laws", None)

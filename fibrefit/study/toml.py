@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from datetime import date, time
 from typing import Any
 
 
 def to_toml(content: Mapping[str, Any]) -> str:
-    """TOML text of tables, arrays of tables, text, numbers and booleans.
+    """TOML text of tables, arrays of tables, text, numbers, booleans, dates and times.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def _table(path: tuple[str, ...], content: Mapping[str, Any]) -> list[str]:
 
 def _is_array(value: Any) -> bool:
     """Whether a value is an array of tables."""
-    return isinstance(value, Sequence) and bool(value) and isinstance(value[0], Mapping)
+    return isinstance(value, list | tuple) and bool(value) and all(isinstance(one, Mapping) for one in value)
 
 
 def _key(key: str) -> str:
@@ -54,4 +55,9 @@ def _value(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, int | float):
         return repr(value)
+    if isinstance(value, date | time):
+        return value.isoformat()
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{_key(key)} = {_value(one)}" for key, one in value.items())
+        return f"{{ {inner} }}"
     return f"[{', '.join(map(_value, value))}]"

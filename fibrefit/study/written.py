@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.study.overrides import apply_overrides
+from fibrefit.study.overrides import apply_overrides, parse
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.catalogue import WRITTEN_OUT, study_type
 from fibrefit.study.study import SCHEMA
@@ -67,11 +67,11 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     Raises
     ------
     UsageError
-        If the kind of rig is not known.
+        If the kind of rig is not known, or an override puts something else in place of the rig or the records.
     """
-    kind = kind or _kind(files)
+    where, kind = _stated_kind(overrides) or ("--rig", kind or _kind(files))
     if kind not in KINDS:
-        raise UsageError("--rig", f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
+        raise UsageError(where, f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
     usual = files[0]
     raw: dict[str, Any] = {
         "schema": SCHEMA,
@@ -86,6 +86,9 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     raw = {key: value for key, value in (raw | said).items() if value not in ({}, [])}
     raw["records"] = raw.pop("records")  # last, as in every study
     apply_overrides(raw, [o for o in overrides if not o.startswith(("files.", "channels.", "units."))])
+    if not (isinstance(raw["rig"], Mapping) and _are_tables(raw["records"])):
+        do = "Set their keys, such as rig.kind or records[0].lift."
+        raise UsageError("--set", "something else in place of rig or records", "tables there", do)
     return to_toml(raw) + _missing(raw, kind)
 
 
@@ -97,6 +100,22 @@ def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
         if unit != usual.units.get(role, unit) and isinstance(one.channels.get(role), str):
             own[role] = {"column": one.channels[role], "unit": unit}
     return record | ({"channels": own} if own else {})
+
+
+def _are_tables(records: object) -> bool:
+    return isinstance(records, list) and bool(records) and all(isinstance(one, Mapping) for one in records)
+
+
+def _stated_kind(overrides: Sequence[str]) -> tuple[str, str] | None:
+    """Where overrides state the kind of rig, and which; None where they do not."""
+    stated = None
+    for override in overrides:
+        keys, value = parse(override)
+        if keys == ["rig"] and isinstance(value, Mapping):
+            keys, value = ["rig", "kind"], value.get("kind")
+        if keys == ["rig", "kind"] and value is not None:
+            stated = f"--set {override}", str(value)
+    return stated
 
 
 def _kind(files: Sequence[Understood]) -> str:

@@ -223,3 +223,50 @@ def test_a_kind_of_rig_without_a_study_to_write_is_refused(written: Run) -> None
     done = written("inspect", "plain.csv", "--rig", "fibre_mas")
     assert done.code == 2
     assert "--write STUDY beside it" in done.err
+
+
+FORCES = "time [s],force [N]\n" + "".join(f"{i / 2000},{12 + i % 7}\n" for i in range(30))
+
+
+@pytest.mark.parametrize("override", ["rig.kind=guided_mass", 'rig={kind = "guided_mass"}'])
+def test_the_kind_that_an_override_states_is_that_of_the_study(written: Run, override: str) -> None:
+    """What is written beside the kind, such as what was measured, is that of this rig."""
+    Path("force.csv").write_text(FORCES)
+    done = written("inspect", "force.csv", "--write", "study.toml", "--rig", "fibre_mass", "--set", override)
+    assert done.code == 0, done.err
+    text = Path("study.toml").read_text()
+    assert 'kind = "guided_mass"' in text
+    assert "measured" not in text
+    assert load_study("study.toml").kind == "guided_mass"
+
+
+def test_the_kind_of_an_override_is_looked_at(written: Run) -> None:
+    done = written("inspect", "plain.csv", "--write", "study.toml", "--set", "rig.kind=guided_mas")
+    assert done.code == 2
+    assert "--set rig.kind=guided_mas: " in done.err
+    assert 'Did you mean "guided_mass"?' in done.err
+
+
+@pytest.mark.parametrize("override", ["rig=3", "records=3", "records=[1]", "records=[]"])
+def test_what_is_no_table_is_not_written_in_place_of_one(written: Run, override: str) -> None:
+    done = written("inspect", "plain.csv", "--write", "study.toml", "--set", override)
+    assert (done.code, Path("study.toml").exists()) == (2, False), done.err
+    assert "something else in place of rig or records; expected tables there" in done.err
+
+
+@pytest.mark.parametrize(
+    ("said", "wrote", "hour"),
+    [
+        ("2026-03-14", "taken = 2026-03-14\n", 0),
+        ("2026-03-14T09:30:00", "taken = 2026-03-14T09:30:00\n", 9),
+        ('"2026-03-14 09:30"', 'taken = "2026-03-14 09:30"\n', 9),
+    ],
+)
+def test_a_day_of_an_override_is_written_as_one(written: Run, said: str, wrote: str, hour: int) -> None:
+    words = ("rig.inclination=90 deg", "rig.weight_mass=3 kg", f"records[0].taken={said}")
+    overrides = [word for one in words for word in ("--set", one)]
+    done = written("inspect", "plain.csv", "--write", "study.toml", *overrides)
+    assert done.code == 0, done.err
+    assert wrote in Path("study.toml").read_text()
+    taken = load_study("study.toml").records[0].taken
+    assert (taken.year, taken.month, taken.day, taken.hour) == (2026, 3, 14, hour)

@@ -13,6 +13,7 @@ import pytest
 
 from fibrefit.cli import show
 from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late
+from fibrefit.cli.terminal import first_missing
 from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.store.directory import ResultDirectory
 from tests.cli.conftest import Run
@@ -201,3 +202,49 @@ def test_a_path_that_leads_nowhere_is_told_first(fibrefit: Run, words: tuple[str
     assert done.err.strip() == (
         f"error: {words[1]}: no such file or folder; expected a study, or records. Check the path."
     )
+
+
+LONG = "a" * 300
+"""More letters than the name of a file has anywhere."""
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "says"),
+    [
+        (("show", LONG), 3, "expected a result with its summary.json"),
+        (("fit", f"{LONG}.csv", "--rig", "fibre_mass"), 2, "no such file or folder; expected a study, or records"),
+        (("fit", f"{LONG}.toml"), 4, "expected a study file"),
+        (("fit", "demo", "--out", LONG), 2, "cannot be written: File name too long; expected a folder to write to"),
+        (("fit", "demo", "--out", "b" * 249), 2, "cannot be written: File name too long"),
+        (("init", LONG), 2, "expected a folder to write to"),
+    ],
+)
+@pytest.mark.skipif(os.name == "nt", reason="names are longer there")
+def test_a_name_that_no_file_can_have_is_a_mistake_of_the_command_line(
+    fibrefit: Run, words: tuple[str, ...], code: int, says: str
+) -> None:
+    assert fibrefit("init", "demo").code == 0
+    done = fibrefit(*words)
+    assert "fault in the program" not in done.err
+    assert (done.code, done.out) == (code, "")
+    assert says in done.err
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="nothing is out of reach there")
+def test_what_lies_out_of_reach_is_no_fault_of_the_program(fibrefit: Run) -> None:
+    Path("shut").mkdir(mode=0o000)
+    assert fibrefit("show", "shut").code == 3
+    assert fibrefit("fit", "shut/a.csv", "--rig", "fibre_mass").code == 2
+    Path("s.toml").write_text('schema = "fibrefit/study/1"\nname = "x"\n[rig]\nkind = "fibre_mass"\n')
+    records, rig = 'records=[{file = "shut/a.csv"}]', ("rig.weight_mass=3 kg", "rig.inclination=90 deg")
+    done = fibrefit("fit", "s.toml", *(word for said in (records, *rig) for word in ("--set", said)))
+    assert done.code == 4
+    assert "cannot be reached" in done.err
+
+
+def test_a_folder_that_cannot_be_made_is_missing() -> None:
+    assert first_missing(Path(LONG, "figures")) == Path(LONG)
+
+
+def test_it_is_the_traceback_that_more_words_are_for(fibrefit: Run) -> None:
+    assert "Show the traceback of a fault." in " ".join(fibrefit("show", "--help").out.split())

@@ -103,3 +103,13 @@ def test_another_rig_cannot_be_swept(fibrefit: Run) -> None:
     done = fibrefit("sweep", str(PENDULUM.parents[1] / "drop_series"))
     assert done.code == 2
     assert "a study of the rig fibre_mass" in done.err
+
+
+def test_a_record_cannot_be_swept_whatever_its_rig(fibrefit: Run) -> None:
+    """A sweep has no ``--rig`` that could be added."""
+    Path("data.csv").write_text("time [s],force [N]\n0,1\n")
+    done = fibrefit("sweep", "data.csv")
+    assert done.code == 2
+    assert "data.csv: a record; expected a study of an inverted pendulum." in done.err
+    assert "--rig" not in done.err
+    assert "no such file or folder" in fibrefit("sweep", "none.csv").err

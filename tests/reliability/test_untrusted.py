@@ -60,6 +60,31 @@ def test_code_that_is_named_on_the_command_line_is_trusted(fibrefit: Run, strang
     assert Path("ran").exists()
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--also", "my_evil.py:X"),
+        ("--also", "evil.py:XY"),
+        ("--set", "name=evil.py:X"),
+    ],
+)
+def test_a_name_that_only_holds_that_of_a_stranger_does_not_trust_it(
+    fibrefit: Run, stranger: Path, words: tuple[str, str]
+) -> None:
+    done = fibrefit("discover", str(stranger), *words, "--out", "out")
+    assert done.code == 2, done.err
+    assert '"evil.py:X" is code that would be run' in done.err
+    assert not Path("ran").exists()
+
+
+@pytest.mark.parametrize(
+    "override", ['model.effects=["evil.py:X"]', 'model.effects[0]="evil.py:X"', 'model={effects = ["evil.py:X"]}']
+)
+def test_code_that_an_override_names_is_trusted(fibrefit: Run, stranger: Path, override: str) -> None:
+    assert fibrefit("simulate", str(stranger), "--set", override, "--out", "out").code == 4
+    assert Path("ran").exists()
+
+
 def test_looking_at_a_study_runs_nothing(fibrefit: Run, stranger: Path) -> None:
     assert fibrefit("inspect", str(stranger)).code == 0
     assert not Path("ran").exists()

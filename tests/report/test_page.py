@@ -14,11 +14,15 @@ import pytest
 
 from fibrefit.report.any import REPORTS
 from fibrefit.report.page import Illustration, Result, page
+from fibrefit.report.page.common import gaps_table
+from fibrefit.report.page.discovery import discovery_page
 from fibrefit.report.page.kinds import KINDS
 from fibrefit.report.page.posterior import view_of_posterior
+from fibrefit.report.text import fit_report
 from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.arrays import conditions_text
 from fibrefit.study.summaries.files import SUMMARIES
-from tests.study.test_summaries import EXAMPLES, FIT
+from tests.study.test_summaries import EXAMPLES, FIT, GAP
 
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -281,3 +285,52 @@ def test_there_is_a_report_of_every_kind() -> None:
         module, name = where.split(".")
         assert callable(getattr(importlib.import_module(f"fibrefit.report.{module}"), name))
     assert set(KINDS) <= set(SUMMARIES.values())
+
+
+@pytest.mark.parametrize(
+    ("verdict", "status", "badge"),
+    [
+        ("named", "ok", "ok"),
+        ("named", "suspect", "suspect"),
+        ("named", "failed", "failed"),
+        ("nothing_missing", "failed", "failed"),
+        ("unexplained", "ok", "suspect"),
+        ("not_trusted", "ok", "failed"),
+    ],
+)
+def test_a_search_is_marked_by_the_worse_of_its_verdict_and_its_final_fit(
+    verdict: str, status: str, badge: str
+) -> None:
+    changed = EXAMPLES["fibrefit/discovery/1"].model_copy(update={"verdict": verdict, "status": status})
+    assert discovery_page(Result("results/a", changed)).status == badge
+
+
+def test_one_identification_is_one() -> None:
+    whole = EXAMPLES["fibrefit/batch/1"]
+    one = whole.model_copy(update={"items": {"a": whole.items["a"]}})
+    assert "1 identification: 1 ok." in read(page([Result("results/a", one)], "one")).text
+    assert "2 identifications: " in read(page([Result("results/a", whole)], "one")).text
+
+
+def test_conditions_of_a_record_are_written_in_the_signs_of_print() -> None:
+    constants = {
+        "samples": Variable(np.array([90, 90]), ("record",)),
+        "lift": Variable(np.array([0.01, 0.0]), ("record",), "m"),
+        "inclination": Variable(np.radians([45.0, 90.0]), ("record",), "rad"),
+    }
+    assert [conditions_text(constants, r) for r in range(2)] == ["lift 10 mm, inclination 45°", "inclination 90°"]
+    changed = groups()
+    changed["constant_data"] |= {"lift": Variable(np.array([2e-5]), ("record",), "m")}
+    view = json.loads(read(page([Result("results/a", FIT, groups=changed)], "one")).data[0])
+    assert view["records"][0]["says"] == "lift 20 µm"
+
+
+def test_records_stand_in_one_order_on_the_page_and_in_the_report() -> None:
+    """One whose gap is not known comes first: its motion could not be simulated."""
+    totals = {"a.csv": 1.0, "b.csv": None, "c.csv": 3.0, "d.csv": 0.0}
+    gaps = {name: GAP.model_copy(update={"total": total}) for name, total in totals.items()}
+    order = ["b.csv", "c.csv", "a.csv", "d.csv"]
+    assert [row[0] for row in gaps_table(gaps, GAP, None, None).rows] == [*order, "all records"]
+    records = {name: FIT.records["a.csv"].model_copy(update={"gap": gap}) for name, gap in gaps.items()}
+    text = fit_report(FIT.model_copy(update={"records": records})).partition("worst first")[2]
+    assert sorted(totals, key=text.index) == order

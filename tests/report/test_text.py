@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
+import re
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fibrefit.fitting.result import Starts
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
+from fibrefit.report.page import Result, page
 from fibrefit.report.pooled import trend_sentences
+from fibrefit.report.prediction import prediction_report
+from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report, prior_sentences, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.prediction import PredictedChannel
 from fibrefit.study.summaries.summaries import InputErrorSummary
-from tests.study.test_summaries import FIT, GAP
+from fibrefit.workflow.fit_files import starts_summary
+from tests.study.test_summaries import EXAMPLES, FIT, GAP
 
 FAILED = Check(
     name="the gap is noise",
@@ -195,3 +203,47 @@ def test_a_trend_says_what_it_is_per(condition: str, unit: str, said: str) -> No
     )  # fmt: skip
     (line,) = trend_sentences([trend])
     assert said in line
+
+
+def test_what_could_not_be_simulated_is_not_known() -> None:
+    channel = s.ChannelGap(rms=math.nan, unit="N", noise=0.4, explained=0.5)
+    errors = {"drive": InputErrorSummary(rms=math.nan, noise=1e-5, unit="m")}
+    gap = s.Gap(force=channel)
+    text = fit_report(FIT.model_copy(update={"status": "failed", "gap": gap, "input_errors": errors}))
+    said = " ".join(text.split())
+    assert "% of the force" not in said
+    assert re.search(r"^force +50\.0 % +not known +", text, re.MULTILINE)
+    assert "What the measured drive was corrected by is not known; its noise is 10 um." in said
+    assert not {"nan", "inf"} & set(said.split())
+    predicted = PredictedChannel(rms=math.nan, unit="N")
+    update = {"status": "failed", "verdict": "not_trusted", "channels": {"force": predicted}, "gap": gap}
+    prediction = EXAMPLES["fibrefit/prediction/1"].model_copy(update=update)
+    assert re.search(r"^force +not known$", prediction_report(prediction), re.MULTILINE)
+    page_text = page([Result("results/a", prediction)], "one")
+    assert "not known" in page_text
+    assert "nan" not in re.sub(r"<script.*?</script>", "", page_text, flags=re.DOTALL).split()
+
+
+@pytest.mark.parametrize(
+    ("basins", "says"), [(3, "; 2 local minima: "), (7, "; 6 local minima: "), (12, "; at least 7 local minima: ")]
+)
+def test_local_minima_are_counted_as_far_as_they_are_kept(basins: int, says: str) -> None:
+    shape = (basins, 1)
+    starts = Starts(
+        ("k",), np.ones(shape), np.ones(shape), np.ones(shape), 1.0 + np.arange(basins), np.zeros(basins, dtype=int),
+        np.arange(basins),
+    )  # fmt: skip
+    text = fit_report(FIT.model_copy(update={"starts": starts_summary(starts)}))
+    assert says in " ".join(text.split())
+
+
+@pytest.mark.parametrize(("number", "more"), [(4, ""), (5, "1 more jump"), (9, "5 more jumps")])
+def test_jumps_that_are_not_listed_are_counted(number: int, more: str) -> None:
+    swept = EXAMPLES["fibrefit/sweep/1"]
+    (curve,) = swept.curves.values()
+    branch = curve.branches["rest"]
+    jumping = branch.model_copy(update={"jumps": branch.jumps * number})
+    changed = curve.model_copy(update={"branches": {"rest": jumping}})
+    text = " ".join(sweep_report(swept.model_copy(update={"curves": {"20 mm": changed}})).split())
+    assert text.count("jumps between") == 4
+    assert (f"from rest: {more}" in text) if more else "more jump" not in text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from datetime import UTC
 from pathlib import Path
 from typing import Any
 
@@ -65,11 +66,16 @@ scalars = st.one_of(
     st.integers(-(2**63), 2**63 - 1),
     st.floats(allow_nan=False, allow_infinity=False),
     st.text(st.characters(codec="utf-8", exclude_categories=["Cs"])),
+    st.dates(),
+    st.times(),
+    st.datetimes(timezones=st.none() | st.just(UTC)),
 )
 keys = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]))
 tables: st.SearchStrategy[Any] = st.recursive(
     st.dictionaries(keys, scalars | st.lists(scalars)),
-    lambda inner: st.dictionaries(keys, scalars | inner | st.lists(inner, min_size=1, max_size=3), max_size=4),
+    lambda inner: st.dictionaries(
+        keys, scalars | inner | st.lists(inner | scalars, min_size=1, max_size=3), max_size=4
+    ),
     max_leaves=12,
 )
 

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
+from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import StudyError
 from fibrefit.study import load_study
+from fibrefit.study.quantity import Unit
+from fibrefit.study.rigs.catalogue import study_type
+from fibrefit.study.series import PURE
 from tests.study.conftest import TEXT, Loader
 
 HEAD = TEXT[: TEXT.index("[[records]]")].replace("name =", 'records = "series.csv"\nname =')
@@ -66,3 +71,47 @@ def test_a_missing_table_is_named(folder: Path) -> None:
 def test_overrides_reach_its_rows(folder: Path) -> None:
     study = load_study(write(folder, TABLE), ["records[1].lift=7 mm"])
     assert study.records[1].lift == 0.007
+
+
+@pytest.mark.parametrize(
+    ("rig", "column", "cells", "stated"),
+    [
+        ("guided_mass", "gain", ("1.02", "2"), (1.02, 2.0)),
+        ("guided_mass", "gain [-]", ("1.02", "1e-1"), (1.02, 0.1)),
+        ("fibre_mass", "masses_per_fibre", ("3", ""), (3, None)),
+    ],
+)
+def test_pure_numbers_stand_in_a_table_as_they_are(
+    folder: Path, rig: str, column: str, cells: tuple[str, str], stated: tuple[float | None, float | None]
+) -> None:
+    needed = 'weight_mass = "3 kg"\ninclination = "90 deg"\n' if rig == "fibre_mass" else ""
+    text = f'schema = "fibrefit/study/1"\nname = "x"\nrecords = "series.csv"\n[rig]\nkind = "{rig}"\n{needed}'
+    (folder / "pure.toml").write_text(text)
+    (folder / "series.csv").write_text(f"file,{column}\none.csv,{cells[0]}\ntwo.csv,{cells[1]}\n")
+    study = load_study(folder / "pure.toml")
+    assert tuple(getattr(record, column.split()[0]) for record in study.records) == stated
+
+
+@pytest.mark.parametrize(("cell", "says"), [("often", "often"), ("2.5", "2.5"), ("99", "99")])
+def test_what_is_no_such_number_is_refused(folder: Path, cell: str, says: str) -> None:
+    table = f"file,masses_per_fibre\none.csv,{cell}\n"
+    with pytest.raises(StudyError, match=f'column "masses_per_fibre": .*{says}'):
+        load_study(write(folder, table))
+
+
+def test_names_and_files_of_a_table_stay_text(folder: Path) -> None:
+    (folder / "12").write_text((folder / "one.csv").read_text())
+    study = load_study(write(folder, "file,name\n12,7\n"))
+    assert (study.records[0].file, study.records[0].name) == ("12", "7")
+
+
+def test_the_pure_numbers_are_those_of_the_rigs() -> None:
+    found = set()
+    for kind in KINDS:
+        records = study_type(kind).model_fields["records"].annotation.__args__[0]
+        for name, field in records.model_fields.items():
+            choices = [get_args(choice) for choice in get_args(field.annotation)]
+            numbers = [said for kind_of, *said in filter(None, choices) if kind_of in (int, float)]
+            if any(not any(isinstance(one, Unit) for one in said) for said in numbers):
+                found.add(name)
+    assert found == set(PURE)

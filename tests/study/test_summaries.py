@@ -218,6 +218,22 @@ def test_what_is_no_number_is_not_written(value: float) -> None:
         s.ParameterSummary(value=value, unit="N")
 
 
+@pytest.mark.parametrize(
+    "part",
+    [
+        s.ChannelGap(rms=math.nan, unit="N"),
+        s.InputErrorSummary(rms=math.inf, noise=1e-5, unit="m"),
+        p.PredictedChannel(rms=math.inf, unit="N", expected=math.nan),
+    ],
+)
+def test_a_residual_that_is_not_known_is_null_in_the_file(part: s.Part) -> None:
+    """As of a model whose motion could not be simulated: the file is written all the same, and can be read."""
+    assert part.model_dump(mode="json")["rms"] is None
+    text = part.model_dump_json()
+    assert json.loads(text)["rms"] is None
+    assert math.isnan(type(part).model_validate_json(text).rms)
+
+
 def test_unknown_names_are_refused() -> None:
     with pytest.raises(ValidationError, match="colour"):
         s.ParameterSummary.model_validate({"value": 1.0, "unit": "N", "colour": "red"})

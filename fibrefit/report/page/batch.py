@@ -27,7 +27,8 @@ def batch_page(result: Result) -> PageContent:
         _items(result, summary),
         _population(summary),
     ]
-    said = f"{len(found)} identifications: {', '.join(f'{n} {kind}' for kind, n in counts.items())}."
+    number = f"{len(found)} identification{'s' * (len(found) != 1)}"
+    said = f"{number}: {', '.join(f'{n} {kind}' for kind, n in counts.items())}."
     return page_content(result, blocks, VERDICTS[summary.status], said, [(kind, str(n)) for kind, n in counts.items()])
 
 

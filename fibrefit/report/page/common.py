@@ -9,7 +9,7 @@ from fibrefit.core.units import format_quantity
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, PageContent, Pictures, Result, TableBlock, Words
-from fibrefit.report.text import GAP, earlier_value, parameter_row
+from fibrefit.report.text import GAP, earlier_value, parameter_row, size_of
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary, Provenance
@@ -56,7 +56,7 @@ def parameters_table(
 def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] | None, first: Gap | None) -> TableBlock:
     """Gap of each record and channel, worst first, with that of the first model where there is one."""
     channels = list(whole.channels)
-    names = sorted(after, key=lambda name: -((before or after)[name].total or 0.0))
+    names = sorted(after, key=lambda name: -size_of((before or after)[name]))
     rows = [(name, *_ratios((before or {}).get(name), after[name], channels)) for name in names]
     rows.append(("all records", *_ratios(first, whole, channels)))
     head = ("record", *(f"{channel}" for channel in channels), "all channels")

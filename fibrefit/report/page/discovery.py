@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fibrefit.report.confusion import strength
 from fibrefit.report.discovery import (
     EVIDENCE,
     UNFINISHED,
@@ -26,6 +27,8 @@ from fibrefit.study.thresholds import LEAST_LISTED
 
 MOST_CANDIDATES = 8
 STATUS = {"named": "ok", "nothing_missing": "ok", "unexplained": "suspect", "not_trusted": "failed"}
+FROM_BEST = ("ok", "suspect", "failed")
+"""Each is worse than the one before."""
 
 
 def discovery_page(result: Result) -> PageContent:
@@ -55,7 +58,12 @@ def discovery_page(result: Result) -> PageContent:
         _detectable(summary),
     ]
     said = summary.reason if summary.verdict != "not_trusted" else ""
-    return page_content(result, blocks, verdict_line(summary), said, _facts(summary), STATUS[summary.verdict])
+    return page_content(result, blocks, verdict_line(summary), said, _facts(summary), _status(summary))
+
+
+def _status(summary: DiscoverySummary) -> str:
+    """The worse of what the verdict and the final fit amount to: a name is of no use where the fit of it failed."""
+    return max(STATUS[summary.verdict], summary.status, key=FROM_BEST.index)
 
 
 def _facts(summary: DiscoverySummary) -> list[tuple[str, str]]:
@@ -158,18 +166,10 @@ def _detectable(summary: DiscoverySummary) -> TableBlock | None:
     if not summary.detectable:
         return None
     rows = [
-        (one.effect, one.parameter.rpartition(".")[2].replace("_", " "), _smallest(one.smallest_detectable, one.unit))
-        for one in summary.detectable
+        (one.effect, one.parameter.rpartition(".")[2].replace("_", " "), strength(one)) for one in summary.detectable
     ]
     note = "Smallest strength that these records would have shown; a weaker effect may be there."
     return TableBlock("What would have been found", ("effect", "parameter", "shows from"), rows, frozenset({2}), note)
-
-
-def _smallest(value: float | None, unit: str) -> str:
-    if value is None:
-        return "not visible"
-    shown, _, chosen = with_error(value, None, unit)
-    return f"{float(shown):.2g}{'' if chosen == '-' else f' {chosen}'}"
 
 
 def view_of_search(result: Result) -> Records | None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.units import format_quantity, format_share
+from fibrefit.core.units import format_share
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, TableBlock, Words
 from fibrefit.report.page.common import gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED
+from fibrefit.report.text import known_quantity
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 
@@ -44,7 +45,7 @@ def _predicted(summary: PredictionSummary) -> TableBlock:
 
 
 def _row(name: str, one: PredictedChannel) -> tuple[str, ...]:
-    sizes = ("" if v is None else format_quantity(v, one.unit, 3) for v in (one.rms, one.expected, one.fit_rms))
+    sizes = ("" if v is None else known_quantity(v, one.unit) for v in (one.rms, one.expected, one.fit_rms))
     return name, _share(one.explained), *sizes, _share(one.inside)
 
 

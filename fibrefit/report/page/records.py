@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.roles import PHASES, STATES
-from fibrefit.core.units import format_quantity, shown_unit
+from fibrefit.core.units import shown_unit, typeset_unit
 from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed
-from fibrefit.study.summaries.arrays import Groups
+from fibrefit.study.summaries.arrays import AXES, Groups, conditions_text
 from fibrefit.study.summaries.discovery import GapPlace
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import Gap
@@ -21,7 +21,6 @@ FINE = 0.01
 """Step of what is shown in units of the noise."""
 STEPS = 20000
 """Steps in the range of a state."""
-CONDITIONS = ("lift", "inclination", "added_mass")
 
 
 class CourseModel(NamedTuple):
@@ -124,16 +123,13 @@ def fit_bands(groups: Groups, readings: Mapping[str, np.ndarray], gaps: Mapping[
 def simulated(groups: Groups, group: str) -> dict[str, np.ndarray]:
     """Readings of each channel in a group of predictions."""
     channels = groups.get("observed_data", {})
-    return {name: one.values for name, one in groups.get(group, {}).items() if name in channels and name not in _AXES}
-
-
-_AXES = ("record", "sample", "time")
+    return {name: one.values for name, one in groups.get(group, {}).items() if name in channels and name not in AXES}
 
 
 def _scale(values: np.ndarray, unit: str) -> _Scale:
     known = np.abs(values[np.isfinite(values)])
     shown, worth = shown_unit(float(known.max()) if known.size and known.max() > 0.0 else 1.0, unit)
-    return _Scale(shown.replace("um", "µm").replace("deg", "°"), worth)
+    return _Scale(typeset_unit(shown), worth)
 
 
 def _counts(groups: Groups) -> list[int]:
@@ -141,7 +137,7 @@ def _counts(groups: Groups) -> list[int]:
     if samples is not None:
         return [int(count) for count in samples.values]
     # A record ends with the last sample that was measured.
-    observed = [one.values for name, one in groups["observed_data"].items() if name not in _AXES]
+    observed = [one.values for name, one in groups["observed_data"].items() if name not in AXES]
     there = np.any([np.isfinite(values) for values in observed], axis=0)
     return [int(np.flatnonzero(row)[-1]) + 1 if row.any() else 0 for row in there]
 
@@ -204,21 +200,11 @@ def _record(sight: Sight, name: str, record: int, span: slice, noise: Mapping[st
     found = moments(times, motion["phase"].values[record, span].astype(int)) if "phase" in motion else []
     return {
         "name": name,
-        "says": _conditions(sight.groups, record),
+        "says": conditions_text(sight.groups.get("constant_data", {}), record),
         "gap": None if gap is None or gap.total is None else round(gap.total, 3),
         "noise": noise,
         "moments": [{"kind": one.kind, "at": round(one.at, 6)} for one in found],
     }
-
-
-def _conditions(groups: Groups, record: int) -> str:
-    """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``."""
-    known = groups.get("constant_data", {})
-    return ", ".join(
-        f"{name.replace('_', ' ')} {format_quantity(float(known[name].values[record]), known[name].unit)}"
-        for name in CONDITIONS
-        if name in known and float(known[name].values[record]) != 0.0
-    )
 
 
 def _place(place: GapPlace) -> dict[str, Any]:

@@ -97,14 +97,15 @@ def prior_words(prior: Prior, unit: str) -> str:
     limits = f"{prior.lower:.4g} to {prior.upper:.4g}{unit}"
     if prior.even:
         return f"{'log-uniform' if prior.log else 'uniform'}, {limits}"
+    half = not prior.log and prior.centre == prior.lower == 0.0
     if prior.log:
         text = f"log-normal, median {prior.centre:.4g}{unit}, factor {math.exp(prior.spread):.4g}"
-    elif prior.centre == prior.lower:
+    elif half:
         text = f"half-normal, sd {prior.spread:.4g}{unit}"
     else:
         text = f"normal, {prior.centre:.4g} +/- {prior.spread:.4g}{unit}"
-    natural = (0.0 if prior.log else -math.inf, prior.centre)
-    return text if prior.lower in natural and prior.upper == math.inf else f"{text}, within {limits}"
+    natural = 0.0 if prior.log or half else -math.inf
+    return text if prior.lower == natural and prior.upper == math.inf else f"{text}, within {limits}"
 
 
 def _convergence(check: Check) -> str:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, AllowInfNan, BaseModel, BeforeValidator, ConfigDict
+from pydantic import (
+    AfterValidator,
+    AllowInfNan,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    PlainSerializer,
+    WithJsonSchema,
+)
 
 
 def _known(value: Any) -> Any:
@@ -18,6 +26,14 @@ def _both_known(ends: tuple[float, float] | None) -> tuple[float, float] | None:
 
 Known = Annotated[float | None, BeforeValidator(_known)]
 """A number, or None where it is not known: what is computed says so by nan or infinity, for which JSON has no word."""
+OrNan = Annotated[
+    float,
+    AllowInfNan(),
+    BeforeValidator(lambda value: math.nan if value is None else value),
+    PlainSerializer(_known, return_type=float | None, when_used="json"),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "null"}]}),
+]
+"""The same of a number that is computed with: null in a file, where it is not known, and nan in the program."""
 Z_95 = 1.959964
 """Standard errors on either side of a value between which a normal law has 95 % of its probability."""
 _End = Annotated[float, AllowInfNan()]

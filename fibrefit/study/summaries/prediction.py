@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.part import Known, Part
+from fibrefit.study.summaries.part import Known, OrNan, Part
 from fibrefit.study.summaries.summaries import (
     Gap,
     InputErrorSummary,
@@ -22,7 +22,7 @@ Verdict = Literal["holds", "does_not_hold", "not_trusted"]
 class PredictedChannel(Part):
     """One channel over all records: measured minus predicted, beside what was to be expected of it."""
 
-    rms: float = Field(description="Root mean square of measured minus predicted, in `unit`.")
+    rms: OrNan = Field(description="Root mean square of measured minus predicted, in `unit`; null if not known.")
     unit: str
     explained: Known = Field(default=None, description="Share of the variance of the signal within each record.")
     fit_rms: Known = Field(default=None, description="The same rms where the values come from, in `unit`.")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.part import Known, KnownInterval, Part
+from fibrefit.study.summaries.part import Known, KnownInterval, OrNan, Part
 
 Interval = tuple[float, float]
 
@@ -48,7 +48,7 @@ class ParameterSummary(Part):
 class ChannelGap(Part):
     """Residual of one channel: measured minus simulated."""
 
-    rms: Annotated[float, AllowInfNan()] = Field(description="Root mean square of measured minus simulated, in `unit`.")
+    rms: OrNan = Field(description="Root mean square of measured minus simulated, in `unit`; null if not known.")
     unit: str
     noise: Known = Field(default=None, description="Root mean square of the channel's noise, in `unit`.")
     ratio: Known = Field(default=None, description="Normalised residual RMS: rms over noise; 1 is expected.")
@@ -132,7 +132,7 @@ class Provenance(Part):
 class InputErrorSummary(Part):
     """Error that was estimated in a measured input, and subtracted from it (errors in variables)."""
 
-    rms: Annotated[float, AllowInfNan()]
+    rms: OrNan
     noise: float = Field(description="Noise rms of the input.")
     unit: str
 
