@@ -147,10 +147,10 @@ def test_of_a_condition_that_differs_by_its_errors_alone_no_slope_is_sure() -> N
 
 def test_of_a_condition_known_worse_than_it_differs_no_slope_is_told() -> None:
     """And the trends with other conditions can still be written."""
-    names, exact = tuple("abcdef"), np.zeros(6)
-    level = Quantity("damping", "N s/m", np.array([25.0, 25.3, 24.8, 24.8, 25.3, 25.0]), np.full(6, 0.1))
-    place = np.arange(1.0, 7.0)
-    blurred, order = Quantity("lift", "m", place, np.full(6, 5.0)), Quantity("order", "-", place, exact)
+    names, random = tuple("abcdefgh"), np.random.default_rng(0)
+    level = Quantity("damping", "N s/m", 25.0 + 0.2 * random.standard_normal(8), np.full(8, 0.2))
+    lift = np.array([4.9, 4.95, 5.0, 5.02, 5.06, 5.1, 4.97, 5.05])
+    blurred, order = Quantity("lift", "mm", lift, np.full(8, 0.2)), Quantity("order", "-", np.arange(8.0), np.zeros(8))
     assert trend_of(names, level, blurred) is None
     (line,) = map(TrendSummary.of, trends(names, [(level, blurred), (level, order)]))
     assert line.condition == "order"

@@ -110,8 +110,12 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
         return model
     said = list(dict.fromkeys(record.window for record in study.records if record.window is not None))
     if len(said) > 1:
-        lengths = " and ".join(f"{each:g} s" for each in said[:2])
-        raise StudyError(str(study.source), f"windows of {lengths}", "one length for all records", "State one of them.")
+        raise StudyError(
+            str(study.source),
+            f"windows of {said[0]:g} s and {said[1]:g} s",
+            "one length for all records",
+            "State one of them.",
+        )
     step = traces[0].step
     window = max(round((said[0] if said else WINDOW) / step), 16)
     return WindowedModel(model.rig, model.effects, model.tension_law, window)
