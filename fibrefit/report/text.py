@@ -15,6 +15,7 @@ from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import lacking, leaves_more
+from fibrefit.study.summaries.part import MOST_MINIMA
 from fibrefit.study.summaries.summaries import (
     BetweenRecordsSummary,
     ChannelGap,
@@ -32,9 +33,6 @@ LONGEST_NAME = 28
 
 #: Records listed by name; the rest are counted.
 MOST_RECORDS = 12
-
-#: Minima that a summary lists: where there are so many there may be more.
-MOST_MINIMA = 8
 
 VERDICTS = {
     "ok": "Every check of the numbers passed.",

@@ -21,6 +21,7 @@ from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.speeds import speeds_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
+from fibrefit.study.summaries.part import MOST_MINIMA
 from fibrefit.study.summaries.summaries import (
     Basin,
     ChannelGap,
@@ -116,7 +117,7 @@ def gap_summary(gap: Gap, force: ChannelGap | None = None) -> GapSummary:
 def starts_summary(starts: Starts) -> StartsSummary:
     """The table of starts, a line for each basin."""
     basins = []
-    for basin in range(min(int(starts.basin.max()) + 1, 8)):
+    for basin in range(min(int(starts.basin.max()) + 1, MOST_MINIMA)):
         inside = starts.basin == basin
         first = int(np.flatnonzero(inside)[np.argmin(starts.cost[inside])])
         values = dict(zip(starts.names, starts.ended[first].tolist(), strict=True))

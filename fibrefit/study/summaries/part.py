@@ -40,6 +40,9 @@ _End = Annotated[float, AllowInfNan()]
 KnownInterval = Annotated[tuple[_End, _End] | None, AfterValidator(_both_known)]
 """The same of an interval, of which neither end is known where one is not."""
 
+MOST_MINIMA = 8
+"""Minima that a summary lists, the best first: what more there are tells nothing that these do not."""
+
 
 class Part(BaseModel):
     """A part of a summary file: frozen, finite, closed to names it does not know."""
