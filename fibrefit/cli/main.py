@@ -17,6 +17,7 @@ import click
 from fibrefit.cli.failure import explain_fault, report_error, report_interruption
 from fibrefit.cli.terminal import say
 from fibrefit.core.errors import FibrefitError, UsageError, did_you_mean
+from fibrefit.core.paths import shown_path
 
 #: What a disk says that has no room, or may not be written, and a stream that was closed before the start.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EBADF)
@@ -120,16 +121,8 @@ def run(args: Sequence[str]) -> int:
     except FibrefitError as error:
         return report_error(error, "", error.exit_code, args)
     except OSError as error:
-        if error.errno == errno.ENOENT and not _has_working_folder():
-            gone = UsageError(
-                "the working folder", "has been removed", "one that exists", "Go to another and start again."
-            )
-            return report_error(gone, "", gone.exit_code, args)
-        if error.errno not in FULL:
-            return explain_fault(error, args)
-        where = str(error.filename or "a file")
-        full = UsageError(where, f"cannot be written: {error.strerror}", "room for it", "Make room and start again.")
-        return report_error(full, "", full.exit_code, args)
+        refused = _refused_by_the_system(error)
+        return report_error(refused, "", refused.exit_code, args) if refused else explain_fault(error, args)
     except MemoryError:
         do = "Close other programs, raise the limit, or cut the records into parts."
         short = UsageError("memory", "is not enough, or limited to less than this takes", "some gigabytes", do)
@@ -138,6 +131,18 @@ def run(args: Sequence[str]) -> int:
         return report_interruption(error, args)
     except Exception as error:
         return explain_fault(error, args)
+
+
+def _refused_by_the_system(error: OSError) -> UsageError | None:
+    """Message for what a person can mend: a folder that has gone, a full disk, a name no file can have."""
+    if error.errno == errno.ENOENT and not _has_working_folder():
+        return UsageError("the working folder", "has been removed", "one that exists", "Go to another and start again.")
+    where = shown_path(str(error.filename or "a file"))
+    if error.errno == errno.ENAMETOOLONG:
+        return UsageError(where, "is longer than the names of files may be", "a shorter one")
+    if error.errno in FULL:
+        return UsageError(where, f"cannot be written: {error.strerror}", "room for it", "Make room and start again.")
+    return None
 
 
 def _has_working_folder() -> bool:

@@ -217,6 +217,8 @@ LONG = "a" * 300
         (("fit", "demo", "--out", LONG), 2, "cannot be written: File name too long; expected a folder to write to"),
         (("fit", "demo", "--out", "b" * 249), 2, "cannot be written: File name too long"),
         (("init", LONG), 2, "expected a folder to write to"),
+        (("batch", LONG, "--out", "out"), 2, "is longer than the names of files may be"),
+        (("report", "demo", "--out", LONG), 2, "is longer than the names of files may be"),
     ],
 )
 @pytest.mark.skipif(os.name == "nt", reason="names are longer there")
