@@ -94,4 +94,4 @@ unseen.plot().only("record drop_14mm_60deg.csv")
 
 # %% [markdown]
 # To keep a result: `result.save("results/drop_series")` writes the numbers for programs, everything else as HDF5,
-# and the figures.
+# the study and the overview; `fibrefit show results/drop_series --figures png` draws the other figures.

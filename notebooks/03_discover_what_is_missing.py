@@ -52,8 +52,8 @@ first.plot().only("record drop_20mm_90deg.csv")
 # ## The search
 #
 # Every effect of the catalogue that makes sense on this rig is added in turn and everything is fitted again. An
-# effect is named only if it gains more than chance would give to the best of so many, and more than base
-# parameters that differ a little from record to record would. It takes two minutes; `seconds` leaves it as long as it
+# effect is named only if the logarithm of its Bayes factor exceeds 5, where records may differ a little in their base
+# parameters; how probable as much is by chance for the best of so many stands beside it. It takes two minutes; `seconds` leaves it as long as it
 # needs on a machine that is busy.
 
 # %%

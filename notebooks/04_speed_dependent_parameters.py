@@ -23,7 +23,7 @@
 #
 # To the friction $F_f$ of the base model, or to the damping $b$ of the fibre, comes something that depends on a speed:
 #
-# $$F = F_f + c\,v, \qquad F = F_f\,\bigl(1 + A\,\mathrm e^{-(v/v_s)^2}\bigr), \qquad b(\dot e) = b\,(1 + f(|\dot e|)),$$
+# $$F = F_f + c\,v, \qquad F = F_f + F_x\,\mathrm e^{-(v/v_s)^2}, \qquad b(\dot e) = b\,(1 + f(|\dot e|)),$$
 #
 # a viscous guide, a Stribeck guide, and a fibre whose damping depends on the rate of stretch. `fibrefit effects NAME` prints
 # each law with its parameters.

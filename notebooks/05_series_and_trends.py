@@ -61,10 +61,10 @@ series.to_dataframe()
 import pandas as pd
 
 trends = pd.DataFrame(series.trends).set_index(["parameter", "condition"])
-trends[["slope", "slope_error", "unit", "condition_unit", "chance", "corrected"]].head(8)
+trends[["slope", "slope_error", "unit", "condition_unit", "chance", "chance_corrected"]].head(8)
 
 # %% [markdown]
-# `chance` is that of as strong a trend where there is none, `corrected` the same for all looks together.
+# `chance` is that of as strong a trend where there is none, `chance_corrected` the same for all looks together.
 
 # %%
 series.plot()

@@ -58,5 +58,5 @@ told = fibrefit.plan("../configs/lubricated_guide", Aim(purpose="rivals", rivals
 print(told.report())
 
 # %% [markdown]
-# `fibrefit plan STUDY --rivals A,B` says the same on the command line, and `--minutes` states what a record and a change of
-# the rig cost. `fibrefit distinguish` lists which effects the records at hand could show, and from which strength.
+# `fibrefit plan STUDY --rivals A,B` says the same on the command line, and `--cost record=2 --cost inclination=15` states in
+# minutes what a record and a change of the rig cost. `fibrefit distinguish` lists which effects the records at hand could show, and from which strength.

@@ -22,11 +22,12 @@
 #
 # With the moment of inertia $J$ about the pivot, mass $m$, rod length $l$ and attachment height $h$,
 #
-# $$J\,\ddot\varphi = \tfrac12\,m g l \sin\varphi + h\,\bigl(T_2\cos\beta_2 - T_1\cos\beta_1\bigr), \qquad
+# $$J\,\ddot\varphi = \tfrac12\,m g l \sin\varphi + h\,\bigl(T_1\cos\beta_1 - T_2\cos\beta_2\bigr), \qquad
 # T_i = \max(0,\; k e_i + b\,\dot e_i),$$
 #
-# where $e_i$ are the stretches of the two fibres, which follow from the geometry and the drive, and $\beta_i$ the angles
-# between the fibres and the way of their attachment. Fibres go slack, so the response is not linear.
+# where $\varphi$ is counted towards the first fibre, $e_i$ are the stretches of the two fibres, which follow from the
+# geometry and the drive, and $\beta_i$ the angles between the fibres and the way of their attachment. Fibres go slack, so
+# the response is not linear.
 #
 # ## The study file
 

@@ -22,13 +22,13 @@
 # ## The equation
 #
 # A mass $m$ in a guide, pushed by the force of the motor, with viscous friction $c$, Coulomb friction $F_f$ and a constant
-# force $F_0$:
+# force $F_0$ against the direction in which $u$ grows:
 #
-# $$m\,\ddot u = s\,U + F_0 - c\,\dot u - F_f\,\operatorname{sgn}\dot u, \qquad s = 35.15\ \mathrm{N/V}.$$
+# $$m\,\ddot u = s\,U - F_0 - c\,\dot u - F_f\,\operatorname{sgn}\dot u, \qquad s = 35.15\ \mathrm{N/V}.$$
 #
 # ## The study file
 #
-# It states how the columns are called, and what one volt is worth. Nothing else: no starting value, no filter.
+# It states how the columns are called, what one volt is worth, and that friction has a viscous part. No starting value, no filter.
 
 # %%
 import os

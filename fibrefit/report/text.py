@@ -60,7 +60,7 @@ GLS = "generalised least squares"
 
 #: One line that says what the gap is.
 GAP = (
-    "Gap: normalised residual RMS, measured minus simulated over the noise (root of the reduced chi-square); "
+    "Gap: normalised residual RMS, measured minus simulated over the noise (root of chi-square over samples); "
     "1 is expected."
 )
 

@@ -55,7 +55,22 @@ def _study() -> dict[str, Any]:
             properties = definition["properties"]
             properties["parameters"]["additionalProperties"] = {"anyOf": [table, group]}
             properties["records"] = {"anyOf": [properties["records"], series]}
+    _write_defaults_as_read(schema)
     return schema
+
+
+def _write_defaults_as_read(part: Any) -> None:
+    """Defaults of quantities as text with their unit, as a study may hold them; none where absence is the default."""
+    if isinstance(part, list):
+        for one in part:
+            _write_defaults_as_read(one)
+    elif isinstance(part, dict):
+        if "x-unit" in part and isinstance(default := part.get("default"), int | float):
+            part["default"] = f"{default:g} {part['x-unit']}"
+        elif part.get("type") == "string" and part.get("default", "") is None:
+            del part["default"]
+        for one in part.values():
+            _write_defaults_as_read(one)
 
 
 def write_schemas(folder: Path) -> None:

@@ -2,8 +2,8 @@
 
 ``python -m tests.validation.validate_intervals --release LABEL --rig fibre_mass --noise slow --scatter 0.005
 --series 20`` fits twenty further series of a release, writes each down as soon as it is done, and prints the tables.
-The truth is the mean of the population: the base parameters about which those of the records scatter. Intervals of
-plain least squares that takes the noise for white are the negative control. ``--document`` writes the tables into
+The truth is the mean of the population: the base parameters about which those of the records scatter. The same
+values with error bars that take the noise for white are the negative control. ``--document`` writes the tables into
 ``docs/error_bars.md``.
 """
 
@@ -170,7 +170,7 @@ def coverage(rows: Sequence[Fitted]) -> list[str]:
             ]
         )
     heads = ["rig", "noise", "scatter", *(f"{name}, rms of error / standard error" for name in UNITS)]
-    return table([*heads, "all, noise taken for white", "not ok", "s by the clock, median"], lines)
+    return table([*heads, "all, error bars for white noise", "not ok", "s by the clock, median"], lines)
 
 
 def _rms(rows: Sequence[Fitted]) -> float:

@@ -72,7 +72,7 @@ class Gap(BaseModel):
     __pydantic_extra__: dict[str, ChannelGap] = Field(init=False)
 
     total: Known = Field(
-        default=None, description="Root of the mean of the squared ratios, as the root of a reduced chi-square."
+        default=None, description="Root of the mean of the squared ratios: of chi-square over the number of samples."
     )
 
     @property

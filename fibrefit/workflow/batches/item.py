@@ -117,7 +117,7 @@ def _stamps(study: Study) -> tuple[tuple[int, int], ...]:
 
 
 FEW = 4
-"""Starts of a first search: where it leaves noise and passes every check, no other start can do better."""
+"""Starts of a first search; all of them follow where a check of its numbers does not pass."""
 
 
 class Outcome(NamedTuple):
