@@ -135,7 +135,9 @@ def candidates(comparison: Comparison) -> tuple[Candidate, ...]:
 
 
 def candidate(comparison: Comparison, one: LaplaceFit) -> Candidate:
-    """How a hypothesis did over its parent; parameters with their standard errors.
+    """How a hypothesis did over its parent; what it adds, with standard errors.
+
+    Parameters of one effect have their own names, those of several the effect's before them.
 
     Parameters
     ----------
@@ -145,8 +147,10 @@ def candidate(comparison: Comparison, one: LaplaceFit) -> Candidate:
     added = [effect for effect in one.effects if effect not in comparison.parent.effects]
     shared, errors = one.shared, one.errors
     parameters = {
-        name: ParameterSummary(value=shared[name], std_error=errors[name], unit=parameter.unit)
-        for effect in one.effects
+        parameter.name if len(added) == 1 else name: ParameterSummary(
+            value=shared[name], std_error=errors[name], unit=parameter.unit
+        )
+        for effect in added
         for parameter in effect.parameters
         for name in [f"{effect.name}.{parameter.name}"]
         if np.isfinite(shared[name])

@@ -165,7 +165,7 @@ def _law(summary: DiscoverySummary) -> list[str]:
     law = summary.proposed_law
     if law is None:
         return []
-    rows = [(one.symbol, one.name, *with_error(one.value, one.std_error, one.unit)) for one in law.parameters]
+    rows = [(one.symbol, name, *with_error(one.value, one.std_error, one.unit)) for name, one in law.parameters.items()]
     shown = [f"    {law.expression}", "", *table(("", "", "value", "+/-", "unit"), rows, right={2, 3}), ""]
     first, *others = law_sentences(law)
     return [paragraph(first), "", *shown, *map(paragraph, others)]
@@ -178,13 +178,16 @@ def law_sentences(law: ProposedLawSummary) -> list[str]:
     if law.gap_left_out is not None and law.gap_left_out_before is not None:
         said += f"; records predicted from the others leave {law.gap_left_out:.3g}, without it "
         said += f"{law.gap_left_out_before:.3g}"
-    where = f"x is the {law.variable}"
+    first, *second = law.variables
+    where = f"x is the {first}"
     if law.valid_range is not None:
         low, high = law.valid_range
-        where += f", which the records saw from {low:.3g} to {high:.3g} {law.variable_unit}; beyond that it is a guess"
-    if law.second_variable:
-        where += f"; y is the {law.second_variable}"
-        where += " (1 in the direction of +, -1 against it)" if law.second_variable == "direction" else ""
+        where += (
+            f", which the records saw from {low:.3g} to {high:.3g} {law.variable_units[0]}; beyond that it is a guess"
+        )
+    if second:
+        where += f"; y is the {second[0]}"
+        where += " (1 in the direction of +, -1 against it)" if second[0] == "direction" else ""
     nearest = [f"Next: {one.says} It is {-one.evidence:.3g} nats behind." for one in law.runners_up[:1]]
     file = f"As an effect of your own: {law.effect}, used by study.toml beside this result (--trust runs it)."
     return [f"{said}.", f"{where}.", *nearest, file]
@@ -296,7 +299,7 @@ def evidence_text(candidate: Candidate) -> str:
 
 def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
     names = candidate.effect.split(" + ")
-    values = [_value(parameter) for name, parameter in candidate.parameters.items() if name.rpartition(".")[0] in names]
+    values = [_value(parameter) for parameter in candidate.parameters.values()]
     numbers = (f"{candidate.gap_after:.3f}", evidence_text(candidate))
     lines = max(len(names), len(values), 1)
     named = [name if i == 0 else f"+ {name}" for i, name in enumerate(names)] + [""] * (lines - len(names))

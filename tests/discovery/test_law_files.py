@@ -47,16 +47,18 @@ def with_law(task: Task, law: Composed) -> Finding:
     """An unexplained gap for which a law was composed."""
     effect, values = effect_of_law(law), start_of_law(law)
     terms = law.fitted.form.quantities
-    parameters = tuple(
-        LawParameter(name=term.name, symbol=term.symbol, value=value, std_error=0.1, unit="N")
+    parameters = {
+        term.name: LawParameter(symbol=term.symbol, value=value, std_error=0.1, unit="N")
         for term, value in zip(terms, values.values(), strict=True)
-    )
+    }
     summary = ProposedLawSummary(
+        name=law.name,
+        file=f"{LAWS}/{law.file}",
         effect=f"{LAWS}/{law.file}:{law.title}",
         says=law.says,
-        port="guide",
-        variable="position",
-        variable_unit="m",
+        port="guide.friction",
+        variables=("position",),
+        variable_units=("m",),
         valid_range=(float(KNOTS[0]), float(KNOTS[-1])),
         form="sine",
         expression=law.expression,
@@ -87,7 +89,7 @@ def test_the_study_of_a_result_holds_the_law_and_the_values_that_are_told(
     assert summary.proposed_law is not None
     assert summary.verdict == "unexplained"
     settings = again.settings({p.name: p for p in model_of(again).parameters})
-    told = {f"{law.name}.{one.name}": one.value for one in summary.proposed_law.parameters}
+    told = {f"{law.name}.{name}": one.value for name, one in summary.proposed_law.parameters.items()}
     assert told == {name: settings[name].initial for name in told}
     assert set(told) == set(start_of_law(law))
     said = discovery_report(summary)

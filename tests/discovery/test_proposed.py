@@ -75,7 +75,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     without, with_it = held.left_out
     assert with_it < without
     law = described(search, parent, held)
-    assert (law.summary.port, law.summary.variable) == ("guide", "speed")
+    assert (law.summary.port, law.summary.variables) == ("guide.friction", ("speed",))
     assert law.summary.gap_left_out == with_it
     # The rise over the range that the records saw is that which was planted, whatever the form.
     assert np.ptp(law.heights) == pytest.approx(rise, rel=0.25)
@@ -192,10 +192,10 @@ def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
     told_of = law_for(search, parent, found, readings)
     assert told_of is not None
     summary = told_of[1].summary
-    assert (summary.port, summary.variable, summary.second_variable) == ("guide", "speed", second)
+    assert (summary.port, summary.variables) == ("guide.friction", ("speed", second) if second else ("speed",))
     assert summary.gap_after == pytest.approx(1.0, abs=0.02)
     if second:
-        value = next(one for one in summary.parameters if one.name == SECOND.name)
+        value = summary.parameters[SECOND.name]
         assert value.std_error is not None
         assert abs(value.value - change) < 4.0 * value.std_error
         assert "(1 + d y)" in summary.expression

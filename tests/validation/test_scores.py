@@ -224,13 +224,13 @@ def test_a_summary_is_read_by_the_contract() -> None:
         "before": {"gap": {"total": 1.2}},
         "status": "ok",
         "reason": "so",
-        "proposed_law": {"port": "guide", "gap_left_out": 1.07},
+        "proposed_law": {"port": "guide.friction", "variables": ["position"], "gap_left_out": 1.07},
     }
     found = told(summary, ["fibre.mass"])
     assert (found["best"], found["evidence"], found["evidence_of_truth"]) == ("sensor.force_lag", 31.0, 30.0)
     assert (found["added"], found["alike"]) == ("fibre.mass", "fibre.mass + sensor.force_lag")
     assert (found["gap_before"], found["gap_after"], found["says"]) == (1.2, 1.0, "so")
-    assert (found["law_port"], found["gap_left_out"]) == ("guide", 1.07)
+    assert (found["law_port"], found["law_variable"], found["gap_left_out"]) == ("guide", "position", 1.07)
     bare = told({"verdict": "not_trusted", "added": []}, [])
     assert bare["best"] == ""
     assert math.isnan(bare["evidence"])

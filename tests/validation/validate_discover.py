@@ -116,7 +116,9 @@ def told(summary: dict[str, Any], hidden: Sequence[str]) -> dict[str, Any]:
         "gap_after": _number((summary.get("gap") or {}).get("total")),
         "status": summary.get("status", ""),
         "says": unexplained.get("looks_like") or summary.get("reason", ""),
-        **{f"law_{what}": law.get(what, "") for what in ("port", "variable", "form")},
+        "law_port": law.get("port", "").partition(".")[0],
+        "law_variable": next(iter(law.get("variables", ())), ""),
+        "law_form": law.get("form", ""),
     }
 
 

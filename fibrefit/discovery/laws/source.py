@@ -100,9 +100,16 @@ class Composed(NamedTuple):
         return class_name(self.name.partition(".")[2])
 
     @property
-    def variable_unit(self) -> str:
-        """SI unit of the variable."""
-        return SI[self.probe.variable]
+    def port(self) -> str:
+        """Where it acts, and on what: ``guide.friction``."""
+        quantity = self.probe.name.partition(".")[2].partition("_of_")[0].removesuffix("_error")
+        return f"{self.name.partition('.')[0]}.{quantity}"
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """What it depends on, and SI units."""
+        second = {} if self.second is None else {self.second.variable: self.second.unit}
+        return {self.probe.variable: SI[self.probe.variable], **second}
 
     @property
     def file(self) -> str:

@@ -140,13 +140,13 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
     first = next(end for end, other in proposal.ranked if other is law)
     return ProposedLaw(
         ProposedLawSummary(
+            name=law.name,
+            file=f"{LAWS}/{law.file}",
             effect=f"{LAWS}/{law.file}:{law.title}",
             says=law.says,
-            port=law.name.partition(".")[0],
-            variable=law.probe.variable,
-            variable_unit=law.variable_unit,
-            second_variable="" if law.second is None else law.second.variable,
-            second_unit="" if law.second is None else law.second.unit,
+            port=law.port,
+            variables=tuple(law.variables),
+            variable_units=tuple(law.variables.values()),
             valid_range=(float(knots[0]), float(knots[-1])),
             form=law.fitted.form.name,
             expression=law.expression,
@@ -180,29 +180,28 @@ def told_by_fit(law: ProposedLaw, effect: str, after: Identification) -> Propose
     after : Identification
         The final fit, of the model with it.
     """
-    parameters = []
-    for one in law.summary.parameters:
-        there = after.parameters[f"{effect}.{one.name}"]
+    parameters = {}
+    for name, one in law.summary.parameters.items():
+        there = after.parameters[f"{effect}.{name}"]
         # Where the fit cannot tell an error, that of the search stands.
         error = one.std_error if there.std_error is None else there.std_error
-        parameters.append(one.model_copy(update={"value": there.value, "std_error": error}))
-    summary = law.summary.model_copy(update={"parameters": tuple(parameters), "gap_after": total(after.gap)})
+        parameters[name] = one.model_copy(update={"value": there.value, "std_error": error})
+    summary = law.summary.model_copy(update={"parameters": parameters, "gap_after": total(after.gap)})
     return ProposedLaw(summary, law.file, law.source, law.probe, law.heights)
 
 
-def _parameters(law: Composed, fit: LaplaceFit) -> tuple[LawParameter, ...]:
+def _parameters(law: Composed, fit: LaplaceFit) -> dict[str, LawParameter]:
     """Numbers of a law in SI units."""
     declared, errors = fit.supermodel.declared, fit.errors
-    return tuple(
-        LawParameter(
-            name=term.name,
+    return {
+        term.name: LawParameter(
             symbol=term.symbol,
             value=value,
             std_error=errors[f"{law.name}.{term.name}"],
             unit=declared[f"{law.name}.{term.name}"].unit,
         )
         for term, value in zip(law.terms, _values(law, fit), strict=True)
-    )
+    }
 
 
 def _values(law: Composed, fit: LaplaceFit) -> list[float]:

@@ -90,7 +90,7 @@ def _law(summary: DiscoverySummary) -> TableBlock | None:
     law = summary.proposed_law
     if law is None:
         return None
-    rows = [(one.symbol, one.name, *with_error(one.value, one.std_error, one.unit)) for one in law.parameters]
+    rows = [(one.symbol, name, *with_error(one.value, one.std_error, one.unit)) for name, one in law.parameters.items()]
     note = " ".join([f"{law.expression}.", *law_sentences(law)])
     return TableBlock("What is missing, as a law", ("", "", "value", "±", "unit"), rows, frozenset({2, 3}), note)
 
@@ -130,9 +130,7 @@ def _candidates(heading: str, ranking: Sequence[Candidate], added: str | None = 
             one.effect,
             f"{one.gap_after:.3f}",
             evidence_text(one),
-            "; ".join(
-                _value(name, one) for name in one.parameters if name.rpartition(".")[0] in one.effect.split(" + ")
-            ),
+            "; ".join(_value(name, one) for name in one.parameters),
         )
         for one in ranked.shown
     ]

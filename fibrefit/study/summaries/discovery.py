@@ -36,7 +36,9 @@ class Candidate(Part):
         default=None,
         description="Probability that the best of all candidates reaches as much although nothing is missing.",
     )
-    parameters: dict[str, ParameterSummary]
+    parameters: dict[str, ParameterSummary] = Field(
+        description="Of the effect, by their names; of several, with the effect's name and a dot before."
+    )
 
 
 class ListedCandidates(NamedTuple):
@@ -179,7 +181,6 @@ class Detectable(Part):
 class LawParameter(Part):
     """One number of a proposed law."""
 
-    name: str
     symbol: str = Field(default="", description="In the expression.")
     value: float
     std_error: Known = None
@@ -197,17 +198,19 @@ class OtherLaw(Part):
 class ProposedLawSummary(Part):
     """A law composed for what no effect of the catalogue accounts for."""
 
-    effect: str = Field(description="As a study names it.")
+    name: str = Field(description="Of the effect that the law is.")
+    file: str = Field(description="Where it is written, beside this file.")
+    effect: str = Field(description="File and class, as a study names it.")
     says: str
-    port: str
-    variable: str
-    variable_unit: str = ""
-    valid_range: tuple[float, float] | None = Field(default=None, description="Of the variable: where records saw it.")
-    second_variable: str = Field(default="", description="What the law changes with besides; empty for most.")
-    second_unit: str = ""
+    port: str = Field(description='Where it acts: "guide.friction", "guide.force", "fibre.stiffness" and so on.')
+    variables: tuple[str, ...] = Field(description="What it depends on; with a second one it changes besides.")
+    variable_units: tuple[str, ...] = Field(default=(), description="Of each variable, SI.")
+    valid_range: tuple[float, float] | None = Field(
+        default=None, description="Of the first variable: where records saw it."
+    )
     form: str
-    expression: str = Field(description="x the variable, y the second one; the symbols are those of the parameters.")
-    parameters: tuple[LawParameter, ...]
+    expression: str = Field(description="x the first variable, y the second; the symbols are those of the parameters.")
+    parameters: dict[str, LawParameter]
     evidence: float = Field(description="Logarithm of the Bayes factor, the number of laws looked at paid for.")
     gap_before: float
     gap_after: float
