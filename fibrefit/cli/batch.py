@@ -24,7 +24,11 @@ from fibrefit.core.allowance import MOST_STARTS
 @click.option("--jobs", type=click.IntRange(1), help="Processes on this machine [one a core].")
 @click.option("--scheduler", metavar="ADDRESS", help="A running Dask scheduler, such as tcp://host:8786.")
 @click.option(
-    "--starts", type=click.IntRange(1, MOST_STARTS), default=32, show_default=True, help="Starts of each search."
+    "--starts",
+    type=click.IntRange(1, MOST_STARTS),
+    default=32,
+    show_default=True,
+    help="Most starts of each search: 4 first, all where that fit does not pass its checks.",
 )
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
 @click.option("--resume", is_flag=True, help="Keep what an interrupted or finished run in DIR has done.")

@@ -28,7 +28,12 @@ from fibrefit.core.formats import FIGURES, requested_formats
     help="Starts of the multistart search.",
 )
 @click.option("--robust", is_flag=True, help="Soft-L1 loss for residuals beyond 3 sigma.")
-@click.option("--profile", is_flag=True, help="Find the intervals by profile likelihood.")
+@click.option(
+    "--profile",
+    is_flag=True,
+    help="Intervals by profile likelihood, of shared parameters in which records do not differ; refused where an input "
+    "is measured with noise.",
+)
 def command(terminal: Terminal, request: Request, starts: int, robust: bool, profile: bool) -> int:
     """Identify stiffness, damping and friction from STUDY, or from the records FILE... of one rig."""
     place = request.reserved("fit", f"{request.seed} {starts} {robust} {profile}")

@@ -89,7 +89,7 @@ def result_options(command: Command) -> Command:
             type=click.IntRange(0, LARGEST_SEED),
             default=0,
             show_default=True,
-            help="Seed of all random numbers.",
+            help="Seed of all random numbers; simulate, sweep, distinguish, plan and predict do not depend on it.",
         ),
         click.option("--force", is_flag=True, help="Replace an earlier result in DIR."),
         click.option(

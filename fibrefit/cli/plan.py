@@ -18,7 +18,12 @@ from fibrefit.cli.terminal import Terminal
 )
 @click.option("--rivals", metavar="EFFECT,EFFECT", help="Two effects of which one is missing.")
 @click.option(
-    "--cost", "costs", multiple=True, metavar="WHAT=MINUTES", help='Of a changed condition, or a "record"; repeatable.'
+    "--cost",
+    "costs",
+    multiple=True,
+    metavar="WHAT=MINUTES",
+    help='Of a condition that no record at hand has, or of a "record", repeatable [record 2, lift 1, inclination 15, '
+    "others 5 min].",
 )
 @click.option(
     "--only",

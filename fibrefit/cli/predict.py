@@ -16,7 +16,8 @@ from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 def command(terminal: Terminal, request: Request, result: Path) -> int:
     """Predict the records of STUDY with the model and the values of RESULT, the folder of an earlier result.
 
-    Zero and start of each record are fitted to it, nothing else. Exit code 5 where the values do not hold.
+    Zero and start of each record, and the error of a measured input within its noise, are fitted to it, nothing else.
+    Exit code 5 where the values do not hold or the prediction cannot be trusted.
     """
     check_trust_of_result(result)
     from fibrefit.workflow.prediction.predict import predict_study

@@ -22,7 +22,10 @@ from fibrefit.cli.terminal import Terminal, first_missing, with_terminal
 @click.option("--force", is_flag=True, help="Replace an earlier page.")
 @with_terminal
 def command(terminal: Terminal, results: tuple[Path, ...], out: Path, force: bool) -> None:
-    """Put RESULT..., folders that runs have written, on one HTML page that needs no other file."""
+    """Put RESULT..., folders with the summary.json of a run, on one HTML page that needs no other file.
+
+    Simulations and inspections have none.
+    """
     from fibrefit.workflow.pages.report import report_results
 
     missing = first_missing(out.parent if out.suffix else out)

@@ -25,7 +25,11 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--max-steps", type=click.IntRange(1), default=4000, show_default=True, help="Budget in steps.")
 @click.option("--max-seconds", type=float, help="Budget in seconds of sampling, of each mode.")
 @click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, four at least.")
-@click.option("--walkers", type=int, help="Walkers of each ensemble [three a parameter, 32 at least].")
+@click.option(
+    "--walkers",
+    type=int,
+    help="Walkers of each ensemble, an even number [three a value, those of records and noise included; 32 at least].",
+)
 @click.option("--noise", type=click.Choice(KINDS), default="auto", show_default=True, help="Noise spectrum.")
 @click.option("--student-t", "--heavy", "heavy", is_flag=True, help="Heavy-tailed (Student's t) likelihood.")
 @click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the credible intervals.")

@@ -21,7 +21,10 @@ from fibrefit.cli.terminal import Terminal, first_missing, with_terminal
 )
 @with_terminal
 def command(terminal: Terminal, result: Path, figures: str | None, out: Path | None) -> None:
-    """Print the report of RESULT, a folder that a run has written; or draw its figures again."""
+    """Print the report of RESULT, a folder with the summary.json of a run; or draw its figures again.
+
+    A simulation has no report: with --figures its figures are drawn. Of an inspection there is neither.
+    """
     if figures is not None:
         _draw(terminal, result, figures, out or Path("figures"))
         return

@@ -12,6 +12,8 @@ def command(terminal: Terminal, request: Request) -> None:
     """Compute the response of the model to the conditions of each record of STUDY, as CSV and pictures.
 
     Parameters take the initial values of the study; those it does not give are suggested by the records.
+    What belongs to a measured record alone, its zero, its release or start and the error of a measured input, is fitted
+    to it where the study does not state it.
     """
     from fibrefit.workflow.simulate import simulate_study
 

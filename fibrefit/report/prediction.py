@@ -34,7 +34,6 @@ def prediction_report(summary: PredictionSummary) -> str:
 def _predicted(summary: PredictionSummary) -> list[str]:
     head = ("residuals", "explained", "rms", "expected", "in the fit", "in band")
     rows = [_row(name, channel) for name, channel in summary.channels.items()]
-    rows += [_row(f"{name}, from one start", channel) for name, channel in summary.followed.items()]
     return [*table(head, rows, right={1, 2, 3, 4, 5})[:-1], paragraph(EXPECTED), "", *_records(summary)]
 
 

@@ -59,10 +59,7 @@ NAIVE_OF_GLS = "those of ordinary least squares (OLS) under white noise"
 GLS = "generalised least squares"
 
 #: One line that says what the gap is.
-GAP = (
-    "Gap: normalised residual RMS, measured minus simulated over the noise (root of chi-square over samples); "
-    "1 is expected."
-)
+GAP = "Gap: normalised residual RMS, measured minus simulated over the noise; 1 is expected."
 
 
 def fit_report(summary: FitResultSummary) -> str:

@@ -126,7 +126,7 @@ CONDITIONS = (
 
 
 def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> Pendulum:
-    """System of one record; its inertia is that stated, or follows from mass, distance and length."""
+    """System of one record; its inertia is that stated where mass and distance, with the length, do not give it."""
     known = conditions["mass"] * conditions["centre_distance"]
     inertia = jnp.where(known > 0.0, known * values["length"], conditions["moment_of_inertia"])
     pivot = Guide(values["friction"])

@@ -58,7 +58,9 @@ class BesideTable(StudyTable):
 
     file: StrictStr = Field(description="Measured data; relative to the study file.")
     clock_offset: Instant | None = Field(
-        default=None, description="Time of the record at which the clock of this file read zero."
+        default=None,
+        description="Time of the record at which the clock of this file read zero; from the times of day of both files "
+        "when absent, 0 s where they have none.",
     )
 
 

@@ -13,11 +13,11 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.paths import read_plain_file
 
 _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")
-PURE = ("gain", "masses_per_fibre")
+PURE = ("gain",)
 """What is stated of records and has no unit: a study writes it without quotes."""
 
 
-def read_series(path: Path) -> list[dict[str, str | int | float]]:
+def read_series(path: Path) -> list[dict[str, str | float]]:
     """Records of a table, as ``[[records]]`` would give them.
 
     Parameters
@@ -56,12 +56,11 @@ def read_series(path: Path) -> list[dict[str, str | int | float]]:
     ]
 
 
-def _value(key: str, cell: str, unit: str) -> str | int | float:
+def _value(key: str, cell: str, unit: str) -> str | float:
     """What a study would write: a number without quotes where it is a pure one, else text with its unit."""
     if key in PURE and unit in ("", "-", "1"):
-        for kind in (int, float):
-            with suppress(ValueError):
-                return kind(cell)
+        with suppress(ValueError):
+            return float(cell)
     return f"{cell} {unit}".strip()
 
 

@@ -66,7 +66,8 @@ class Study(Shown, StudyTable):
     rig: Any
     channels: Any
     units: dict[str, StrictStr] = Field(
-        default_factory=dict, description="Unit of a column, by role or header, where the header has none."
+        default_factory=dict,
+        description="Unit of a column, by role or header, where the header has none or a wrong one.",
     )
     files: Files = Files()
     model: ModelTable = ModelTable()

@@ -100,7 +100,8 @@ def fit_study(
     seed : int
         Of the scatter of starts; the same seed gives the same result.
     robust, profile : bool
-        Soft-L1 loss for residuals beyond three times the noise; profile-likelihood intervals of shared parameters.
+        Soft-L1 loss for residuals beyond three times the noise; profile-likelihood intervals of shared parameters
+        in which records do not differ.
     progress : callable, optional
         Called with what is being done and the share that is finished.
     stop : callable

@@ -100,7 +100,7 @@ def test_bare_files_are_taken_for_the_rig_whose_channels_they_hold(roles: tuple[
 
 
 #: Conditions that no study states: they are changed by effects alone.
-NEVER_STATED = {"fibre_mass": {"added_mass"}, "pulley_drive": {"near_share"}}
+NEVER_STATED = {"pulley_drive": {"near_share"}}
 
 
 def keys(study: Any) -> set[str]:

@@ -135,7 +135,12 @@ REFUSED = {
     "effects at the top": (("[rig]", "effects = []\n[rig]"), "effects: unknown key", "stands under [model]"),
     "parameter of a rig": (("[rig]", '[rig]\nstiffness = "1 N/m"'), "rig.stiffness", "Write [parameters.stiffness]"),
     "condition of a rig": (("[rig]", '[rig]\nlift = "1 mm"'), "rig.lift: unknown key", "stands under [[records]]"),
-    "rig of another record": (('file = "two', 'added_mass = "1 kg"\nfile = "two'), "added_mass", "of pulley_drive and"),
+    "rig of another record": (('file = "two', 'rod_mass = "1 kg"\nfile = "two'), "rod_mass", "of inverted_pendulum."),
+    "points of one record": (
+        ('file = "two', 'masses_per_fibre = 3\nfile = "two'),
+        "records[1].masses_per_fibre: unknown key",
+        "stands under [rig]",
+    ),
     "column of a channel": (('"Kraft"', '{colum = "Kraft"}'), "channels.force.colum: unknown key", 'mean "column"?'),
     "no kind": (('kind = "fibre_mass"\n', ""), "rig: no kind of rig", '"pulley_drive"'),
     "no mass": (('weight_mass = "3.096 kg"\n', ""), "records[0]: no weight_mass", "under [rig]"),

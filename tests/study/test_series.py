@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import StudyError
-from fibrefit.study import load_study
+from fibrefit.study import Study, load_study
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.catalogue import study_type
 from fibrefit.study.series import PURE
@@ -73,30 +73,37 @@ def test_overrides_reach_its_rows(folder: Path) -> None:
     assert study.records[1].lift == 0.007
 
 
+def of_a_guided_mass(folder: Path, *lines: str) -> Study:
+    text = 'schema = "fibrefit/study/1"\nname = "x"\nrecords = "series.csv"\n[rig]\nkind = "guided_mass"\n'
+    (folder / "pure.toml").write_text(text)
+    (folder / "series.csv").write_text("\n".join(lines))
+    return load_study(folder / "pure.toml")
+
+
 @pytest.mark.parametrize(
-    ("rig", "column", "cells", "stated"),
+    ("column", "cells", "stated"),
     [
-        ("guided_mass", "gain", ("1.02", "2"), (1.02, 2.0)),
-        ("guided_mass", "gain [-]", ("1.02", "1e-1"), (1.02, 0.1)),
-        ("fibre_mass", "masses_per_fibre", ("3", ""), (3, None)),
+        ("gain", ("1.02", "2"), (1.02, 2.0)),
+        ("gain [-]", ("1.02", "1e-1"), (1.02, 0.1)),
+        ("gain", ("3", ""), (3.0, None)),
     ],
 )
 def test_pure_numbers_stand_in_a_table_as_they_are(
-    folder: Path, rig: str, column: str, cells: tuple[str, str], stated: tuple[float | None, float | None]
+    folder: Path, column: str, cells: tuple[str, str], stated: tuple[float | None, float | None]
 ) -> None:
-    needed = 'weight_mass = "3 kg"\ninclination = "90 deg"\n' if rig == "fibre_mass" else ""
-    text = f'schema = "fibrefit/study/1"\nname = "x"\nrecords = "series.csv"\n[rig]\nkind = "{rig}"\n{needed}'
-    (folder / "pure.toml").write_text(text)
-    (folder / "series.csv").write_text(f"file,{column}\none.csv,{cells[0]}\ntwo.csv,{cells[1]}\n")
-    study = load_study(folder / "pure.toml")
-    assert tuple(getattr(record, column.split()[0]) for record in study.records) == stated
+    study = of_a_guided_mass(folder, f"file,{column}", f"one.csv,{cells[0]}", f"two.csv,{cells[1]}")
+    assert tuple(record.gain for record in study.records) == stated
 
 
-@pytest.mark.parametrize(("cell", "says"), [("often", "often"), ("2.5", "2.5"), ("99", "99")])
+@pytest.mark.parametrize(("cell", "says"), [("often", "often"), ("0", "0"), ("-2", "-2")])
 def test_what_is_no_such_number_is_refused(folder: Path, cell: str, says: str) -> None:
-    table = f"file,masses_per_fibre\none.csv,{cell}\n"
-    with pytest.raises(StudyError, match=f'column "masses_per_fibre": .*{says}'):
-        load_study(write(folder, table))
+    with pytest.raises(StudyError, match=f'column "gain": .*{says}'):
+        of_a_guided_mass(folder, "file,gain", f"one.csv,{cell}")
+
+
+def test_a_number_of_points_is_that_of_the_rig_not_of_one_record(folder: Path) -> None:
+    with pytest.raises(StudyError, match=r'column "masses_per_fibre": unknown key.*It stands under \[rig\]'):
+        load_study(write(folder, "file,masses_per_fibre\none.csv,3\n"))
 
 
 def test_names_and_files_of_a_table_stay_text(folder: Path) -> None:

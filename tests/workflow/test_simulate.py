@@ -42,6 +42,18 @@ def test_the_simulation_is_what_was_measured_but_for_the_noise(stated: Study) ->
             assert np.sqrt(np.mean(error**2)) == pytest.approx(noise, rel=0.15)
 
 
+def test_a_mass_added_to_a_drop_is_one_more_part_of_its_weight(tmp_path: Path) -> None:
+    whole, parts = ('[rig]\nweight_mass = "4 kg"\n', '[rig]\nweight_mass = "3 kg"\nadded_mass = "1 kg"\n')
+    heading = 'schema = "fibrefit/study/1"\nname = "planned"\n'
+    record = '[[records]]\nname = "drop"\nlift = "5 mm"\nsampling_rate = "1 kHz"\nduration = "0.3 s"\n'
+    found = []
+    for number, rig in enumerate((whole, parts)):
+        file = tmp_path / f"{number}.toml"
+        file.write_text(f'{heading}{rig}kind = "fibre_mass"\ninclination = "60 deg"\n{VALUES}{record}')
+        found.append(simulate_study(load_study(file)).readings["force"])
+    np.testing.assert_array_equal(*found)
+
+
 def test_files_hold_the_readings_at_the_records_own_samples(stated: Study, tmp_path: Path) -> None:
     simulation = simulate_study(stated)
     out = simulation.save(tmp_path / "out")

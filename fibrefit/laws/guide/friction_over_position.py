@@ -16,7 +16,8 @@ class FrictionOverPosition(GuideLaw):
 
     Valid range
     -----------
-    Where the level stays positive; u counts from the zero of the position channel.
+    Where the level stays positive; u counts from where the fibre is just taut, and on a rig without
+    a fibre from the zero of the position.
 
     Source
     ------

@@ -17,7 +17,7 @@ class DialGaugeForce(GuideLaw):
 
     Valid range
     -----------
-    The plunger keeps contact: F_d + k_d u > 0.
+    The plunger keeps contact: F_d + k_d u > 0; u counts from where the fibre is just taut.
 
     Source
     ------
@@ -28,7 +28,7 @@ class DialGaugeForce(GuideLaw):
     strength: ClassVar[tuple[str, ...]] = ("gauge_force", "gauge_spring")
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.FIBRE})
     gauge_force: jax.Array = quantity(
-        "N", "push of the dial gauge at the zero of position", 1.0, lower=0.0, upper=50.0, symbol="F_d"
+        "N", "push of the dial gauge where the fibre is just taut", 1.0, lower=0.0, upper=50.0, symbol="F_d"
     )
     gauge_spring: jax.Array = quantity("N/m", "rate of its spring", 30.0, lower=0.0, upper=5e3, symbol="k_d")
 

@@ -39,7 +39,6 @@ def prediction_page(result: Result) -> PageContent:
 
 def _predicted(summary: PredictionSummary) -> TableBlock:
     rows = [_row(name, one) for name, one in summary.channels.items()]
-    rows += [_row(f"{name}, from one start", one) for name, one in summary.followed.items()]
     head = ("channel", "explained", "rms", "expected", "rms in the fit", "inside the 95 % band")
     return TableBlock("How well it is predicted", head, rows, frozenset(range(1, len(head))), EXPECTED)
 

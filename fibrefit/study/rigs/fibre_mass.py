@@ -7,7 +7,16 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from fibrefit.study.quantity import Distance, Instant, Length, Mass, MassOrNone, Points, Position, Slope
-from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, instead, optional, required
+from fibrefit.study.rigs.common import (
+    FIBRE_MASS,
+    POINTS,
+    Channels,
+    NoiseLevels,
+    RecordTable,
+    instead,
+    optional,
+    required,
+)
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 
@@ -16,16 +25,18 @@ class FibreMassConstants(StudyTable):
     """Constants of a weight on one fibre in an inclined guide."""
 
     weight_mass: Mass = required("Mass of the moving weight.")
+    added_mass: MassOrNone | None = optional("Mass added to the weight.")
     inclination: Slope = required("Angle of the guide to the horizontal; 90 deg is free fall.")
-    fibre_length: Length | None = optional("Free length of the fibre.")
-    fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
-    masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
+    fibre_length: Length | None = optional("Free length of the fibre; kept with the result, not used by the model.")
+    fibre_mass: MassOrNone | None = optional(FIBRE_MASS.format("the fibre"))
 
 
 class FibreMassRecord(FibreMassConstants, RecordTable):
     """One drop: the weight is lifted, held, and let go."""
 
-    lift: Distance | None = optional("Height above the point where the fibre is just taut.")
+    lift: Distance | None = optional(
+        "Height above the point where the fibre is just taut; found from the data when absent."
+    )
     release: Instant | None = instead("When the weight was let go; found from the data when absent.")
     position_zero: Position | None = instead("Reading of the position where the fibre is just taut; found when absent.")
 
@@ -34,6 +45,7 @@ class FibreMassRig(FibreMassConstants):
     """``[rig]`` of a fibre-mass rig."""
 
     kind: Literal["fibre_mass"]
+    masses_per_fibre: Points | None = optional(POINTS)
     measured: Literal["force and position", "force"] = Field(
         default="force and position", description="force: no position was recorded; the lift is found then."
     )

@@ -16,8 +16,12 @@ from fibrefit.study.table import StudyTable
 class PendulumConstants(StudyTable):
     """Constants of a plain pendulum; without any of them friction and damping are per unit of its inertia."""
 
-    moment_of_inertia: Inertia | None = optional("Moment of inertia about the pivot; 1 kg m^2 when absent.")
-    mass: Mass | None = optional("Mass of the pendulum; with centre_distance it gives the moment of inertia.")
+    moment_of_inertia: Inertia | None = optional(
+        "Moment of inertia about the pivot; 1 kg m^2 when absent; not used where mass and centre_distance are stated."
+    )
+    mass: Mass | None = optional(
+        "Mass of the pendulum; with centre_distance and the length it gives the moment of inertia, whatever is stated."
+    )
     centre_distance: Length | None = optional("Distance of the centre of mass from the pivot.")
 
 

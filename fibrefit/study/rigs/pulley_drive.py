@@ -8,7 +8,7 @@ from pydantic import Field
 
 from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
-from fibrefit.study.rigs.common import Channels, NoiseLevels, RecordTable, optional, required
+from fibrefit.study.rigs.common import FIBRE_MASS, POINTS, Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 
@@ -18,11 +18,10 @@ class PulleyDriveConstants(StudyTable):
 
     weight_mass: Mass = required("Mass of the moving weight.")
     inclination: Angle = required("Angle of the incline to the horizontal.")
-    fibre_length: Length | None = optional("Free length of the fibre.")
-    fibre_mass: MassOrNone | None = optional("Mass of the fibre.")
-    masses_per_fibre: Points | None = optional("Points of a fibre with a mass of its own; 2 when absent.")
-    pulley_diameter: Length | None = optional("Diameter of the pulley.")
-    wrap_angle: Turn | None = optional("Angle over which the fibre lies on the pulley.")
+    fibre_length: Length | None = optional("Free length of the fibre; kept with the result, not used by the model.")
+    fibre_mass: MassOrNone | None = optional(FIBRE_MASS.format("the fibre"))
+    pulley_diameter: Length | None = optional("Diameter of the pulley; 80 mm when absent.")
+    wrap_angle: Turn | None = optional("Angle over which the fibre lies on the pulley; 150 deg when absent.")
     lateral_offset: Distance | None = optional("Distance of the weight from the plane of the pulley.")
     guide_distance: Length | None = optional("Distance along the guide to the foot of the pulley.")
     added_mass: MassOrNone | None = optional("Mass added to the weight.")
@@ -34,13 +33,14 @@ class PulleyDriveRecord(PulleyDriveConstants, RecordTable):
     excitation: Literal["rectangle", "trapezoid", "quasi_sine"] | None = optional("Shape of the drive's movement.")
     amplitude: Length | None = optional("Travel of the drive.")
     rate: Speed | None = optional("Speed of the drive.")
-    hold: Pause | None = optional("Time at rest between movements.")
+    hold: Pause | None = optional("Time at rest between movements; of a planned record 0.6 s when absent.")
 
 
 class PulleyDriveRig(PulleyDriveConstants):
     """``[rig]`` of a pulley-drive rig."""
 
     kind: Literal["pulley_drive"]
+    masses_per_fibre: Points | None = optional(POINTS)
 
 
 class DriveChannels(Channels):

@@ -37,8 +37,8 @@ class Check(Part):
     quantity: str = Field(default="", description="What was tested: a failed check is listed under it; may be empty.")
     about: Literal["numbers", "model"] = Field(
         default="numbers",
-        description="numbers: a failure means that the values may mislead; model: it only says that the model leaves "
-        "more than noise.",
+        description="numbers: a failure means that the values may mislead; model: it says that more than noise is "
+        "left, that the noise is not known, or that a measured input is not as measured.",
     )
     # What a sentence needs besides the numbers, such as the channel that is worst: not in the file.
     facts: SkipJsonSchema[Mapping[str, Any]] = Field(default_factory=dict, exclude=True, repr=False)

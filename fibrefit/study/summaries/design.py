@@ -24,7 +24,8 @@ class DistinguishSummary(Part):
     remarks: tuple[str, ...] = ()
     effects: tuple[Detectable, ...]
     cosine: tuple[tuple[float, ...], ...] = Field(
-        description="|cosine| of the sensitivities to any two effects, in the order of `effects`; 1 is not separable."
+        description="|cosine| of what any two effects change beyond what base parameters can imitate, in the order of "
+        "`effects`; 1 is not separable, 0 also where the records do not show one of them."
     )
     cannot_tell_apart: tuple[tuple[str, str], ...] = ()
     cannot_see: tuple[str, ...] = ()

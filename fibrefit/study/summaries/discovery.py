@@ -156,7 +156,9 @@ class Separation(Part):
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
     cosine_before: Known = Field(
-        default=None, description="|cosine| of the sensitivities of both effects without it; 1 is not separable."
+        default=None,
+        description="|cosine| of what both effects change beyond what base parameters can imitate, without it; 1 is "
+        "not separable, 0 also where the records at hand do not show one of them.",
     )
     cosine_after: Known = Field(default=None, description="The same with it.")
     apart_before: Known = Field(

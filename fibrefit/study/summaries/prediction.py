@@ -30,7 +30,7 @@ class PredictedChannel(Part):
     expected: Known = Field(
         default=None,
         description="Root mean square that noise, what the model lacked in the fit and the error bars of the values "
-        "let expect, in `unit`.",
+        "let expect, in `unit`; of a force that drives the rig, its rms in the fit.",
     )
     inside: Known = Field(default=None, description="Share of the samples inside the 95 % predictive band.")
 
@@ -48,11 +48,6 @@ class PredictionSummary(Part):
     effects: tuple[str, ...] = Field(default=(), description="Effects of the model, which is that of the result.")
     parameters: dict[str, ParameterSummary] = Field(description="Values as the result has them; none was fitted.")
     channels: dict[str, PredictedChannel]
-    followed: dict[str, PredictedChannel] = Field(
-        default_factory=dict,
-        description="The same where each record is followed to its end from one start, on a rig that is else "
-        "simulated in windows.",
-    )
     gap: Gap
     records: dict[str, RecordSummary] = Field(description="With zero and start, which were fitted to each record.")
     input_errors: dict[str, InputErrorSummary] = Field(default_factory=dict)

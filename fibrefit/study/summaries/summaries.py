@@ -33,15 +33,19 @@ class ParameterSummary(Part):
     interval_kind: str = Field(
         default="normal",
         description="How the interval was found; population: that of the mean of a parameter that differs from record "
-        "to record, as wide as so few records ask for; record: normal, of a value that one record has for itself.",
+        "to record, as wide as so few records ask for; record: normal, of a value that one record has for itself; "
+        "profile likelihood: by fit --profile; posterior: mean and standard deviation of a posterior, in a prediction "
+        "from it, without an interval.",
     )
     plain_value: Known = Field(
         default=None,
         description="Ordinary least squares estimate, where the value is the generalised least squares one.",
     )
     plain_error: Known = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
-    prior_centre: Known = Field(default=None, description="Centre of its normal prior; null where it has none.")
-    prior_error: Known = Field(default=None, description="Standard deviation of that prior, at the value.")
+    prior_centre: Known = Field(default=None, description="Of its prior: mean, 0 if half-normal, median if log-normal.")
+    prior_error: Known = Field(
+        default=None, description="Of its prior: sd; of a log-normal one, of ln, times the value."
+    )
     common_error: Known = Field(default=None, description="Part of the error due to priors: alike in all records.")
 
 
@@ -71,9 +75,7 @@ class Gap(BaseModel):
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
     __pydantic_extra__: dict[str, ChannelGap] = Field(init=False)
 
-    total: Known = Field(
-        default=None, description="Root of the mean of the squared ratios: of chi-square over the number of samples."
-    )
+    total: Known = Field(default=None, description="Root of the mean of the squared ratios; all channels count alike.")
 
     @property
     def channels(self) -> dict[str, ChannelGap]:
@@ -97,7 +99,7 @@ class RecordSummary(Part):
         default_factory=dict, description="That tell of a parameter, in m/s: slow end, root mean square, fast end."
     )
     samples: int | None = None
-    masked: int | None = Field(default=None, description="Samples left out because they are damaged.")
+    masked: int | None = Field(default=None, description="Readings left out as damaged, of all channels together.")
     notes: tuple[str, ...] = ()
 
 
@@ -377,7 +379,7 @@ class BatchItem(Part):
     condition_errors: dict[str, float] = Field(default_factory=dict, description="Of those not known exactly, in SI.")
     speeds: dict[str, float] = Field(default_factory=dict, description="Root mean square by parameter, in m/s.")
     shrunk: dict[str, Measure] = Field(default_factory=dict, description="Values drawn to the mean of all, in SI.")
-    result: str | None = Field(default=None, description="Folder of the full result, relative to this file.")
+    result: str | None = Field(default=None, description="Folder of its summary (no arrays), relative to this file.")
     error: str | None = None
 
     @model_validator(mode="after")
