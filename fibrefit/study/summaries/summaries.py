@@ -43,9 +43,7 @@ class ParameterSummary(Part):
     )
     plain_error: Known = Field(default=None, description="Its standard error, autocorrelated noise allowed for.")
     prior_centre: Known = Field(default=None, description="Of its prior: mean, 0 if half-normal, median if log-normal.")
-    prior_error: Known = Field(
-        default=None, description="Of its prior: sd; of a log-normal one, of ln, times the value."
-    )
+    prior_error: Known = Field(default=None, description="Of its prior: sd; if log-normal, that of ln times value.")
     common_error: Known = Field(default=None, description="Part of the error due to priors: alike in all records.")
 
 
