@@ -1,4 +1,4 @@
-"""Packages of extras that `make test` leaves out: their tests are skipped without them, and fail in `make test-extras`."""
+"""Packages of extras that `make test` leaves out: without one its tests are skipped, and fail in `make test-extras`."""
 
 from __future__ import annotations
 

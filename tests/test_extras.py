@@ -1,4 +1,4 @@
-"""Tests of extras: which they are, that `make test-extras` installs what they need, and that it lets none be skipped."""
+"""Tests of extras: which they are, that `make test-extras` installs what they need, and that none is passed over."""
 
 from __future__ import annotations
 
