@@ -134,10 +134,15 @@ def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monke
             plan_study(folder, Aim(minutes={name: minutes}))
 
 
-def test_a_rig_whose_further_records_are_all_alike_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workflow, "options_of", lambda task: [Choice(record, {}) for record in range(2)])
-    with pytest.raises(StudyError, match="a rig fibre_mass; expected one whose further records could differ"):
-        plan_study(folder, Aim())
+def test_a_rig_whose_further_records_are_all_alike_is_refused(tmp_path: Path) -> None:
+    """A pendulum swings as it was let go, and nothing drives it."""
+    head = PLANNED.partition("[rig]")[0] + '[rig]\nkind = "pendulum"\nmoment_of_inertia = "0.2 kg m^2"\n'
+    values = {"length": "0.3 m", "damping": "0.01 N m s", "friction": "0.001 N m"}
+    parameters = "".join(f'[parameters.{name}]\ninitial = "{value}"\n' for name, value in values.items())
+    record = RECORD.format(name="swing", lift=0).replace('lift = "0 mm"\n', "")
+    (tmp_path / "study.toml").write_text(head + parameters + record, encoding="utf-8")
+    with pytest.raises(StudyError, match="a rig pendulum; expected one whose further records could differ"):
+        plan_study(tmp_path, Aim())
 
 
 def test_the_probability_to_tell_rivals_apart() -> None:
