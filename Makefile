@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test bench bench-series validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
+.PHONY: demo real test test-extras bench bench-series validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
         validate-population validate-plan lint format schemas docs notebooks dist release-check clean
 
 demo: .venv/installed
@@ -12,6 +12,10 @@ demo: .venv/installed
 
 test: .venv/installed-test
 	$(RUN) -m pytest -n 2 --dist loadfile
+
+# Tests of the extras that the suite does without, slow ones too; here a missing package is a failure.
+test-extras: .venv/installed-test .venv/installed-nuts .venv/installed-tdms .venv/installed-mdf .venv/installed-dask
+	FIBREFIT_EXTRAS_REQUIRED=1 $(RUN) -m pytest -m extra
 
 bench: .venv/installed-bench
 	$(RUN) -m tests.benchmarks

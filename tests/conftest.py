@@ -10,12 +10,20 @@ import pytest
 from hypothesis import settings
 
 from fibrefit.core.programs import bound
+from tests.extras import need
 
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
 
 LARGEST = 1.5e9
 """Bytes of a process beyond which it forgets its programs at the end of a module; the next module has others."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A test of an extra asks for its package before its fixtures are made."""
+    for marker in item.iter_markers("extra"):
+        need(*marker.args)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.workflow.batches import batch
+from fibrefit.workflow.batches import batch, run
 from fibrefit.workflow.batches.item import Job, Outcome, outcome_of
 from tests.cli.conftest import Run
-from tests.study.test_summaries import FIT
+from tests.study.test_summaries import EXAMPLES, FIT
 
 
 @pytest.fixture
@@ -57,6 +58,52 @@ def test_options_reach_the_jobs(demo: Run, done: list[Job]) -> None:
     demo("batch", "demo", "--starts", "7", "--seed", "3", "--robust", "--set", 'rig.weight_mass="2 kg"', "--out", "o")
     (job,) = done
     assert (job.starts, job.seed, job.robust, job.study.rig.weight_mass) == (7, 3, True, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("words", "handed_on"),
+    [
+        ((), {"each": None, "scheduler": None, "shard": None, "processes": None, "resume": False}),
+        (("--each", "study"), {"each": "study"}),
+        (("--scheduler", "tcp://node7:8786"), {"scheduler": "tcp://node7:8786"}),
+        (("--shard", "3/20", "--resume"), {"shard": (3, 20), "resume": True}),
+        (("--jobs", "4", "--force"), {"processes": 4, "force": True}),
+    ],
+)
+def test_options_reach_the_batch(
+    demo: Run, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], handed_on: dict[str, Any]
+) -> None:
+    calls = []
+
+    def stub(series: tuple[str, ...], out: Path | None, **options: Any) -> Any:
+        calls.append((series, out, options))
+        told = {"report": lambda: "many", "summary": lambda: EXAMPLES["fibrefit/batch/1"]}
+        return SimpleNamespace(**told, status="ok", taken_up=0, jobs=(), folder=None)
+
+    monkeypatch.setattr(run, "batch", stub)
+    found = demo("batch", "demo", "--out", "out", *words)
+    assert (found.code, found.out) == (0, "many\n")
+    ((series, out, options),) = calls
+    assert (series, out) == (("demo",), Path("out"))
+    assert {name: options[name] for name in handed_on} == handed_on
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--shard", "5/3"), "--shard 5/3: not a part of a whole; expected i/n with i from 1 to n."),
+        (("--shard", "9/9999"), "--shard 9/9999: 1 records; expected as many parts at the most."),
+        (("--each", "year"), "'year' is not one of 'record', 'study'"),
+    ],
+)
+def test_what_no_batch_can_do_is_refused_before_anything_is_done(
+    demo: Run, done: list[Job], words: tuple[str, ...], says: str
+) -> None:
+    found = demo("batch", "demo", "--out", "out", *words)
+    assert found.code == 2
+    assert says in found.err
+    assert not done
+    assert not list(Path().glob("out*"))
 
 
 def test_json_is_the_summary(demo: Run) -> None:

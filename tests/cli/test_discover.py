@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import fibrefit.workflow.discovery.discover as workflow
+from fibrefit.core.errors import UsageError
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.store import ResultDirectory, provenance, write_summary
 from fibrefit.study import Study
@@ -156,6 +157,22 @@ def test_refusals(demo: Run, words: tuple[str, ...], code: int, says: str) -> No
     assert done.code == code
     assert says in done.err
     assert not list(Path().glob("out*"))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"seconds": -1.0}, "seconds: -1; expected a time in seconds."),
+        ({"seconds": float("inf")}, "seconds: inf; expected a time in seconds."),
+        ({"seconds": float("nan")}, "seconds: nan; expected a time in seconds."),
+        ({"least": -0.5}, "least: -0.5; expected 0 or more, in units of the noise."),
+        ({"least": float("nan")}, "least: nan; expected 0 or more, in units of the noise."),
+    ],
+)
+def test_options_that_no_search_has_are_refused_in_a_program_too(options: dict[str, float], says: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        SearchOptions(**options)  # type: ignore[arg-type]
+    assert str(refused.value) == says
 
 
 def test_what_was_found_before_an_interruption_is_kept(

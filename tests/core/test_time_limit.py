@@ -41,15 +41,15 @@ def test_a_limit_holds_in_the_threads_of_a_search() -> None:
 
 
 def test_jobs_that_began_in_time_and_ask_are_ended() -> None:
-    def long() -> None:
-        while True:
+    def long() -> str:
+        for _ in range(3000):
             check_time()
             time.sleep(0.01)
+        return "not ended"
 
-    began = time.monotonic()
-    with time_limit(0.2):
-        assert fit_all([long, lambda: 1, long], lambda done: None) == [None, 1, None]
-    assert time.monotonic() - began < 5.0
+    # The short one comes first: it is done long before the time is over, however busy the machine is.
+    with time_limit(2.0):
+        assert fit_all([lambda: 1, long, long], lambda done: None) == [1, None, None]
 
 
 def test_a_budget_counts_from_its_beginning() -> None:

@@ -123,9 +123,26 @@ def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monke
         plan_study(folder, Aim(rivals=("guide.viscous_friction",)))
     with pytest.raises((UsageError, StudyError), match="not in the catalogue"):
         plan_study(folder, Aim(rivals=("guide.viscous_friction", "guide.vicous")))
-    for minutes in ({"nothing": 3.0}, {"lfit": 3.0}, {"record": -1.0}, {"record": math.nan}, {"lift": math.inf}):
-        with pytest.raises(UsageError, match=f'cost of "{next(iter(minutes))}"'):
-            plan_study(folder, Aim(minutes=minutes))
+    for name in ("nothing", "lfit"):
+        says = f'cost of "{name}": no condition of a record; expected one of .*inclination, lift, .*record'
+        with pytest.raises(UsageError, match=says) as refused:
+            plan_study(folder, Aim(minutes={name: 3.0}))
+        assert ('Did you mean "lift"?' in str(refused.value)) is (name == "lfit")
+    for name, minutes in {"record": -1.0, "lift": math.inf, "preload": math.nan}.items():
+        says = f'cost of "{name}": {minutes:g} minutes; expected a number of minutes, 0 or more'
+        with pytest.raises(UsageError, match=says):
+            plan_study(folder, Aim(minutes={name: minutes}))
+
+
+def test_a_rig_whose_further_records_are_all_alike_is_refused(tmp_path: Path) -> None:
+    """A pendulum swings as it was let go, and nothing drives it."""
+    head = PLANNED.partition("[rig]")[0] + '[rig]\nkind = "pendulum"\nmoment_of_inertia = "0.2 kg m^2"\n'
+    values = {"length": "0.3 m", "damping": "0.01 N m s", "friction": "0.001 N m"}
+    parameters = "".join(f'[parameters.{name}]\ninitial = "{value}"\n' for name, value in values.items())
+    record = RECORD.format(name="swing", lift=0).replace('lift = "0 mm"\n', "")
+    (tmp_path / "study.toml").write_text(head + parameters + record, encoding="utf-8")
+    with pytest.raises(StudyError, match="a rig pendulum; expected one whose further records could differ"):
+        plan_study(tmp_path, Aim())
 
 
 def test_the_probability_to_tell_rivals_apart() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
@@ -109,17 +108,20 @@ def test_where_the_time_is_over_the_plain_estimate_is_told_and_why(task: Task, f
 
 
 def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    names = iter("bcd")
+    names, now = iter("bcd"), [0.0]
 
     def estimate(name: str) -> Any:
         return SimpleNamespace(name=name, seen=SimpleNamespace(raw=True), evidence=SimpleNamespace(mode=mode))
 
     def at_mode(*of: Any) -> Any:
-        time.sleep(0.2)
+        now[0] += 0.2
         return estimate(next(names))
 
     mode = SimpleNamespace(unknowns=None, place=None, sigma=None)
     lefts = {"a": 9.0, "b": 4.0, "c": 2.0, "d": 1.5}
+    clock = SimpleNamespace(monotonic=lambda: now[0])
+    monkeypatch.setattr(gls, "time", clock)
+    monkeypatch.setattr("fibrefit.core.time_limit.time", clock)
     monkeypatch.setattr(gls, "_at_mode", at_mode)
     monkeypatch.setattr(gls, "_seen", lambda *of: None)
     monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))

@@ -165,8 +165,12 @@ def test_command_line(tmp_path: Path) -> None:
 
 
 def test_a_series_is_quick() -> None:
-    """After compilation; the bound is wide, machines differ."""
-    make_series(DROP, seed=1)
-    begin = time.perf_counter()
-    make_series(DROP, seed=2)
-    assert time.perf_counter() - begin < 3.0
+    """After compilation; the bound is wide, machines differ. Processor time: busy neighbours leave it alone."""
+
+    def timed(seed: int) -> float:
+        begin = time.process_time()
+        make_series(DROP, seed=seed)
+        return time.process_time() - begin
+
+    timed(1)
+    assert min(timed(seed) for seed in (2, 3, 4)) < 3.0

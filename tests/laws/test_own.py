@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -75,7 +76,17 @@ ONLY_WHEN_ASKED = [
     ("1.0, lower=0.0", "-1.0, lower=0.0", "typical -1"),
     ("1.0, lower", "1.0, null=-1.0, lower", "null -1 is out of its range"),
     ('"a coefficient"', '""', "no words for it"),
-    (f"def force(self, position, velocity):\n        return {ANSWER}", "def compliance(self): return self.c", "creeps"),
+    ("1.0, lower", "1.0, log=True, lower", "searched by its logarithm from 0; expected a positive lower limit"),
+    (
+        "    def force",
+        "    def __init__(self):\n        pass\n\n    def force",
+        "cannot be made: TypeError.*; expected a class without __init__ of its own",
+    ),
+    (
+        f"def force(self, position, velocity):\n        return {ANSWER}",
+        "def compliance(self): return self.c",
+        "compliance: never called, as creeps is not set; expected creeps in the class",
+    ),
 ]
 
 
@@ -121,6 +132,13 @@ def test_several_faults_are_all_said(tmp_path: Path) -> None:
     assert "forse" in wrong
     assert "quux" in wrong
     assert "changes nothing" not in wrong
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no file is called so there")
+def test_a_file_whose_name_goes_on_behind_its_ending_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.py:old").write_text(HEAD + GOOD, encoding="utf-8")
+    with pytest.raises(StudyError, match="mine.py:old is not a Python file; expected a file ending in .py"):
+        find_effect("mine.py:old:Mine", tmp_path)
 
 
 def test_a_taken_name_and_what_is_no_effect(tmp_path: Path) -> None:

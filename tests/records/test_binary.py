@@ -129,8 +129,10 @@ def test_matlab_without_vectors(tmp_path: Path) -> None:
         read_record(tmp_path / "a.mat")
 
 
+@pytest.mark.extra("nptdms")
 def test_tdms_with_rates(tmp_path: Path) -> None:
-    nptdms = pytest.importorskip("nptdms")
+    import nptdms
+
     path = tmp_path / "a.tdms"
     fast = {"wf_increment": 5e-4, "wf_start_offset": 0.0}
     with nptdms.TdmsWriter(path) as writer:
@@ -145,8 +147,10 @@ def test_tdms_with_rates(tmp_path: Path) -> None:
     assert "Left out, sampled at 10 Hz: Temp." in read_record(path).history
 
 
+@pytest.mark.extra("nptdms")
 def test_tdms_with_times(tmp_path: Path) -> None:
-    nptdms = pytest.importorskip("nptdms")
+    import nptdms
+
     path = tmp_path / "a.tdms"
     names = {"Time [s]": TIME, "Force [N]": FORCE, "Position [mm]": POSITION}
     with nptdms.TdmsWriter(path) as writer:
@@ -157,8 +161,10 @@ def test_tdms_with_times(tmp_path: Path) -> None:
         read_record(path)
 
 
+@pytest.mark.extra("asammdf")
 def test_mdf(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    asammdf = pytest.importorskip("asammdf")
+    import asammdf
+
     path = tmp_path / "a.mf4"
     with asammdf.MDF(version="4.10") as file:
         file.append(

@@ -2,12 +2,39 @@
 
 from __future__ import annotations
 
+import io
+from typing import Any
+
+import openpyxl
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from layouts import N, de, f, german, plain, rows, t, u
 
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.records import read_record
+from tests.records.exports.containers import zipped
 
+
+def book(**sheets: list[list[Any]]) -> bytes:
+    """An .xlsx file by the cells of its sheets."""
+    made, file = openpyxl.Workbook(), io.BytesIO()
+    made.remove(made.active)
+    for title, cells in sheets.items():
+        sheet = made.create_sheet(title)
+        for row in cells:
+            sheet.append(row)
+    made.save(file)
+    return file.getvalue()
+
+
+def parquet(**columns: list[Any]) -> bytes:
+    file = io.BytesIO()
+    pq.write_table(pa.table(columns), file)
+    return file.getvalue()
+
+
+CELLS = [["t [s]", "F [N]"], *([1e-3 * i, 1.5 * i] for i in range(30))]
 HEAD = "t [s];F [N];u [mm]\n"
 GERMAN = HEAD + rows(german)
 
@@ -127,6 +154,54 @@ REFUSED = {
     "hours and minutes or minutes and seconds": (
         "Zeit;F [N];u [mm]\n" + rows(lambda i: f"14:{i:02d};{f(i)};{u(i)}"),
         '"14:00" is no time of day with seconds',
+    ),
+}
+
+
+COARSE = [f"{i // 4 / 1000:.3f}" for i in range(N)]
+REFUSED |= {
+    "hardly a time": (HEAD + rows(lambda i: german(i) if i < 2 else de(f"x;{f(i)};{u(i)}")), "fewer than 3 readable"),
+    "a time that stands still": (HEAD + rows(lambda i: de(f"0.5;{f(i)};{u(i)}")), "the time never increases"),
+    "coarse times that end where they begin": (
+        HEAD + rows(lambda i: de(f"{COARSE[i] if i < N - 1 else COARSE[0]};{f(i)};{u(i)}")),
+        "the last time is not later than the first; expected times that increase",
+    ),
+    "objects that name nothing alike": (
+        '{"a": 1}\n{"b": 2}\n{"c": 3}\n',
+        "JSON without a table; expected objects that name the same values, one a row",
+    ),
+    "objects cut short": (
+        '{"t": 0.1, "F": 1}\n{"t": 0.2, "F": 2}\n{"t": 0.3, "F"',
+        'line 3: JSON that ends or breaks off: Expecting .* delimiter .*"F""\\); expected a whole object.*cut short',
+    ),
+    "objects in objects without end": (
+        '{"a":' * 100_000 + "1" + "}" * 100_000,
+        "JSON that ends or breaks off: nested too deeply",
+    ),
+    "lists of two lengths": (
+        '{"time [s]": [0, 1, 2, 3], "force [N]": [1, 2, 3]}',
+        r"lists of different lengths \(time \[s\]: 4, force \[N\]: 3\); expected one length",
+    ),
+    "an object without rows": ('{"a": {"b": 1}}', "JSON without a table; expected a list of objects, or lists of one"),
+    "tables on two sheets": (book(one=CELLS, two=CELLS), r'tables on 2 sheets \("one", "two"\); expected one'),
+    "sheets without a table": (
+        book(one=[["words"]], two=[]),
+        r'no rows of numbers on any sheet \("one", "two"\); expected a table',
+    ),
+    "parquet of words": (parquet(a=["x", "y", "z", "u"]), "no column of at least 3 numbers; expected a column for"),
+    "parquet of two rows": (parquet(t=[0.1, 0.2], F=[1.0, 2.0]), "no column of at least 3 numbers"),
+    "archive of nothing": (zipped({}), r"an archive that holds 0 measurement files \(nothing\)"),
+    "archive without a measurement": (
+        zipped({"plot.png": b"\x89PNG", "note.txt": b"Only words.\n"}),
+        r"an archive that holds 0 measurement files \(plot.png, note.txt\); expected one measurement file",
+    ),
+    "archive of two": (
+        zipped({"a.csv": GERMAN.encode(), "b.csv": GERMAN.encode(), "note.txt": b"Only words.\n"}),
+        r"an archive that holds 2 measurement files \(a.csv, b.csv, note.txt\); expected one measurement file\. Unpack",
+    ),
+    "archive in an archive": (
+        zipped({"run.zip": zipped({"run.csv": GERMAN.encode()})}),
+        r"an archive in an archive \(run.zip\); expected one measurement file in it",
     ),
 }
 

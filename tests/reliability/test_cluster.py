@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("distributed")
+pytestmark = pytest.mark.extra("distributed")
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 ITEMS = 10

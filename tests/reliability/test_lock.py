@@ -18,19 +18,18 @@ from fibrefit.store.lock import lock_file
 PAIRS = 6
 
 WRITER = """
-import sys, time
+import sys
 from pathlib import Path
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
-out, name, seconds = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
-if seconds == "told":
-    print("ready", flush=True)
-    sys.stdin.readline()
+out, name = Path(sys.argv[1]), sys.argv[2]
+print("ready", flush=True)
+sys.stdin.readline()
 try:
     with ResultDirectory(out, force=True) as result:
         (result.path / f"{name}0.csv").write_text(name)
         print("in", flush=True)
-        sys.stdin.readline() if seconds == "told" else time.sleep(float(seconds))
+        sys.stdin.readline()
         (result.path / f"{name}1.csv").write_text(name)
 except UsageError as error:
     print(error, flush=True)
@@ -38,9 +37,9 @@ except UsageError as error:
 """
 
 
-def writer(out: Path, name: str, seconds: float | None = None) -> subprocess.Popen[str]:
-    """A process that writes for so long; without a time it begins, and ends, at a line that it is told."""
-    words = [sys.executable, "-c", WRITER, str(out), name, "told" if seconds is None else str(seconds)]
+def writer(out: Path, name: str) -> subprocess.Popen[str]:
+    """A process that begins to write, and ends, at a line that it is told, or where it is told nothing more."""
+    words = [sys.executable, "-c", WRITER, str(out), name]
     return subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
@@ -53,6 +52,15 @@ def tell(process: subprocess.Popen[str]) -> None:
     assert process.stdin is not None
     process.stdin.write("\n")
     process.stdin.flush()
+
+
+def writing(out: Path, name: str) -> subprocess.Popen[str]:
+    """One that has begun to."""
+    process = writer(out, name)
+    assert line_of(process) == "ready\n"
+    tell(process)
+    assert line_of(process) == "in\n"
+    return process
 
 
 def names(folder: Path) -> set[str]:
@@ -90,9 +98,7 @@ def test_a_lock_that_does_not_say_yet_whose_it_is_is_asked_again(tmp_path: Path)
 
 def test_a_dead_run_holds_nobody_up_and_is_cleaned_away(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    process = writer(out, "a", seconds=60.0)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "in\n"
+    process = writing(out, "a")
     with pytest.raises(UsageError, match=f"process {process.pid} on "):
         ResultDirectory(out, force=True).check()
     process.send_signal(signal.SIGKILL)
@@ -107,9 +113,7 @@ def test_a_dead_run_holds_nobody_up_and_is_cleaned_away(tmp_path: Path) -> None:
 def test_a_stopped_run_still_holds_its_lock(tmp_path: Path) -> None:
     """Whatever its marker says of the machine it runs on."""
     out = tmp_path / "out"
-    process = writer(out, "a", seconds=0.2)
-    assert process.stdout is not None
-    process.stdout.readline()
+    process = writing(out, "a")
     process.send_signal(signal.SIGSTOP)
     try:
         (tmp_path / "out.partial" / ".fibrefit").write_text('{"pid": 1, "host": "node7"}')

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit import load_study, simulate
+from fibrefit import fit, load_study, simulate
 from fibrefit.core.allowance import MOST_PLANNED
 from fibrefit.core.errors import StudyError
 from fibrefit.rigs.rig import STANDARD_GRAVITY
@@ -82,6 +82,51 @@ def driven(folder: Path, duration: str, rig: str = "", rate: str = "20 mm/s") ->
 def test_a_drive_that_does_not_move_in_its_record_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="one: a drive that does not move within 8 s; expected at least one whole"):
         simulate(load_study(driven(tmp_path, "8 s")))
+
+
+HEAD = 'schema = "fibrefit/study/1"\nname = "x"\n[rig]\n'
+DROP = HEAD + 'kind = "fibre_mass"\nweight_mass = "3 kg"\ninclination = "90 deg"\n'
+DRIVE = HEAD + 'kind = "pulley_drive"\nweight_mass = "3 kg"\ninclination = "30 deg"\n'
+UPRIGHT = (SERIES.parent / "pendulum" / "study.toml").read_text("utf-8").partition("[sweep]")[0]
+PLAN = '[[records]]\nname = "one"\nsampling_rate = "2 kHz"\nduration = "0.5 s"\n'
+
+
+@pytest.mark.parametrize(
+    ("study", "says"),
+    [
+        (DROP + HELD + PLAN, "one: no lift; expected it for a planned record. Give lift in the record."),
+        (
+            DROP + PLAN + 'lift = "5 mm"',
+            "parameters.stiffness: no initial; expected a value: planned records have no data to find it from.",
+        ),
+        (
+            DRIVE + HELD + PLAN,
+            "one: no excitation and no amplitude and no rate; expected the movement of the drive of a planned record.",
+        ),
+        (
+            DRIVE + HELD + PLAN + 'excitation = "trapezoid"\nrate = "20 mm/s"',
+            "one: no amplitude; expected the movement of the drive of a planned record.",
+        ),
+        (UPRIGHT + PLAN, "one: no frequency; expected the movement of the driven ends."),
+        (
+            UPRIGHT.replace("amplitude =", "# amplitude =") + PLAN,
+            "one: no amplitude and no frequency; expected the movement of the driven ends.",
+        ),
+    ],
+)
+def test_what_a_planned_record_lacks_is_asked_for(tmp_path: Path, study: str, says: str) -> None:
+    (tmp_path / "study.toml").write_text(study, "utf-8")
+    with pytest.raises(StudyError) as refused:
+        simulate(load_study(tmp_path))
+    assert says in str(refused.value)
+
+
+def test_a_planned_record_among_measured_ones_is_no_measurement(tmp_path: Path) -> None:
+    file = (SERIES / "drop_5mm_90deg.csv").as_posix()
+    study = DROP + f'[[records]]\nfile = "{file}"\nlift = "5 mm"\n' + PLAN + 'lift = "7 mm"'
+    (tmp_path / "study.toml").write_text(study, "utf-8")
+    with pytest.raises(StudyError, match='record "one" has no file; expected a measured record. Name its file.'):
+        fit(load_study(tmp_path))
 
 
 def test_a_planned_weight_rests_where_its_fibre_slants(tmp_path: Path) -> None:

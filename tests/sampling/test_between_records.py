@@ -199,9 +199,9 @@ def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: sampling.
         assert abs(at[index] - value) < SURE * abs(high[index] - at[index]), name
 
 
+@pytest.mark.extra("blackjax")
 @pytest.mark.slow
 def test_nuts_finds_the_same_posterior(posterior: Posterior) -> None:
-    pytest.importorskip("blackjax")
     from fibrefit.sampling.nuts import cross_check
 
     other = cross_check(posterior)

@@ -205,9 +205,9 @@ def test_a_search_from_afar_arrives(small: tuple[Task, np.ndarray]) -> None:
     assert len(distinct([mode for mode, _ in ends])) == 1
 
 
+@pytest.mark.extra("blackjax")
 @pytest.mark.slow
 def test_nuts_agrees(posterior: Posterior) -> None:
-    pytest.importorskip("blackjax")
     from fibrefit.sampling.nuts import cross_check
 
     other = cross_check(posterior)

@@ -125,8 +125,8 @@ def test_no_process_outlives_its_parent(tmp_path: Path) -> None:
     pytest.fail("the process is still there")
 
 
+@pytest.mark.extra("distributed")
 def test_a_cluster_does_the_same() -> None:
-    distributed = pytest.importorskip("distributed")
     script = (
         "from distributed import LocalCluster\n"
         "from fibrefit.series.engines import on_cluster\n"
@@ -137,15 +137,14 @@ def test_a_cluster_does_the_same() -> None:
         "        found = sorted(on_cluster(work.doubled, list(range(5)), cluster.scheduler_address))\n"
         "        print([(n, x, type(e).__name__) for n, x, e in found])\n"
     )
-    assert distributed.__version__
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.stdout.strip() == (
         "[(0, 0, 'NoneType'), (1, 2, 'NoneType'), (2, 4, 'NoneType'), (3, None, 'ValueError'), (4, 8, 'NoneType')]"
     ), done.stderr
 
 
-def test_a_cluster_that_does_not_answer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
+@pytest.mark.extra("distributed")
+def test_a_cluster_that_does_not_answer_is_refused() -> None:
     script = (
         "import fibrefit.series.engines as e; from tests.series import work; e.PATIENCE = 0.5\n"
         "try: list(e.on_cluster(work.doubled, [1], 'tcp://127.0.0.1:9'))\n"

@@ -171,6 +171,7 @@ REFUSED = {
     "unit without channel": (('force = "kN"', 'frce = "kN"'), "units.frce: unknown channel", 'mean "force"?'),
     "syntax": (('"two drops"', "two drops"), "line 2, column", "not TOML"),
     "open": (('name = "two drops"', 'name = "two drops'), "line 2", "not TOML"),
+    "digits": (('"0.4 N"', "4" * 5000), "study.toml: a number of thousands of digits; expected numbers a person", ""),
     "key twice": (('lift = "10 mm"', 'lift = "10 mm"\nlift = "11 mm"'), "line 40", "given twice"),
     "fixed without value": (('fixed = "2.5 N"', "fixed = true"), "friction.fixed: true, but no initial", "Give it"),
     "fixed twice": (('fixed = "2.5 N"', 'fixed = "2.5 N"\ninitial = "3 N"'), "initial and fixed differ", "Remove"),

@@ -227,6 +227,12 @@ def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> Non
     np.testing.assert_array_equal(read.coefficients["drive"], start.coefficients["drive"])
 
 
+def test_a_setting_that_is_misspelt_is_refused() -> None:
+    says = 'setting "max_step": not known; expected one of seed, ensembles, .*Did you mean "max_steps"?'
+    with pytest.raises(UsageError, match=says):
+        fibrefit.sample(fibrefit.example("drop_series"), max_step=20)
+
+
 def test_arviz_compares_models_by_it(sampled: Sampled, kept: Path) -> None:
     arviz_stats = pytest.importorskip("arviz_stats")
     tree = fibrefit.load_result(kept).to_datatree()  # type: ignore[union-attr]

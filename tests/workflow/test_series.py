@@ -203,6 +203,18 @@ def test_two_records_are_no_series(tmp_path: Path) -> None:
         series_study(made.study(tmp_path))
 
 
+def test_a_rig_of_which_no_law_is_known_is_refused(tmp_path: Path) -> None:
+    times = np.arange(0.0, 6.0, 5e-3)
+    head = 'schema = "fibrefit/study/1"\nname = "swings"\n[rig]\nkind = "pendulum"\nmoment_of_inertia = "0.2 kg m^2"\n'
+    for i in range(3):
+        table = np.column_stack([times, 0.2 * np.exp(-0.1 * times) * np.cos(5.7 * times + 0.1 * i)])
+        np.savetxt(tmp_path / f"{i}.csv", table, "%.6f", ",", header="time [s],angle [rad]", comments="")
+        head += f'[[records]]\nfile = "{i}.csv"\n'
+    (tmp_path / "study.toml").write_text(head, encoding="utf-8")
+    with pytest.raises(StudyError, match="the rig pendulum; expected one with a fibre or a guide"):
+        series_study(load_study(tmp_path / "study.toml"))
+
+
 def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(lawful: SeriesResult) -> None:
     found = lawful.verdict.models
     at, whole = found.law.evidence.mode, found.search.context.whole

@@ -79,7 +79,8 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
         if len(measured) != 1:
             names = ", ".join(entry.filename[:60] for entry in files[:5]) or "nothing"
             do = "Unpack it, and name the file that is meant."
-            raise DataError(where, f"an archive that holds {len(measured)} files ({names})", "one measurement file", do)
+            got = f"an archive that holds {len(measured)} measurement files ({names})"
+            raise DataError(where, got, "one measurement file", do)
         Allowance(where, DataError).take(measured[0].file_size)
         return _once(archive.read(measured[0]), measured[0].filename, where)
 

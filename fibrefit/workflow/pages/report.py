@@ -103,19 +103,24 @@ def _read(result: Path, beside: Path) -> Result:
 
 def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration]:
     """The figures that belong on the page: as they lie in the folder; those that do not, drawn from what was saved."""
-    from fibrefit.plots.shrink import small_png
-
     chosen = CHOSEN.get(type(summary))
     files = {path.stem: path for path in sorted((folder / "figures").glob("*.png"), key=_order)}
     names = [name for name in (chosen or files) if name in files][:MOST_PICTURES]
-    try:
-        pictures = [(name, *small_png(files[name].read_bytes())) for name in names]
-    except OSError as error:
-        raise DataError(str(folder / "figures"), str(error), "figures of a result") from None
+    pictures = [(name, *_small(files[name])) for name in names]
     if chosen and (missing := [name for name in chosen if name not in files]):
         pictures += _drawn(summary, groups, missing)
         pictures.sort(key=lambda picture: chosen.index(picture[0]))
     return [Illustration(name, caption or name.replace("_", " "), png) for name, png, caption in pictures]
+
+
+def _small(file: Path) -> tuple[bytes, str]:
+    from fibrefit.plots.shrink import small_png
+
+    try:
+        return small_png(file.read_bytes())
+    except OSError as error:
+        got = error.strerror or "is damaged, or no picture"
+        raise DataError(str(file), got, "a figure of a result", "Remove that file.") from None
 
 
 def _drawn(summary: Part, groups: Mapping, chosen: Sequence[str]) -> list[tuple[str, bytes, str]]:
