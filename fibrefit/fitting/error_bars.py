@@ -137,7 +137,9 @@ def _shared(problem: Problem) -> list[int]:
 def _held(problem: Problem) -> list[Estimate]:
     found = []
     for slot in problem.layout.slots:
-        names = (None,) if len(slot.fixed) == 1 else problem.layout.records
+        # What each record states for itself is its own, where there is one record too.
+        own = not slot.shared and len(slot.fixed) == len(problem.layout.records)
+        names = problem.layout.records if own else (None,)
         for name, value in zip(names, slot.fixed, strict=False):
             if value is not None:
                 summary = ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)

@@ -123,6 +123,11 @@ def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:
     return (*each, of_each(effect, records)) if effect.sudden and records > 1 else each
 
 
+def goes_by_place(effect: type[Effect]) -> bool:
+    """Whether it goes by the place of a record in its series: it says nothing of a record that is not of it."""
+    return effect.record is not None or effect.in_record is not Effect.in_record
+
+
 def family_of(effect: type[Effect]) -> str:
     """Name of an effect without the places of its records."""
     return effect.name.partition(MARK)[0]

@@ -67,7 +67,9 @@ def locked(folder: Path, shown: str) -> Iterator[None]:
         ) from None  # fmt: skip
     try:
         now = datetime.now().astimezone().isoformat(timespec="seconds")
-        path.write_text(f"{HOLDER}{os.getpid()} on {platform.node()} since {now}", encoding="utf-8")
+        # Windows lets nobody write to what is locked, the holder by a second handle neither.
+        with suppress(OSError):
+            path.write_text(f"{HOLDER}{os.getpid()} on {platform.node()} since {now}", encoding="utf-8")
         yield
     finally:
         # Removed while it is held: whoever waits for this very file finds out that its name is gone, and begins anew.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.formats import FIGURES, requested_formats
-from fibrefit.store import ResultDirectory
+from fibrefit.store import ResultDirectory, Run
 from fibrefit.store.summary import write_summary
 from fibrefit.study import Study
 from fibrefit.workflow.outcome.result import AnyResult
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 class Saved(ABC):
     """A result that was just found, or a simulation: it can be saved."""
 
+    study: Study
+
     @abstractmethod
     def plot(self) -> Figures:
         """Its figures by name."""
@@ -28,6 +30,10 @@ class Saved(ABC):
     def first_figures(self) -> Figures:
         """Figures that are written where none were requested; the others are drawn when they are wanted."""
         return self.plot()
+
+    def inputs(self) -> list[Path]:
+        """Files it rests on: none of them may lie in the folder that it is saved to."""
+        return self.study.input_files()
 
     @abstractmethod
     def write_data(self, directory: ResultDirectory) -> None:
@@ -58,22 +64,20 @@ class Saved(ABC):
         Raises
         ------
         UsageError
-            If the folder exists and may not be replaced.
+            If the folder exists and may not be replaced, or holds a file that the result rests on.
 
         Examples
         --------
         >>> fibrefit.load_result(result.save("results/kept")).to_dataframe().equals(result.to_dataframe())
         True
         """
-        with ResultDirectory(Path(out), force=force) as directory:
+        with ResultDirectory(Path(out), force=force, run=Run(tuple(self.inputs()))) as directory:
             self.write(directory, stop)
         return directory.out
 
 
 class FoundResult(AnyResult, Saved):
     """A result that was just found: all that is kept of it is its summary, its arrays and the study to go on with."""
-
-    study: Study
 
     def write_data(self, directory: ResultDirectory) -> None:
         """Write ``summary.json`` and, where there are arrays, ``result.h5`` and ``study.toml``."""

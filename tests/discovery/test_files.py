@@ -11,6 +11,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import UsageError
 from fibrefit.laws.catalogue import CATALOGUE, is_sought, suits
 from fibrefit.laws.families import MARK, members
 from fibrefit.problem.task import Task
@@ -234,3 +235,21 @@ def test_damaged_results_are_not_taken_for_finished(discovery: Make, elsewhere: 
     out = made.save(elsewhere / "out")
     (out / "summary.json").write_text("{")
     assert finished(out, made.study, made.options) is None
+
+
+def test_the_folder_of_a_journal_is_made_or_refused_before_the_search(
+    elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A journal that cannot be written does not end a search: nobody would learn that it keeps nothing."""
+    kept: list[Path | None] = []
+    for name in ("read_records", "task_of", "task_to_fit"):
+        monkeypatch.setattr(workflow, name, lambda *given: None)
+    monkeypatch.setattr(workflow, "discover", lambda task, effects, limits, progress: kept.append(limits.folder))
+    study = load_study(DATA / "rough")
+    workflow.discover_study(study, folder="deep/journal")
+    assert kept == [Path("deep/journal")]
+    assert (elsewhere / "deep" / "journal").is_dir()
+    Path("file").touch()
+    with pytest.raises(UsageError, match="file: cannot be made: .*; expected a folder to write to"):
+        workflow.discover_study(study, folder="file")
+    assert len(kept) == 1

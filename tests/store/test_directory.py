@@ -182,3 +182,20 @@ def test_a_run_is_the_same_by_whatever_path_its_study_is_called(
     record = folder / data.split('"')[1]
     record.write_text(record.read_text() + "\n")
     assert Run.of("sample", load_study(ways[0])).parts[data] != near[data]
+
+
+def test_a_lock_that_only_its_handle_may_write_to_says_nothing_and_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As Windows has it: what is locked cannot be written to by name."""
+    written = Path.write_text
+
+    def write_text(path: Path, *content: str, **how: str) -> int:
+        if path.suffix == ".lock":
+            raise PermissionError(13, "Permission denied", str(path))
+        return written(path, *content, **how)
+
+    monkeypatch.setattr(Path, "write_text", write_text)
+    make(tmp_path / "out")
+    assert names(tmp_path / "out") >= {"summary.json", MARKER}
+    assert names(tmp_path) == {"out"}

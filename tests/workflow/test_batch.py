@@ -495,3 +495,15 @@ def test_a_record_that_changes_while_it_is_identified_is_identified_anew(
     kept = json.loads(identified(job).item)
     assert kept["digest"] == before
     assert kept["digest"] != job.digest()
+
+
+@pytest.mark.parametrize("effect", ["guide.friction_change@2", "fibre.knot_slip@1", "fibre.stiffness_trend"])
+def test_a_record_by_itself_has_no_place_in_a_series(tmp_path: Path, effect: str) -> None:
+    said = f'[model]\neffects = ["guide.viscous_friction", "{effect}"]'
+    made.study(tmp_path / "two", more=said)
+    with pytest.raises(StudyError, match=f'the effect "{effect}", which goes by the place of a record in its series'):
+        jobs_of(origins_of([str(tmp_path / "two")], None, ()), None, 4, 0)
+    assert len(jobs_of(origins_of([str(tmp_path / "two")], None, ()), "study", 4, 0)) == 1
+    # The only record of a study is its series.
+    made.study(tmp_path / "one", made.LIFTS[:1], more='[model]\neffects = ["fibre.knot_slip@1"]')
+    assert len(jobs_of(origins_of([str(tmp_path / "one")], None, ()), "record", 4, 0)) == 1

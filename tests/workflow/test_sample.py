@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import h5py
 import jsonschema
@@ -15,6 +18,8 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.progress import quiet
+from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import read_summary
@@ -23,8 +28,9 @@ from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow.compare import compared, rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
+from fibrefit.workflow.prepare import read_records
 from fibrefit.workflow.sampling.sample import Sampled, SamplingOptions, sample_study
-from fibrefit.workflow.sampling.start import START, SamplingStart, _read
+from fibrefit.workflow.sampling.start import START, SamplingStart, _read, begin, digest_of
 from tests.fitting import made
 
 SCHEMA = Path(__file__).resolve().parents[2] / "data_schemas" / "posterior.schema.json"
@@ -192,6 +198,37 @@ def test_the_fit_of_another_model_is_no_start(study: Study, fit: Fit) -> None:
         fibrefit.sample(other, start=fit)
 
 
+def test_the_fit_of_other_records_is_no_start(study: Study, fit: Fit, tmp_path: Path) -> None:
+    """Of the same names and number: what is sampled are the records of the study."""
+    other = made.study(tmp_path)
+    made.write(tmp_path, made.records(share=0.5, seed=4))
+    with pytest.raises(UsageError, match="start: a fit of another study or other data"):
+        fibrefit.sample(other, start=fit)
+    with pytest.raises(UsageError, match="start: a FibreMassStudy; expected a fit, as fibrefit.fit returns it"):
+        fibrefit.sample(study, start=study)  # type: ignore[arg-type]
+
+
+def test_a_start_does_not_depend_on_where_the_study_lies(study: Study, fit: Fit, saved: Path, tmp_path: Path) -> None:
+    moved = shutil.copytree(study.source.parent, tmp_path / "moved")
+    for same in (load_study(moved), load_study(saved)):
+        assert digest_of(same, read_records(same)) == digest_of(fit.study, fit.records)
+    stiffer = load_study(moved, ['parameters.stiffness.prior="20 +/- 1 kN/m"'])
+    assert digest_of(stiffer, fit.records) != digest_of(fit.study, fit.records)
+
+
+def test_what_was_kept_of_another_run_is_not_gone_on_with(fit: Fit, tmp_path: Path) -> None:
+    task = cast(Task, SimpleNamespace(problem=fit.identification.problem))
+    rests_on = digest_of(fit.study, fit.records)
+    begun = begin(rests_on, task, fit, 0, tmp_path, quiet)
+    for given in (None, fit):
+        np.testing.assert_array_equal(begin(rests_on, task, given, 0, tmp_path, quiet).values, begun.values)
+    with pytest.raises(UsageError, match=f"{START}: a fit of another study or other data.*Start anew"):
+        begin("0", task, None, 0, tmp_path, quiet)
+    dataclasses.replace(begun, values=1.001 * begun.values).save(tmp_path)
+    with pytest.raises(UsageError, match=f"{START}: kept of a run around another fit.*Leave the start out"):
+        begin(rests_on, task, fit, 0, tmp_path, quiet)
+
+
 def test_what_was_kept_must_be_readable(study: Study, tmp_path: Path) -> None:
     (tmp_path / START).write_text("{")
     with pytest.raises(UsageError, match="Start anew, with --force"):
@@ -216,11 +253,17 @@ def test_a_prior_that_contradicts_the_bounds_is_refused_at_once(study: Study) ->
 def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
     start = SamplingStart(
-        ("k", "b"), random.random(2), random.random(2), (random.random(2),), "ok", {"drive": random.random((3, 4))}
+        ("k", "b"),
+        random.random(2),
+        random.random(2),
+        (random.random(2),),
+        "ok",
+        {"drive": random.random((3, 4))},
+        "12",
     )
     start.save(tmp_path)
     read = _read(tmp_path / START)
-    assert (read.names, read.status) == (start.names, start.status)
+    assert (read.names, read.status, read.rests_on) == (start.names, start.status, start.rests_on)
     np.testing.assert_array_equal(read.values, start.values)
     np.testing.assert_array_equal(read.plain, start.plain)
     np.testing.assert_array_equal(read.basins, start.basins)

@@ -215,8 +215,7 @@ def slots_of(
     stated : sequence of mapping of str to float
         What it says of each record, in SI units.
     """
-    spoken_for = {name for effect in model.effects for name in effect.stands_for}
-    slots = [_slot(parameter, settings[parameter.name], parameter.name in spoken_for) for parameter in model.parameters]
+    slots = parameter_slots(model, settings)
     for nuisance in model.rig.nuisances:
         held = tuple(said.get(nuisance.name) for said in stated)
         slots.append(Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False, held if any_held(held) else ()))
@@ -228,6 +227,18 @@ def slots_of(
                 Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ())
             )
     return tuple(slots)
+
+
+def parameter_slots(model: Model, settings: Mapping[str, ParameterSetting]) -> list[Slot]:
+    """Slots of a model's parameters; one that an effect stands for is held at zero where the study does not state it.
+
+    Parameters
+    ----------
+    settings : mapping of str to ParameterSetting
+        What the study says of each.
+    """
+    spoken_for = {name for effect in model.effects for name in effect.stands_for}
+    return [_slot(parameter, settings[parameter.name], parameter.name in spoken_for) for parameter in model.parameters]
 
 
 def any_held(values: Sequence[float | None]) -> bool:
@@ -267,7 +278,7 @@ def _begun(setting: ParameterSetting) -> float | None:
 
 
 def _slot(parameter: Parameter, setting: ParameterSetting, spoken_for: bool = False) -> Slot:
-    """Slot of a parameter; one that an effect stands for is held at zero where the study does not state it."""
+    """Slot of a parameter, which an effect may stand for."""
     limits = Range.of(parameter).within(setting.lower, setting.upper)
     fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
     if spoken_for and setting.initial is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from fibrefit.core.allowance import MOST_STARTS
-from fibrefit.core.errors import DataError, FibrefitError, UsageError
+from fibrefit.core.errors import DataError, FibrefitError, StudyError, UsageError
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
@@ -95,7 +95,8 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     Raises
     ------
     FibrefitError
-        If the only study there is cannot be read, or starts are more than memory holds.
+        If the only study there is cannot be read, starts are more than memory holds, or a model goes by the places of
+        records that are identified one by one.
     """
     if not 1 <= starts <= MOST_STARTS:
         raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
@@ -126,10 +127,31 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
         return [(name, origin, None)]
     if each == "study":
         return [(study.name, origin, None)]
+    _refuse_places(study)
     return [
         (f"{name}/{record.label}" if several else record.label, origin, number)
         for number, record in enumerate(study.records)
     ]
+
+
+def _refuse_places(study: Study) -> None:
+    """Refuse effects that go by the place of a record in its series, which one that is identified by itself has not."""
+    if len(study.records) > 1 and (named := next((n for n in study.model.effects if _goes_by_place(n, study)), "")):
+        raise StudyError(
+            str(study.source), f'the effect "{named}", which goes by the place of a record in its series',
+            "effects that are the same in every record, where each is identified by itself",
+            "Take it out of the model; or identify the series as a whole: fibrefit fit, or batch --each study.",
+        )  # fmt: skip
+
+
+def _goes_by_place(name: str, study: Study) -> bool:
+    """Whether an effect does; of one that is not understood each item says so."""
+    from fibrefit.laws.catalogue import find_effect
+    from fibrefit.laws.families import goes_by_place
+
+    with suppress(FibrefitError):
+        return goes_by_place(find_effect(name, study.source.parent))
+    return False
 
 
 def copies_of(jobs: Sequence[Job]) -> dict[str, str]:

@@ -58,6 +58,8 @@ def batch(
 
     Raises
     ------
+    StudyError
+        If a model goes by the places of records that are identified one by one.
     UsageError
         If the folder may not be replaced, a folder holds no study, or a scheduler does not answer.
 

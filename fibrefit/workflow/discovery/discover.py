@@ -144,7 +144,7 @@ class Discovery(Predicts):
         settings = self.options.as_settings() | ({"interactive": "yes"} if self.chosen else {})
         origin = provenance(
             self.study,
-            inputs_of(self.study, self.options),
+            self.inputs(),
             seed=self.options.seed,
             seconds=self.finding.seconds,
             settings=settings,
@@ -154,6 +154,10 @@ class Discovery(Predicts):
     def groups(self) -> dict[str, dict[str, Variable]]:
         """Arrays of ``result.h5``."""
         return discovery_groups(self.finding)
+
+    def inputs(self) -> list[Path]:
+        """Files of the study, and those with effects that were tried."""
+        return inputs_of(self.study, self.options)
 
     def predicting(self) -> Study:
         """The study of the final model."""
@@ -177,7 +181,7 @@ def _write_law(finding: Finding, folder: Path) -> None:
 def discover_study(
     study: Study | str | Path, *, max_effects: int = 3, only: Sequence[str] = (), exclude: Sequence[str] = (),
     also: Sequence[str] = (), seed: int = 0, seconds: float = SECONDS, least: float = 0.0,
-    choose: Choose | None = None, folder: Path | None = None, progress: Progress | None = None,
+    choose: Choose | None = None, folder: str | Path | None = None, progress: Progress | None = None,
 ) -> Discovery:  # fmt: skip
     """Find what the model of a study lacks: where it goes wrong, which effect accounts for it, what is left then.
 
@@ -199,8 +203,9 @@ def discover_study(
         smaller is reported, not added. It takes no part in the test of whether an effect is there.
     choose : callable, optional
         Given the candidates of a round, best first, names the effect to add, or None to add no more.
-    folder : pathlib.Path, optional
-        Where what was found is kept from job to job, so that the same search made again goes on from there.
+    folder : str or pathlib.Path, optional
+        Where what was found is kept from job to job, so that the same search made again goes on from there; made where
+        there is none.
     progress : callable, optional
         Called with what is being done and the share that is finished.
 
@@ -218,7 +223,7 @@ def discover_study(
     StudyError
         If the study and the model do not fit together.
     UsageError
-        If the effects to try are not known, or none is left.
+        If the effects to try are not known, or none is left; if the folder cannot be made.
 
     Examples
     --------
@@ -232,11 +237,23 @@ def discover_study(
     study = as_study(study)
     options = SearchOptions(max_effects, tuple(only), tuple(exclude), tuple(also), seed, seconds, least)
     candidates = candidates_of(study, options.only, options.exclude, options.also)
+    journal = None if folder is None else _made(Path(folder))
     (progress or quiet)("reading records", None)
     records = read_records(study)
-    limits = Limits(max_effects, seed, choose, seconds if choose is None else WITH_A_PERSON, folder, least)
+    limits = Limits(max_effects, seed, choose, seconds if choose is None else WITH_A_PERSON, journal, least)
     finding = discover(task_to_fit(study, task_of(study, records)), tuple(candidates.values()), limits, progress)
     return Discovery(study, records, finding, candidates, options, choose is not None)
+
+
+def _made(folder: Path) -> Path:
+    """A folder to keep things in: a search does not end because of it, and so would not say that it keeps nothing."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(
+            str(folder), f"cannot be made: {error.strerror}", "a folder to write to", "Name another."
+        ) from None
+    return folder
 
 
 WITH_A_PERSON = 86400.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -11,6 +11,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.problem.formulate.formulate import parameter_slots
+from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups, Variable, read_result
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
@@ -138,22 +140,31 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     Raises
     ------
     UsageError
-        If it is of a kind that holds no values of a model.
+        If it is of a kind that holds no values of a model, failed its checks, or lacks the value of a parameter.
     """
-    if isinstance(summary, FitResultSummary):
-        if summary.status == "failed":
-            do = "Mend the fit first: fibrefit show tells which check failed."
-            raise UsageError(name, "a result that failed its checks", "values that can be relied on", do)
-        parameters = dict(summary.parameters) | _means(summary, study)
-        names, covariance = _of_estimate(groups["estimate"], parameters)
-        gaps = dict(summary.gap.channels)
-    elif isinstance(summary, PosteriorSummary):
-        parameters = {known: _of_posterior(one) for known, one in summary.parameters.items() if "noise." not in known}
-        names, covariance = _of_draws(groups["posterior"], tuple(parameters))
-        gaps = {}
-    else:
+    if not isinstance(summary, HOLD_VALUES):
         raise _without_values(name)
-    between = getattr(summary, "between_records", {})
+    if summary.status == "failed":
+        do = "Mend it first: fibrefit show tells which check failed."
+        raise UsageError(name, "a result that failed its checks", "values that can be relied on", do)
+    model, gaps = model_of(study), dict[str, ChannelGap]()
+    if isinstance(summary, FitResultSummary):
+        found = summary.parameters
+        each = [one.parameters for one in summary.records.values()]
+        listed, whole, gaps = *_of_estimate(groups["estimate"]), dict(summary.gap.channels)
+    else:
+        found = _marginals(summary.parameters)
+        each = [_marginals(one) for one in summary.records.values()]
+        listed, whole = _of_draws(groups["posterior"], tuple(found))
+        found |= _held(study, model)  # a posterior tells of what was free
+    declared = [parameter.name for parameter in model.parameters]
+    of_records = {own.name for own in (*model.rig.nuisances, *model.rig.conditions)}
+    parameters = {key: one for key, one in found.items() if key not in of_records} | _means(each, declared)
+    if differ := sorted(parameters.keys() ^ set(declared)):
+        got = f"values of other parameters than the model has: {', '.join(differ)}"
+        raise UsageError(name, got, "one of every parameter of its model", "Fit its study anew: fibrefit fit.")
+    names, covariance = _errors(listed, whole, parameters)
+    between = summary.between_records
     widths = np.array([between[n].sd * parameters[n].value if n in between else 0.0 for n in names])
     covariance = covariance + np.diag(np.where(np.diag(covariance) > 0.0, widths, 0.0) ** 2)
     origin = summary.provenance
@@ -161,31 +172,29 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     return Known(name, study, parameters, names, covariance, gaps, digests)
 
 
-def _means(summary: FitResultSummary, study: Study) -> dict[str, ParameterSummary]:
+def _means(each: Sequence[Mapping[str, ParameterSummary]], declared: Sequence[str]) -> dict[str, ParameterSummary]:
     """Mean, and scatter, of parameters that each record has its own of."""
     own: dict[str, list[ParameterSummary]] = {}
-    declared = {parameter.name for parameter in model_of(study).parameters}
-    for record in summary.records.values():
-        for name in declared & set(record.parameters):
-            own.setdefault(name, []).append(record.parameters[name])
+    for record in each:
+        for name in declared:
+            if name in record:
+                own.setdefault(name, []).append(record[name])
     return {
-        name: each[0].model_copy(
+        name: of[0].model_copy(
             update={
-                "value": float(np.mean([one.value for one in each])),
-                "std_error": float(np.std([one.value for one in each], ddof=1)) if len(each) > 1 else None,
+                "value": float(np.mean([one.value for one in of])),
+                "std_error": float(np.std([one.value for one in of], ddof=1)) if len(of) > 1 else None,
                 "interval_95": None,
             }
         )
-        for name, each in own.items()
+        for name, of in own.items()
     }
 
 
-def _of_estimate(
-    group: Mapping[str, Variable], parameters: Mapping[str, ParameterSummary]
+def _errors(
+    listed: tuple[str, ...], whole: np.ndarray, parameters: Mapping[str, ParameterSummary]
 ) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names and covariance of the parameters whose error bars are known."""
-    listed = [str(name) for name in group["parameter"].values]
-    whole = np.asarray(group["covariance"].values, dtype=float)
+    """Names and covariance of the parameters whose error bars are known, out of that of all free values."""
     shared = [i for i, name in enumerate(listed) if name in parameters and np.isfinite(whole[i, i])]
     # Values each record has its own of: the next record has another one.
     own = [n for n, one in parameters.items() if n not in listed and one.free and one.std_error]
@@ -196,10 +205,30 @@ def _of_estimate(
     return (*(listed[i] for i in shared), *own), covariance
 
 
-def _of_posterior(one: PosteriorParameter) -> ParameterSummary:
-    return ParameterSummary(value=one.mean, std_error=one.sd, unit=one.unit, interval_kind="posterior")
+def _of_estimate(group: Mapping[str, Variable]) -> tuple[tuple[str, ...], np.ndarray]:
+    names = tuple(str(name) for name in group["parameter"].values)
+    return names, np.asarray(group["covariance"].values, dtype=float)
 
 
 def _of_draws(group: Mapping[str, Variable], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
     drawn = np.array([np.ravel(group[name].values) for name in names])
     return names, np.atleast_2d(np.cov(drawn))
+
+
+def _marginals(found: Mapping[str, PosteriorParameter]) -> dict[str, ParameterSummary]:
+    return {
+        name: ParameterSummary(value=one.mean, std_error=one.sd, unit=one.unit, interval_kind="posterior")
+        for name, one in found.items()
+        if "noise." not in name
+    }
+
+
+def _held(study: Study, model: Model) -> dict[str, ParameterSummary]:
+    """Values at which a study holds parameters of its model."""
+    slots = parameter_slots(model, study.settings({parameter.name: parameter for parameter in model.parameters}))
+    held = {slot.name: (slot, slot.held(0)) for slot in slots}
+    return {
+        name: ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)
+        for name, (slot, value) in held.items()
+        if value is not None
+    }

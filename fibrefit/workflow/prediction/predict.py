@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -13,11 +13,14 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
-from fibrefit.fitting.predictive import predictive_variance, problem_parameters
+from fibrefit.fitting.predictive import predictive_variance
+from fibrefit.laws.families import goes_by_place
 from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
@@ -77,7 +80,8 @@ def predict_study(
     Raises
     ------
     StudyError
-        If the rig is of another kind than that of the result.
+        If the rig is of another kind than that of the result, or another variant of it; if the model goes by the places
+        of the records it was found from.
     UsageError
         If the result holds no values that can be relied on.
     DataError
@@ -92,13 +96,13 @@ def predict_study(
     study = as_study(study)
     began, tell = time.perf_counter(), progress or quiet
     known = as_known(result)
-    if study.kind != known.study.kind:
-        do = "Predict records of the same kind of rig."
-        raise StudyError(str(study.source), f"a {study.kind}", f"a {known.study.kind}, as {known.name}", do)
+    model = model_of(known.study)
+    _refuse_another_rig(study, known)
+    _refuse_places(model, known)
     tell("reading records", None)
     records = read_records(study)
     study = _with_values(study, known)
-    task = formulate(study, records, model_of(known.study))
+    task = formulate(_all_held(study), records, model)
     tell("fitting zero and start of each record", 0.3)
     held = with_nuisances_found(task)
     tell("simulating", 0.7)
@@ -108,11 +112,46 @@ def predict_study(
     return Prediction(study, records, known, held, seen, force, parts, time.perf_counter() - began)
 
 
+def _refuse_another_rig(study: Study, known: Known) -> None:
+    """Refuse records of a rig that the values are not of: its equations are others, or it needs other channels."""
+    if (study.kind, study.variant) != (known.study.kind, known.study.variant):
+        expected = f"a {_rig_in_words(known.study)}, as {known.name}"
+        do = "Predict records of the same kind of rig."
+        raise StudyError(str(study.source), f"a {_rig_in_words(study)}", expected, do)
+
+
+def _rig_in_words(study: Study) -> str:
+    """Kind of its rig, with what the study says where that makes a variant of it."""
+    if not study.variant:
+        return study.kind
+    usual = {name: field.default for name, field in type(study.rig).model_fields.items()}
+    stated = {name: value for name, value in dict(study.rig).items() if isinstance(value, str) and name != "kind"}
+    said = [f'{name} = "{value}"' for name, value in stated.items() if value != usual[name]]
+    return f"{study.kind} with {' and '.join(said)}"
+
+
+def _refuse_places(model: Model, known: Known) -> None:
+    """Refuse effects that go by the places of the records in the series of the result: new records have others."""
+    if effect := next((effect for effect in model.effects if goes_by_place(effect)), None):
+        raise StudyError(
+            known.name, f'the effect "{effect.name}", which goes by the place of a record in its series',
+            "effects that are the same in every record",
+            "Fit without it the records that it does not touch, and predict with that result.",
+        )  # fmt: skip
+
+
+def _all_held(study: Study) -> Study:
+    """The study with every value held, also where the result had to find it: nothing of them is asked of its data."""
+    tables = {name: table.model_copy(update={"fixed": True}) for name, table in study.parameters.items()}
+    return study.model_copy(update={"parameters": tables})
+
+
 def _with_values(study: Study, known: Known) -> Study:
     """The study with the model and the values of a result."""
     tables = {
         name: ParameterTable(
-            initial=parameter.value if parameter.unit == "-" else f"{parameter.value!r} {parameter.unit}"
+            initial=parameter.value if parameter.unit == "-" else f"{parameter.value!r} {parameter.unit}",
+            fixed=not parameter.free,
         )
         for name, parameter in known.parameters.items()
     }
@@ -129,10 +168,10 @@ def _found_from_anywhere(effect: str, study: Study) -> str:
 
 def _variances(task: Task, held: Held, known: Known) -> dict[str, np.ndarray]:
     """Variance of a new reading by its cause, in units of that of each reading's noise."""
-    problem = Problem(task.problem.model, task.problem.layout, held.task.problem.observations)
-    names = [name for name in known.names if name in problem_parameters(problem)]
-    chosen = [known.names.index(name) for name in names]
-    values = predictive_variance(problem, held.local, names, known.covariance[np.ix_(chosen, chosen)])
+    layout = task.problem.layout
+    slots = tuple(replace(slot, fixed=()) if slot.name in known.names else slot for slot in layout.slots)
+    problem = Problem(task.problem.model, Layout(slots, layout.records), held.task.problem.observations)
+    values = predictive_variance(problem, held.local, known.names, known.covariance)
     lacking = np.array([_lacking(known, channel) for channel in problem.model.rig.channels])[:, None]
     return {"noise": np.ones_like(values), "model": lacking / noise_of_readings(problem) ** 2, "values": values}
 

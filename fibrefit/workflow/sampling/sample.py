@@ -26,11 +26,11 @@ from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow.compare import rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.prediction.predicts import Predicts
-from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.prepare import read_records, task_of, task_to_fit
 from fibrefit.workflow.sampling.files import groups_of, posterior_summary
 from fibrefit.workflow.sampling.found import Findings, SamplingOptions
 from fibrefit.workflow.sampling.progress import followed
-from fibrefit.workflow.sampling.start import CHAINS, begin
+from fibrefit.workflow.sampling.start import CHAINS, begin, digest_of
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
@@ -209,7 +209,7 @@ def sample(
     study : Study, str or pathlib.Path
         A path is that of a study file, or of a folder with a ``study.toml``.
     start : Fit, optional
-        Fit of the same study, around which the walkers are initialised; made where there is none.
+        Fit of the same study and records, around which the walkers are initialised; made where there is none.
     seed : int
         Of all random numbers; the same seed gives the same draws.
     noise : {"auto", "white", "autoregressive", "coloured"}
@@ -242,7 +242,8 @@ def sample(
     DataError
         If a record is not understood, or does not show what the rig's motion should.
     StudyError, UsageError
-        If study, model and priors do not fit together; if a setting cannot work, or a package is missing.
+        If study, model and priors do not fit together; if a setting cannot work, or a package is missing; if `start` or
+        what `checkpoint` holds is of another study or other records.
 
     Examples
     --------
@@ -283,12 +284,13 @@ def sample_study(
     if options.nuts:
         require_nuts()
     on_progress("reading records", None)
-    task = task_of(study, start.records if start is not None else read_records(study))
+    records = read_records(study)
+    task = task_to_fit(study, task_of(study, records))
     settings.walkers_for(number_of_coordinates(task, options.heavy))  # refused before the fit, not after it
     rivals = tuple(rival_of(Path(rival), study) for rival in options.compare)
     stated = _stated(study, task)
     kept = None if folder is None else Path(folder)
-    begun = begin(study, task, start, settings.seed, kept, on_progress)
+    begun = begin(digest_of(study, records), task, start, settings.seed, kept, on_progress)
     posterior = sample_posterior(
         task,
         ChainStart(begun.plain, begun.coefficients, begun.basins),

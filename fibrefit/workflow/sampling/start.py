@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.errors import UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.task import Task
+from fibrefit.records import Record
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check
@@ -42,6 +46,8 @@ class SamplingStart:
         Of the fit.
     coefficients : mapping of input to (n_record, n_wave)
         Errors of measured inputs that it found.
+    rests_on : str
+        Digest of the study and its records, see `digest_of`.
     """
 
     names: tuple[str, ...]
@@ -50,6 +56,7 @@ class SamplingStart:
     basins: tuple[np.ndarray, ...]
     status: str
     coefficients: InputCoefficients = field(default_factory=dict)
+    rests_on: str = ""
 
     def save(self, folder: Path) -> None:
         """Keep it in a folder."""
@@ -57,7 +64,7 @@ class SamplingStart:
         basins = [basin.tolist() for basin in self.basins]
         ends = {"values": self.values.tolist(), "plain": self.plain.tolist(), "basins": basins}
         coefficients = {name: np.asarray(rows).tolist() for name, rows in self.coefficients.items()}
-        content = {"names": self.names, **ends, "status": self.status, "waves": coefficients}
+        content = {"names": self.names, **ends, "status": self.status, "waves": coefficients, "rests_on": self.rests_on}
         write_whole(folder / START, json.dumps(content, indent=1) + "\n")
 
     def check(self) -> Check:
@@ -71,8 +78,18 @@ class SamplingStart:
         )
 
 
+def digest_of(study: Study, records: Sequence[Record]) -> str:
+    """Digest of what a study says, its laws included, and of its records as they were read, wherever they lie."""
+    told = tomllib.loads(study.resolved_toml(relative_to=study.data_files()[0].parent))
+    found = hashlib.sha256(json.dumps(told, sort_keys=True).encode())
+    for record in records:
+        for values in (record.time, *(record.channels[role] for role in sorted(record.channels))):
+            found.update(np.ascontiguousarray(values).tobytes())
+    return found.hexdigest()
+
+
 def begin(
-    study: Study,
+    rests_on: str,
     task: Task,
     fit: Fit | None,
     seed: int,
@@ -83,32 +100,44 @@ def begin(
 
     Parameters
     ----------
+    rests_on : str
+        Digest of the study and its records, see `digest_of`.
     folder : pathlib.Path or None
         Where it is kept, and where an earlier run may have kept it.
 
     Raises
     ------
-    StudyError
-        If every parameter is held.
     UsageError
-        If the fit is that of another model, or what was kept cannot be read.
+        If the fit is none, or rests on another model or other records; if what was kept does, was kept of another fit,
+        or cannot be read.
     """
     names = task.problem.layout.free_names
-    if not names:
-        do = "Leave out fixed = true for one of them, or ask for fibrefit simulate."
-        raise StudyError(str(study.source), "every parameter is held", "at least one that is free", do)
+    start = None if fit is None else _agreeing(_given(fit), names, rests_on, "start")
     if folder is not None and (folder / START).exists():
-        return _agreeing(_read(folder / START), names, str(folder / START))
-    if fit is not None:
-        start = _agreeing(start_of(fit.identification), names, "start")
-    else:
-        start = start_of(identify(task, starts=FIT_STARTS, seed=seed, progress=progress))
+        kept = _agreeing(_read(folder / START), names, rests_on, str(folder / START))
+        if start is not None and not (_equal(start.values, kept.values) and _equal(start.plain, kept.plain)):
+            do = "Leave the start out to go on with what is there, or name another folder."
+            raise UsageError(str(folder / START), "kept of a run around another fit", "the fit it began around", do)
+        return kept
+    if start is None:
+        start = start_of(identify(task, starts=FIT_STARTS, seed=seed, progress=progress), rests_on)
     if folder is not None:
         start.save(folder)
     return start
 
 
-def start_of(found: Identification) -> SamplingStart:
+def _given(fit: Fit) -> SamplingStart:
+    if not isinstance(fit, Fit):
+        do = "Fit the study and give that, or leave the start out."
+        raise UsageError("start", f"a {type(fit).__name__}", "a fit, as fibrefit.fit returns it", do)
+    return start_of(fit.identification, digest_of(fit.study, fit.records))
+
+
+def _equal(one: np.ndarray, other: np.ndarray) -> bool:
+    return np.array_equal(one, other, equal_nan=True)
+
+
+def start_of(found: Identification, rests_on: str) -> SamplingStart:
     """From an identification: the best minimum, and the best start of each other one."""
     starts = found.starts
     basins = []
@@ -123,6 +152,7 @@ def start_of(found: Identification) -> SamplingStart:
         tuple(basins),
         found.status,
         found.coefficients,
+        rests_on,
     )
 
 
@@ -132,18 +162,18 @@ def _read(path: Path) -> SamplingStart:
         basins = tuple(np.array(basin, dtype=float) for basin in kept["basins"])
         values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
         coefficients = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
-        return SamplingStart(tuple(kept["names"]), values, plain, basins, str(kept["status"]), coefficients)
+        names, status, rests_on = tuple(kept["names"]), str(kept["status"]), str(kept["rests_on"])
+        return SamplingStart(names, values, plain, basins, status, coefficients, rests_on)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
         ) from None
 
 
-def _agreeing(start: SamplingStart, names: tuple[str, ...], where: str) -> SamplingStart:
-    if start.names != names:
-        other = sorted(set(start.names) ^ set(names))
-        raise UsageError(
-            where, f"a fit of other parameters ({', '.join(other[:4])})", "a fit of the same study and model",
-            "Fit this study, or leave the start out.",
-        )  # fmt: skip
-    return start
+def _agreeing(start: SamplingStart, names: tuple[str, ...], rests_on: str, where: str) -> SamplingStart:
+    if start.names == names and start.rests_on == rests_on:
+        return start
+    other = sorted(set(start.names) ^ set(names))
+    got = f"a fit of other parameters ({', '.join(other[:4])})" if other else "a fit of another study or other data"
+    do = "Fit this study, or leave the start out." if where == "start" else "Start anew in another folder."
+    raise UsageError(where, got, "a fit of the same study, model and data", do)

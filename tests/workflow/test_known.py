@@ -1,0 +1,172 @@
+"""What a prediction takes from a result: a value of every parameter, and none that belongs to single records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.fitting.error_bars import _held
+from fibrefit.store.hdf5 import Variable
+from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.summaries import ParameterSummary, PosteriorParameter, PosteriorSummary
+from fibrefit.workflow.prediction.known import Known, known_of
+from fibrefit.workflow.prediction.predict import _with_values, predict_study
+from tests.fitting import made
+from tests.laboratories import made as laboratory
+from tests.study.test_summaries import FIT
+
+DECAY = """[rig]
+kind = "guided_mass"
+driven_by = "{driven_by}"
+[channels]
+position = "X [m]"
+[model]
+effects = ["guide.spring", "guide.viscous_friction"]
+[[records]]
+file = "decay.csv"
+"""
+OF_CART = {
+    "mass": "mass",
+    "friction": "friction",
+    "guide.spring.spring_stiffness": "stiffness",
+    "guide.spring.spring_zero": "zero",
+    "guide.viscous_friction.viscous_coefficient": "viscous",
+}
+
+
+def of_posterior(value: float, unit: str) -> PosteriorParameter:
+    return PosteriorParameter(mean=value, sd=0.01 * value, median=value, interval=(value, value), unit=unit)
+
+
+def posterior(**records: dict[str, PosteriorParameter]) -> PosteriorSummary:
+    """Of a series in which the stiffness is shared."""
+    return PosteriorSummary(
+        status="ok",
+        study="made",
+        parameters={"stiffness": of_posterior(2e4, "N/m"), "noise.force": of_posterior(0.4, "N")},
+        records={f"{name}.csv": found for name, found in records.items()},
+        interval_kind="equal_tailed",
+        interval_probability=0.95,
+        likelihood="white",
+        ensembles=4,
+        walkers=8,
+        draws=8,
+        checks=(),
+    )
+
+
+DRAWS = {"posterior": {"stiffness": Variable(np.array([[1.9e4, 2.1e4], [2.0e4, 2.0e4]]), ("chain", "draw"), "N/m")}}
+EACH = posterior(
+    drop_5mm={"damping": of_posterior(24.0, "N s/m"), "release": of_posterior(0.12, "s")},
+    drop_10mm={"damping": of_posterior(26.0, "N s/m"), "release": of_posterior(0.13, "s")},
+)
+
+
+def holding(folder: Path) -> Study:
+    """The friction is held, and each record has a damping of its own."""
+    return made.study(folder, more='[parameters.friction]\nfixed = "4 N"\n[parameters.damping]\nshared = false')
+
+
+def test_a_posterior_has_what_was_held_and_the_mean_of_what_each_record_has(tmp_path: Path) -> None:
+    study = holding(tmp_path)
+    known = known_of(EACH, DRAWS, study, "posterior")
+    assert {name: (one.value, one.free) for name, one in known.parameters.items()} == {
+        "stiffness": (2e4, True),
+        "damping": (25.0, True),
+        "friction": (4.0, False),
+    }
+    assert known.names == ("stiffness", "damping")
+    np.testing.assert_allclose(np.diag(known.covariance), [2e6 / 3.0, 2.0])
+    tables = _with_values(study, known).parameters
+    assert {name: (table.initial, table.fixed) for name, table in tables.items()} == {
+        "stiffness": ("20000.0 N/m", False),
+        "damping": ("25.0 N s/m", False),
+        "friction": ("4.0 N", True),
+    }
+
+
+def test_a_result_that_lacks_a_value_or_failed_is_refused(tmp_path: Path) -> None:
+    study = holding(tmp_path)
+    with pytest.raises(UsageError, match="values of other parameters than the model has: damping"):
+        known_of(posterior(), DRAWS, study, "posterior")
+    for summary in (EACH, FIT):
+        failed = summary.model_copy(update={"status": "failed"})
+        with pytest.raises(UsageError, match="a result that failed its checks"):
+            known_of(failed, DRAWS, study, "one")
+
+
+def test_what_the_only_record_states_for_itself_is_its_own(tmp_path: Path) -> None:
+    first = made.records()[:1]
+    stated = made.task(
+        tmp_path, first, lifts=(5e-3,), own=('release = "0.1234 s"',), more='[parameters.friction]\nfixed = "4 N"'
+    )
+    assert {(one.name, one.record) for one in _held(stated.problem)} == {
+        ("friction", None),
+        ("release", "drop_5mm.csv"),
+    }
+    # Results that were written otherwise are read all the same.
+    told = FIT.model_copy(
+        update={
+            "parameters": {
+                name: ParameterSummary(value=value, unit=unit)
+                for name, value, unit in (
+                    ("stiffness", 2e4, "N/m"), ("damping", 25.0, "N s/m"), ("friction", 4.0, "N"),
+                    ("release", 0.1234, "s"),
+                )
+            }
+        }
+    )  # fmt: skip
+    estimate = {
+        "parameter": Variable(np.array(["stiffness"], dtype=object), ("parameter",)),
+        "covariance": Variable(np.array([[1.0]]), ("parameter", "parameter_2")),
+    }
+    known = known_of(told, {"estimate": estimate}, made.study(tmp_path / "other"), "one")
+    assert set(known.parameters) == {"stiffness", "damping", "friction"}
+
+
+def nothing_known(study: Study, **parameters: ParameterSummary) -> Known:
+    return Known("the fit", study, parameters, (), np.zeros((0, 0)), {}, frozenset())
+
+
+@pytest.mark.parametrize(
+    "effect", ["guide.friction_change@2", "fibre.knot_slip@1", "fibre.knot_slip@1-2", "guide.friction_trend"]
+)
+def test_effects_that_go_by_the_place_of_a_record_are_refused(tmp_path: Path, effect: str) -> None:
+    study = made.study(tmp_path, more=f'[model]\neffects = ["{effect}"]')
+    with pytest.raises(StudyError, match=f'the effect "{effect}", which goes by the place of a record in its series'):
+        predict_study(nothing_known(study), study)
+
+
+def test_another_variant_of_a_rig_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "decay.csv").touch()
+    free, driven = (load_study(laboratory.study(tmp_path, DECAY.format(driven_by=by))) for by in ("nothing", "force"))
+    with pytest.raises(
+        StudyError, match='a guided_mass; expected a guided_mass with driven_by = "nothing", as the fit'
+    ):
+        predict_study(nothing_known(free), driven)
+    usual = made.study(tmp_path)
+    force = load_study(usual.source, ['rig.measured="force"'])
+    with pytest.raises(StudyError, match='a fibre_mass with measured = "force"; expected a fibre_mass, as the fit'):
+        predict_study(nothing_known(usual), force)
+
+
+def test_a_free_decay_is_predicted_by_values_that_were_found(tmp_path: Path) -> None:
+    """Of a mass that the result had to find, or was told: the records that are predicted need not tell it."""
+    rows = laboratory.cart(2.0, 200.0, lambda t: 0.0, (0.06, 0.0))
+    laboratory.write(tmp_path / "decay.csv", "time [s],X [m]", rows[:, [0, 2]], "%.5f")
+    study = load_study(laboratory.study(tmp_path, DECAY.format(driven_by="nothing")))
+    units = {"mass": "kg", "friction": "N", "guide.spring.spring_zero": "m"}
+    units |= {"guide.spring.spring_stiffness": "N/m", "guide.viscous_friction.viscous_coefficient": "N s/m"}
+    found = {name: ParameterSummary(value=laboratory.CART[of], unit=units[name]) for name, of in OF_CART.items()}
+    found["force_offset"] = ParameterSummary(value=0.0, unit="N", free=False)
+    covariance = np.array([[1e-6]])
+    known = Known("the fit", study, found, ("mass",), covariance, {}, frozenset())
+    predicted = predict_study(known, study)
+    told = predicted.summary().channels["position"]
+    assert told.explained is not None
+    assert told.explained > 0.999
+    assert predicted.parts["values"].max() > 0.0
+    assert {name for name, table in predicted.study.parameters.items() if table.fixed} == {"force_offset"}
