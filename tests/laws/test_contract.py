@@ -169,7 +169,7 @@ def answers(law: Any, x: jax.Array, v: jax.Array) -> dict[str, Any]:
         readings = law.measure({name: x * one for name, one in told.items()}, jnp.arange(3.0))
         return {"readings": readings, "late": law.late_by(), "lags": law.lags()}
     if isinstance(law, RigLaw):
-        known = {name: x + one for name in STATED}
+        known = dict.fromkeys(STATED, x + one)
         return {"known": law.correct(known), "pace": law.pace() if isinstance(law, StudyLaw) else one}
     raise AssertionError(f"{type(law).__name__} is asked nothing")
 

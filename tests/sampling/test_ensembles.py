@@ -205,7 +205,7 @@ def kept(file: Path) -> int:
 def test_kill_nine_loses_nothing_but_seconds(tmp_path: Path, kills: int) -> None:
     random = np.random.default_rng(kills)
     file, whole, pieces = tmp_path / "chains.npz", tmp_path / "whole.npy", tmp_path / "pieces.npy"
-    command, steps = [sys.executable, "-c", VICTIM], str(240 * kills)
+    command, steps = [sys.executable, "-c", VICTIM], str(140 + 100 * kills)
     subprocess.run([*command, str(tmp_path / "other.npz"), str(whole), steps], check=True, timeout=120)
     lengths = [0]
     for _ in range(kills):
