@@ -84,7 +84,7 @@ def test_intervals_hold_as_often_as_they_say(tau: float, error: float) -> None:
         widths.append(np.log(found.mean_interval[1] / found.mean_interval[0]))
     assert (held >= LEAST * SERIES).all(), held
     assert (not_held < LEAST * SERIES).all(), not_held
-    # Errors lie within half of `error` and twice of it; their root mean square is 1.3 times that.
+    # Errors lie between half of `error` and twice of it; their root mean square is 1.3 times `error`.
     assert np.median(widths) < WIDEST * 2.0 * STUDENT * np.hypot(tau, 1.3 * error) / np.sqrt(6.0)
 
 
