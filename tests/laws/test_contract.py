@@ -18,11 +18,21 @@ import pytest
 from fibrefit.core.errors import StudyError
 from fibrefit.core.units import expression
 from fibrefit.laws.catalogue import CATALOGUE, find_effect, select_effects, suits
-from fibrefit.laws.law import DriveLaw, Effect, FibreLaw, GuideLaw, PivotLaw, PulleyLaw, SensorLaw
+from fibrefit.laws.law import (
+    DriveLaw,
+    Effect,
+    FibreLaw,
+    GuideLaw,
+    PivotLaw,
+    PulleyLaw,
+    RigLaw,
+    SensorLaw,
+    StudyLaw,
+)
 from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.described import sections
-from fibrefit.rigs.parts.fibre import SLACK, Fibre
+from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre
 from fibrefit.simulation.model import Experiment, Model
 from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond, swung, usual
 
@@ -76,6 +86,8 @@ GROUPS = {
 
 #: Rounding of a function evaluated inside another program, relative to its size.
 SAME = 1e-12
+#: Greatest change of a reading over its range, from which on it is more than rounding.
+TRACE = 1e-6
 #: Work done over a cycle may be negative by the error of its quadrature only, relative to the work of the stiffness.
 QUADRATURE = 1e-6
 #: Differences of a force solved to 1e-7 of its range, against derivatives.
@@ -110,6 +122,8 @@ ROUGH = {
 
 STRETCHES = (-1e-3, 0.0, 1e-5, 2e-3)
 SPEEDS = (-0.5, -1e-3, 0.0, 1e-3, 0.5)
+#: Conditions that a study states, any of which may be wrong.
+STATED = sorted({condition.name for rig in RIGS.values() for condition in rig.conditions})
 
 
 def law_at(effect: type[Effect], choose: str) -> Any:
@@ -154,7 +168,10 @@ def answers(law: Any, x: jax.Array, v: jax.Array) -> dict[str, Any]:
         told = {name: jnp.ones(3) for name in ("force", "position", *law.feels)}
         readings = law.measure({name: x * one for name, one in told.items()}, jnp.arange(3.0))
         return {"readings": readings, "late": law.late_by(), "lags": law.lags()}
-    return {}
+    if isinstance(law, RigLaw):
+        known = dict.fromkeys(STATED, x + one)
+        return {"known": law.correct(known), "pace": law.pace() if isinstance(law, StudyLaw) else one}
+    raise AssertionError(f"{type(law).__name__} is asked nothing")
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
@@ -232,12 +249,27 @@ def test_compiled_batched_and_plain_agree(effect: type[Effect]) -> None:
             jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=SAME, atol=SAME), plain, other)
 
 
+@pytest.mark.parametrize("tension_law", ["clamped", "heaviside"])
 @pytest.mark.parametrize("effect", FIBRE_LAWS)
-def test_a_slack_fibre_carries_nothing(effect: type[FibreLaw]) -> None:
-    fibre = Fibre(jnp.asarray(20e3), jnp.asarray(25.0), (law_at(effect, "typical"),))
-    for v in SPEEDS:
-        memories = fibre.memories(jnp.asarray(2e-3))
-        assert fibre.tension(jnp.asarray(-1e-3), jnp.asarray(v), memories, jnp.int32(SLACK)) == 0.0
+def test_a_fibre_that_is_short_goes_slack_stays_so_and_carries_nothing(
+    effect: type[FibreLaw], tension_law: str
+) -> None:
+    fibre = Fibre(jnp.asarray(20e3), jnp.asarray(25.0), (law_at(effect, "typical"),), tension_law)
+    loaded, slack = jnp.int32(LOADED), jnp.int32(SLACK)
+    # A law may bring a slack of its own.
+    free_length = -fibre.stretch(jnp.zeros(()))
+    long, short = free_length + 2e-3, free_length - 1e-3
+    stretched = fibre.memories(long)
+    for v in map(jnp.asarray, SPEEDS):
+        assert fibre.margin(short, v, stretched, loaded) < 0.0
+        memories, mode = fibre.switch(short, v, stretched, loaded, jnp.array(True))
+        assert mode == slack
+        assert fibre.margin(short, v, memories, mode) > 0.0
+        assert fibre.tension(short, v, memories, mode) == 0.0
+    # The negative control: a fibre that rests where it is long.
+    assert fibre.margin(long, jnp.zeros(()), stretched, loaded) > 0.0
+    assert fibre.margin(long, jnp.zeros(()), stretched, slack) < 0.0
+    assert fibre.tension(long, jnp.zeros(()), stretched, loaded) > 0.0
 
 
 @pytest.mark.parametrize("effect", GUIDE_LAWS)
@@ -304,7 +336,9 @@ def test_at_its_null_an_effect_leaves_no_trace_in_any_bit(kind: str, effects: tu
 def test_a_typical_effect_does_leave_a_trace(kind: str, effects: tuple[type[Effect], ...]) -> None:
     without = respond(records(kind), effects[:-1], **dotted(effects[:-1], "typical"))
     found = respond(records(kind), effects, **dotted(effects, "typical"))
-    assert any(not np.array_equal(found[role], reading) for role, reading in without.items())
+    changes = [np.abs(found[role] - reading).max() / np.ptp(reading) for role, reading in without.items()]
+    assert np.isfinite(changes).all()
+    assert max(changes) > TRACE
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -111,24 +112,24 @@ def test_a_delay_in_the_model_counts_as_stated(dropped: Dropped) -> None:
     assert found(dropped, measured(dropped), has_it).late == pytest.approx(-1e-3, rel=0.03)
 
 
-def test_a_contact_with_gaps_in_its_force_tells_nothing(dropped: Dropped) -> None:
-    """Nor does a record without contacts."""
-    task = measured(dropped)
-    cut = [
-        np.where(t.channels["force"] > 0.5 * t.channels["force"].max(), np.nan, t.channels["force"])
-        for t in task.traces
-    ]
-    for force in (
-        cut,
-        [np.full(len(t.times), np.nan) for t in task.traces],
-        [np.zeros(len(t.times)) for t in task.traces],
-    ):
-        traces = tuple(
-            trace._replace(channels={**trace.channels, "force": row})
-            for trace, row in zip(task.traces, force, strict=True)
-        )
-        lag = lag_in_contacts(replace(task, traces=traces), dropped[2], dropped[1])
-        assert lag is None or lag.error > 0.0
+def with_force(task: Task, change: Callable[[np.ndarray], np.ndarray]) -> Task:
+    traces = tuple(t._replace(channels={**t.channels, "force": change(t.channels["force"])}) for t in task.traces)
+    return replace(task, traces=traces)
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_a_contact_with_gaps_in_its_force_tells_nothing(dropped: Dropped, late: float) -> None:
+    """The softer contacts that are whole tell what they would, and with a greater error."""
+    task = measured(dropped, late)
+    cut = found(dropped, with_force(task, lambda force: np.where(force > 0.5 * force.max(), np.nan, force)))
+    assert abs(cut.late - late) < 4.0 * cut.error
+    assert cut.error > 2.0 * found(dropped, task).error
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0])
+def test_a_record_without_contacts_tells_nothing(dropped: Dropped, value: float) -> None:
+    task = with_force(measured(dropped, 1e-3), lambda force: np.full(len(force), value))
+    assert lag_in_contacts(task, dropped[2], dropped[1]) is None
 
 
 def test_a_rig_that_nothing_falls_in_has_no_such_check() -> None:

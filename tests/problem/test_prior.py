@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import jax
@@ -189,6 +190,10 @@ def test_draws_follow_the_priors() -> None:
     rig = RIGS["fibre_mass"]
     layout = Layout(tuple(Slot(p.name, p.unit, Range.of(p)) for p in rig.parameters), ("one",))
     priors = priors_of(layout, Model(rig), np.array([2e4, 20.0, 3.0]), {})
-    draws = priors.draw(np.random.default_rng(0), 4000)
+    draws = priors.draw(np.random.default_rng(0), 20_000)
     for prior, column in zip(priors.each, draws.T, strict=True):
         assert scipy.stats.kstest(prior.cdf(column), "uniform").pvalue > 1e-3
+        # The negative control: a prior that is wider by a fifth, or has seven decades in place of six.
+        changed = {"upper": 10.0 * prior.upper} if prior.even else {"spread": 1.2 * prior.spread}
+        wider = dataclasses.replace(prior, **changed)
+        assert scipy.stats.kstest(wider.cdf(column), "uniform").pvalue < 1e-6

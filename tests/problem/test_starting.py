@@ -49,6 +49,7 @@ def test_guesses_are_near_enough_to_start_from(tmp_path: Path, truth: dict[str, 
 
 def test_the_spread_around_a_guess_contains_the_truth(tmp_path: Path) -> None:
     task = made.task(tmp_path, made.records(share=0.5, damping=9.0))
+    assert {"stiffness", "damping", "friction"} <= set(task.spread)
     for name, factor in task.spread.items():
         true = (made.TRUTH | {"damping": 9.0})[name]
         assert true / factor < start_of(task)[name] < true * factor

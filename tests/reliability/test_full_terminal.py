@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli.main import COMMANDS
+from fibrefit.store.manifest import read_manifest
+from fibrefit.study import load_study
 from tests.reliability.studies import copied
 
 QUICK = ("--figures", "none", "--out", "out")
@@ -35,7 +37,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "glossary": ("glossary",),
     "doctor": ("doctor",),
 }
-SHORT = ("init", "inspect", "effects")
+SHORT = ("init", "inspect", "simulate", "effects")
 """Those that belong to the fast part."""
 
 
@@ -85,4 +87,10 @@ def test_remarks_that_cannot_be_written_cost_nothing(folder: Path, name: str) ->
     done = run(folder, WORDS[name], full="stderr")
     assert done.returncode in (0, 5), done.stdout
     if "--out" in WORDS[name]:
-        assert (folder / "out" / "summary.json").exists() or (folder / "out").is_dir()
+        made = read_manifest(folder / "out")
+        assert made is not None
+        assert made.complete
+        assert made.files
+        assert all((folder / "out" / file).is_file() for file in made.files)
+    if name == "init":
+        assert load_study(folder / "study").records

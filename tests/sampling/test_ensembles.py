@@ -186,33 +186,40 @@ def slowly(x):
     time.sleep(2e-3)
     return density(x)
 density = normal(np.zeros(3), np.eye(3))
-settings = Settings(seed=1, max_steps=120, ess=1e9, checkpoint_seconds=0.05)
-print("started", flush=True)
+settings = Settings(seed=1, max_steps=int(sys.argv[3]), ess=1e9, checkpoint_seconds=0.05)
 near = around(density, np.zeros(3), np.eye(3))
 done = run_ensembles(target(slowly, 3), near, settings, Path(sys.argv[1]))
 np.save(sys.argv[2], done.points)
 """
 
 
+def kept(file: Path) -> int:
+    """Steps in a checkpoint."""
+    if not file.exists():
+        return 0
+    with np.load(file, allow_pickle=False) as content:
+        return len(content["0.points"])
+
+
 @pytest.mark.parametrize("kills", [1, pytest.param(10, marks=pytest.mark.slow)])
 def test_kill_nine_loses_nothing_but_seconds(tmp_path: Path, kills: int) -> None:
     random = np.random.default_rng(kills)
     file, whole, pieces = tmp_path / "chains.npz", tmp_path / "whole.npy", tmp_path / "pieces.npy"
-    command = [sys.executable, "-c", VICTIM]
-    subprocess.run([*command, str(tmp_path / "other.npz"), str(whole)], check=True, timeout=120)
-    lengths = []
+    command, steps = [sys.executable, "-c", VICTIM], str(140 + 100 * kills)
+    subprocess.run([*command, str(tmp_path / "other.npz"), str(whole), steps], check=True, timeout=120)
+    lengths = [0]
     for _ in range(kills):
-        victim = subprocess.Popen([*command, str(file), str(pieces)], stdout=subprocess.PIPE)
-        victim.stdout.readline()
-        time.sleep(random.uniform(0.02, 0.5))
+        victim = subprocess.Popen([*command, str(file), str(pieces), steps])
+        # Whoever is killed before a checkpoint of its own has nothing to lose.
+        while kept(file) == lengths[-1] and victim.poll() is None:
+            time.sleep(5e-3)
+        time.sleep(random.uniform(0.0, 0.2))
         victim.send_signal(signal.SIGKILL)
-        victim.wait()
-        victim.stdout.close()
-        if file.exists():
-            with np.load(file, allow_pickle=False) as content:
-                lengths.append(len(content["0.points"]))
-    assert lengths == sorted(lengths)
-    subprocess.run([*command, str(file), str(pieces)], check=True, timeout=120)
+        assert victim.wait() == -signal.SIGKILL, "it was still at work"
+        lengths.append(kept(file))
+    assert lengths == sorted(set(lengths)), "each goes on from where the one before was killed"
+    assert not pieces.exists()
+    subprocess.run([*command, str(file), str(pieces), steps], check=True, timeout=120)
     np.testing.assert_array_equal(np.load(whole), np.load(pieces))
 
 

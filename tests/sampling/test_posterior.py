@@ -113,11 +113,14 @@ def test_cross_validation_counts_the_parameters_and_prefers_the_truth(posterior:
     assert found.unreliable <= 0.1 * len(found.blocks)
     stated = Settings(seed=3, max_steps=60)
     task = task_of(series(np.random.default_rng(1)))
-    wrong = sample_posterior(
+    elsewhere = sample_posterior(
         task, ChainStart(task.start * np.array([1.0, 1.05, *np.ones(5)])), PosteriorRequest(settings=stated)
     )
     # Same data, same model: the same figure within its Monte-Carlo error, wherever the run began.
-    assert cross_validate(wrong).total == pytest.approx(found.total, abs=3.0)
+    assert cross_validate(elsewhere).total == pytest.approx(found.total, abs=3.0)
+    wrong = task_of(task.traces, fixed={"damping": 3.0 * TRUTH["damping"]})
+    worse = sample_posterior(wrong, ChainStart(fitted(wrong)), PosteriorRequest(settings=stated))
+    assert cross_validate(worse).total < found.total - 5.0
 
 
 def test_groups_go_to_a_file_and_back(posterior: Posterior, bands: dict[str, Bands], tmp_path: object) -> None:

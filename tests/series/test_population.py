@@ -8,8 +8,12 @@ import pytest
 from fibrefit.series.population import population
 
 SERIES = 100
-#: Of so many series, an interval of 95 % holds in between these with a probability of 0.998 or more.
-LEAST, MOST = 0.87, 1.0
+#: Of so many series, an interval of 95 % holds in this share or more with a probability of 0.998.
+LEAST = 0.87
+#: Median width of an interval, over that of Student's interval from the true scatter and the errors of the records.
+WIDEST = 1.3
+STUDENT = 2.5706
+"""Quantile of 97.5 % for the five degrees of freedom of six records."""
 
 
 def drawn(seed: int, tau: float, error: float, number: int = 6) -> tuple[np.ndarray, np.ndarray, float]:
@@ -67,15 +71,21 @@ def test_a_value_that_may_be_negative_is_told_as_it_is() -> None:
 
 @pytest.mark.parametrize(("tau", "error"), [(0.01, 0.002), (0.05, 0.01), (0.01, 0.01)])
 def test_intervals_hold_as_often_as_they_say(tau: float, error: float) -> None:
-    held = np.zeros(3)
+    held, not_held, widths = np.zeros(3), np.zeros(2), []
     for seed in range(SERIES):
         values, errors, further = drawn(seed, tau, error)
         found = population(values, errors)
         assert found is not None
         pairs = ((found.mean_interval, 2e4), (found.sd_interval, tau), (found.new_record, further))
         held += [low <= truth <= high for (low, high), truth in pairs]
+        # The negative control: three times the scatter, and a record that lies three times as far away.
+        wrong = ((found.sd_interval, 3.0 * tau), (found.new_record, 2e4 * (further / 2e4) ** 3))
+        not_held += [low <= truth <= high for (low, high), truth in wrong]
+        widths.append(np.log(found.mean_interval[1] / found.mean_interval[0]))
     assert (held >= LEAST * SERIES).all(), held
-    assert (held <= MOST * SERIES).all()
+    assert (not_held < LEAST * SERIES).all(), not_held
+    # Errors lie between half of `error` and twice of it; their root mean square is 1.3 times `error`.
+    assert np.median(widths) < WIDEST * 2.0 * STUDENT * np.hypot(tau, 1.3 * error) / np.sqrt(6.0)
 
 
 @pytest.mark.parametrize(("told", "least", "most"), [(True, 0.9, 1.0), (False, 0.0, 0.6)])
@@ -92,12 +102,13 @@ def test_an_error_that_all_records_share_is_not_averaged(told: bool, least: floa
         held += found.mean_interval[0] <= 2e4 <= found.mean_interval[1]
         if told:
             assert found.new_record[1] - found.new_record[0] > 2.0 * 1.9 * common
+            assert found.mean_interval[1] - found.mean_interval[0] < 2.0 * 2.1 * common
             assert found.sd < 0.03
     assert least * SERIES <= held <= most * SERIES
 
 
 def test_errors_that_are_told_too_small_are_found_out() -> None:
-    """The negative control: intervals without scatter between records miss far too often."""
+    """Intervals without scatter between records miss far too often."""
     missed = 0
     for seed in range(SERIES):
         values, errors, _ = drawn(seed, 0.05, 0.005)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +13,12 @@ import pytest
 pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
 
 from tests.independent.laws import DRIVE, DROP
-from tests.independent.series import drop_plan
-from tests.validation.mistakes import MISTAKES, Mistaken, exchanged, mistakes
+from tests.independent.series import Plan, drop_plan
+from tests.validation.mistakes import MISTAKES, Mistaken, as_said, exchanged, heavier, mistakes
 from tests.validation.tables import append, read
 from tests.validation.validate_mistakes import Told, lines_of
 
-GRAVITY, WEIGHT = 9.81, 3.096
+WEIGHT = 3.096
 
 
 def of(mistake: str, rig: str = DROP) -> Mistaken:
@@ -49,14 +50,24 @@ def test_records_hold_the_mistake(sign: float) -> None:
     assert true["swapped"] == true["other fibre"] == plan
 
 
-def test_a_heavier_weight_pulls_more() -> None:
-    """The force in the end is the weight's, up to friction of the guide; the study's conditions are what is told."""
-    case = of("mass")
-    record = case.make()[0].records[0]
-    assert record.conditions.weight_mass == WEIGHT
-    truth = case.make()[0].base.friction
-    share = float(record.clean.force[-200:].mean()) / (WEIGHT * GRAVITY * np.sin(record.conditions.inclination))
-    assert abs(share - 1.0) <= 0.02 + truth / (WEIGHT * GRAVITY) + 1e-3
+def greatest_forces(monkeypatch: pytest.MonkeyPatch, taken: Callable[[Plan, float], Plan]) -> np.ndarray:
+    """Of each record of a series whose study is wrong about the weight, were it taken so."""
+    monkeypatch.setitem(MISTAKES, "mass", MISTAKES["mass"]._replace(taken=taken))
+    records = of("mass").make()[0].records
+    assert {record.conditions.weight_mass for record in records} == {WEIGHT}, "what is told"
+    return np.array([record.clean.force.max() for record in records])
+
+
+def test_a_heavier_weight_pulls_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same series with the mistake and without; a fall into a spring pulls by more than the root of the mass."""
+    usual = greatest_forces(monkeypatch, MISTAKES["mass"].taken)
+    said = greatest_forces(monkeypatch, as_said)
+    signs = (-1.0, 1.0)
+    wrong = [greatest_forces(monkeypatch, lambda plan, _, sign=sign: heavier(plan, sign)) for sign in signs]
+    for sign, forces in zip(signs, wrong, strict=True):
+        assert np.all(sign * (forces / said - 1.0) > 0.01)
+        assert np.all(sign * (forces / said - 1.0) < 0.02)
+    assert any(np.array_equal(usual, forces) for forces in wrong)
 
 
 def test_exchanged_headings_stand_over_each_other_s_columns(tmp_path: Path) -> None:
