@@ -9,8 +9,7 @@ import click
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
-
-KINDS = ("auto", "white", "autoregressive", "coloured")
+from fibrefit.sampling.settings import NOISES
 
 
 @study_command("sample")
@@ -26,7 +25,7 @@ KINDS = ("auto", "white", "autoregressive", "coloured")
 @click.option("--max-seconds", type=float, help="Budget in seconds of sampling, of each mode.")
 @click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, four at least.")
 @click.option("--walkers", type=int, help="Walkers of each ensemble [three a parameter, 32 at least].")
-@click.option("--noise", type=click.Choice(KINDS), default="auto", show_default=True, help="Noise spectrum.")
+@click.option("--noise", type=click.Choice(NOISES), default="auto", show_default=True, help="Noise spectrum.")
 @click.option("--student-t", "--heavy", "heavy", is_flag=True, help="Heavy-tailed (Student's t) likelihood.")
 @click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the credible intervals.")
 @click.option("--nuts", is_flag=True, help="Cross-check with the No-U-Turn sampler (NUTS).")
