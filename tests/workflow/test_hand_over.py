@@ -13,6 +13,7 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import DataError, UsageError
+from fibrefit.store.csv_text import csv_text
 from fibrefit.study import Study
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult, StoredSimulation
@@ -81,6 +82,23 @@ def test_what_was_loaded_draws_and_predicts_as_what_was_found(fit: Fit, again: S
     assert fibrefit.predict(fit, holdout).report() == fit.predict(holdout).report()
     with pytest.raises(UsageError, match="Study; expected a fit, a discovery"):
         fibrefit.predict(fibrefit.load_study(holdout), holdout)  # type: ignore[arg-type]
+
+
+def test_what_was_loaded_offers_what_was_found(
+    again: StoredResult, saved: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[object, object]] = []
+    monkeypatch.setattr("fibrefit.workflow.prediction.predict.predict_study", lambda *of: asked.append(of))
+    again.predict("new records")
+    assert asked == [(again, "new records")]
+    searched = EXAMPLES["fibrefit/discovery/1"]
+    (tmp_path / "summary.json").write_text(searched.model_dump_json(by_alias=True), encoding="utf-8")
+    found = fibrefit.load_result(tmp_path)
+    assert isinstance(found, StoredResult)
+    assert (found.verdict, found.added) == (searched.verdict, searched.added)  # type: ignore[attr-defined]
+    for name in ("verdict", "added"):
+        with pytest.raises(UsageError, match=f"{name} of a result: none in one of kind fit; expected tho?"):
+            getattr(again, name)
 
 
 def test_residuals_are_measured_minus_simulated_sample_by_sample(fit: Fit) -> None:
@@ -234,6 +252,28 @@ def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no result"):
         fibrefit.load_result(tmp_path)
     with pytest.raises(DataError, match="results.csv"):
+        fibrefit.read_batch(tmp_path)
+    for odd in ("x" * 300, "a\0b"):
+        with pytest.raises(DataError, match="no result"):
+            fibrefit.load_result(tmp_path / odd)
+        with pytest.raises(DataError, match="results.csv"):
+            fibrefit.read_batch(tmp_path / odd)
+
+
+def test_items_of_a_batch_keep_their_names(tmp_path: Path) -> None:
+    """Those that look like numbers or like what is true, and those of which a spreadsheet would make a formula."""
+    names = ["001", "1", "01", "true", "nan", "=sum(A1)", "-drop", "'quoted", "drop, 5 mm"]
+    table = csv_text([["item", "gap"], *([name, "1.5"] for name in names)])
+    (tmp_path / "results.csv").write_text(table, encoding="utf-8")
+    found = fibrefit.read_batch(tmp_path)
+    assert list(found.index) == names
+    assert found["gap"].tolist() == [1.5] * len(names)
+
+
+@pytest.mark.parametrize("content", [b"name,gap\na,1\n", b"item,gap\n\xff\xfe,1\n", b"", b'item,gap\n"a,1\n'])
+def test_what_is_no_table_of_a_batch_is_refused(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "results.csv").write_bytes(content)
+    with pytest.raises(DataError, match=r"results.csv: no table of a batch: .*; expected what fibrefit has written"):
         fibrefit.read_batch(tmp_path)
 
 
