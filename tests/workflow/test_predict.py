@@ -19,7 +19,7 @@ from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
-from fibrefit.workflow.prediction.predict import Prediction, predict_study
+from fibrefit.workflow.prediction.predict import Prediction, _with_values, predict_study
 from tests.fitting import made
 from tests.workflow import axis
 
@@ -108,6 +108,15 @@ def test_a_force_that_nothing_is_known_of_is_not_said_to_be_as_predicted(predict
     told = pushed.summary()
     assert {check.identifier: check.statistic for check in told.checks} == before
     assert (told.channels["force"].rms, told.channels["force"].expected) == (3.0, None)
+
+
+def test_a_value_a_rounding_error_beyond_its_range_is_predicted_with(predicted: Prediction) -> None:
+    model = predicted.task.problem.model
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    friction = predicted.known.parameters["friction"].model_copy(update={"value": -1e-18})
+    known = replace(predicted.known, parameters={**predicted.known.parameters, "friction": friction})
+    settings = _with_values(predicted.study, known, declared).settings(declared)
+    assert settings["friction"].initial == declared["friction"].lower == 0.0
 
 
 def test_the_band_is_as_wide_as_the_error_bars_ask_for(predicted: Prediction) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
@@ -21,7 +23,7 @@ from fibrefit.problem.task import Task
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.parameters import ParameterSetting, ParameterTable, begin_at
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
@@ -97,8 +99,9 @@ def predict_study(
         raise StudyError(str(study.source), f"a {study.kind}", f"a {known.study.kind}, as {known.name}", do)
     tell("reading records", None)
     records = read_records(study)
-    study = _with_values(study, known)
-    task = formulate(study, records, model_of(known.study))
+    model = model_of(known.study)
+    study = _with_values(study, known, {parameter.name: parameter for parameter in model.parameters})
+    task = formulate(study, records, model)
     tell("fitting zero and start of each record", 0.3)
     held = with_nuisances_found(task)
     tell("simulating", 0.7)
@@ -108,12 +111,10 @@ def predict_study(
     return Prediction(study, records, known, held, seen, force, parts, time.perf_counter() - began)
 
 
-def _with_values(study: Study, known: Known) -> Study:
+def _with_values(study: Study, known: Known, declared: Mapping[str, Parameter]) -> Study:
     """The study with the model and the values of a result."""
     tables = {
-        name: ParameterTable(
-            initial=parameter.value if parameter.unit == "-" else f"{parameter.value!r} {parameter.unit}"
-        )
+        name: begin_at(ParameterTable(), parameter.value, ParameterSetting(name, parameter.unit), declared[name])
         for name, parameter in known.parameters.items()
     }
     effects = tuple(_found_from_anywhere(effect, known.study) for effect in known.study.model.effects)
