@@ -14,6 +14,7 @@ import pytest
 import fibrefit
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.store.csv_text import csv_text
+from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult, StoredSimulation
@@ -134,6 +135,17 @@ def test_the_arrays_are_a_tree_of_xarray(fit: Fit) -> None:
     assert tree["observed_data"]["force"].attrs["units"] == "N"
     assert tree["observed_data"]["force"].dims == ("record", "sample")
     assert tree.attrs["schema"] == "fibrefit/fit/1"
+
+
+def test_a_value_of_a_record_in_a_folder_is_a_variable_of_the_tree() -> None:
+    """As of a posterior in which one record states its release, and the other does not."""
+    from fibrefit.tables.trees import tree_of
+
+    names = ("release[data/a.csv]", "release[data_a.csv]", "stiffness")
+    group = {name: Variable(np.full((2, 3), float(i)), ("chain", "draw"), "m") for i, name in enumerate(names)}
+    tree = tree_of({"posterior": group}, {})
+    found = {str(name): float(values[0, 0]) for name, values in tree["posterior"].data_vars.items()}
+    assert found == {"release[data_a.csv]_": 0.0, "release[data_a.csv]": 1.0, "stiffness": 2.0}
 
 
 def test_without_xarray_it_is_said_what_to_install(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
