@@ -9,7 +9,7 @@ import click
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
-from fibrefit.sampling.settings import NOISES
+from fibrefit.sampling.settings import NOISE_KINDS
 
 
 @study_command("sample")
@@ -25,7 +25,7 @@ from fibrefit.sampling.settings import NOISES
 @click.option("--max-seconds", type=float, help="Budget in seconds of sampling, of each mode.")
 @click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, four at least.")
 @click.option("--walkers", type=int, help="Walkers of each ensemble [three a parameter, 32 at least].")
-@click.option("--noise", type=click.Choice(NOISES), default="auto", show_default=True, help="Noise spectrum.")
+@click.option("--noise", type=click.Choice(NOISE_KINDS), default="auto", show_default=True, help="Noise spectrum.")
 @click.option("--student-t", "--heavy", "heavy", is_flag=True, help="Heavy-tailed (Student's t) likelihood.")
 @click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the credible intervals.")
 @click.option("--nuts", is_flag=True, help="Cross-check with the No-U-Turn sampler (NUTS).")

@@ -133,9 +133,8 @@ def safe_stem(name: str) -> str:
 
     Empty where nothing is left.
     """
-    stem = _REFUSED.sub("_", name)[:LONGEST_STEM]
-    while len(stem.encode(errors="surrogatepass")) > _MOST_BYTES:
-        stem = stem[:-1]
+    short = _REFUSED.sub("_", name)[:LONGEST_STEM].encode(errors="ignore")[:_MOST_BYTES]
+    stem = short.decode(errors="ignore")
     first, dot, rest = stem.partition(".")
     return f"{first}_{dot}{rest}" if first.rstrip().casefold() in _DEVICES else stem
 

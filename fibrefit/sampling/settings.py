@@ -10,7 +10,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
-NOISES = ("auto", "white", "autoregressive", "coloured")
+NOISE_KINDS = ("auto", "white", "autoregressive", "coloured")
 """Kinds of noise that can be requested."""
 LARGEST_BATCH = 32
 MOST_WALKERS = 10_000

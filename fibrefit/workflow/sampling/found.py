@@ -11,7 +11,7 @@ from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
 from fibrefit.sampling.predict import Bands
-from fibrefit.sampling.settings import NOISES
+from fibrefit.sampling.settings import NOISE_KINDS
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.summaries import ComparedModel
@@ -42,7 +42,7 @@ class SamplingOptions:
 
     def __post_init__(self) -> None:
         """Refuse a noise that nobody knows, before the fit that comes first."""
-        refuse_unknown("noise", self.noise, NOISES)
+        refuse_unknown("noise", self.noise, NOISE_KINDS)
 
 
 @dataclass(frozen=True, repr=False)
