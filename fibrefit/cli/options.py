@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import click
 
 from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.core.allowance import LARGEST_SEED
 from fibrefit.core.paths import is_folder, is_plain_file, shown_path
 
 if TYPE_CHECKING:
@@ -44,8 +45,6 @@ class Duration(click.ParamType):
 
 #: Where a command that runs the code a study names keeps whether it may.
 TRUST = "fibrefit.trust"
-LARGEST_SEED = 2**63 - 1
-"""The largest a file of a result holds."""
 
 
 def trust_option(command: Command) -> Command:

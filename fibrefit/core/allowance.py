@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fibrefit.core.errors import FibrefitError
+from fibrefit.core.errors import FibrefitError, UsageError
 
 LARGEST = 1 << 30
 """Bytes of a file, of what it unpacks to, or of the arrays it declares: 134 million numbers."""
@@ -18,6 +18,8 @@ SMALLEST_SIZE, LARGEST_SIZE = 1e-18, 1e15
 """Sizes in SI beyond which a number is a slip of the pen, or damage: within, squares and quotients stay finite."""
 MOST_STARTS = 10_000
 """Of one search: hundreds of times what is usual, beyond which they take gigabytes and days."""
+LARGEST_SEED = 2**63 - 1
+"""The largest a file of a result holds."""
 
 
 @dataclass
@@ -69,3 +71,28 @@ def too_long(where: str, size: int, error: type[FibrefitError]) -> FibrefitError
     most = f"{MOST_PLANNED / 1e6:g} million at most, of all records together"
     do = "Give it a shorter duration, or a smaller sampling_rate."
     return error(where, f"a planned record of {size:.3g} samples", most, do)
+
+
+def refuse_starts(starts: int) -> None:
+    """Refuse a number of starts that no search can do.
+
+    Raises
+    ------
+    UsageError
+    """
+    _refuse_outside("starts", starts, 1, MOST_STARTS)
+
+
+def refuse_seed(seed: int) -> None:
+    """Refuse a seed that random numbers, or the file of a result, do not take.
+
+    Raises
+    ------
+    UsageError
+    """
+    _refuse_outside("seed", seed, 0, LARGEST_SEED)
+
+
+def _refuse_outside(name: str, number: int, least: int, most: int) -> None:
+    if not least <= number <= most:
+        raise UsageError(name, str(number), f"{least} to {most}", "")

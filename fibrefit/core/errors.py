@@ -12,6 +12,9 @@ LONGEST = 400
 LIKE = 0.6
 """Likeness from which a word is suggested, where 1 is the same."""
 
+NOTHING = ("nothing", "a study, or records", "If a pattern was to name them, nothing matches it.")
+"""What is said of an empty list of files: what was found, what was expected, what to do."""
+
 #: Letters from which the beginning of a word tells which word is meant.
 _BEGINNING = 3
 
@@ -70,6 +73,24 @@ class StudyError(FibrefitError):
     """A study file, or a file bound to a schema, is not valid."""
 
     exit_code = 4
+
+
+def refuse_unknown(name: str, word: str, known: Iterable[str]) -> None:
+    """Refuse a word that is none of those an argument takes.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+
+    Raises
+    ------
+    UsageError
+        Naming those it takes.
+    """
+    words = list(known)
+    if word not in words:
+        raise UsageError(name, f'"{word}"', f"one of {', '.join(words)}", did_you_mean(str(word), words))
 
 
 def did_you_mean(word: str, known: Iterable[str], likeness: float = LIKE) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,7 +15,12 @@ from fibrefit.core.shown import printable
 
 _LONGEST = 260
 _PART = 1 << 20
-_LONGEST_STEM = 80
+LONGEST_STEM, _MOST_BYTES = 80, 200
+"""Letters and bytes of a name, which leave room for a number, an ending and what it is called while it is written."""
+_REFUSED = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
+"""Signs that a file system may refuse."""
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{i}" for port in ("com", "lpt") for i in range(1, 10))}
+"""Names that mean a device, not a file, on some systems, whatever their ending."""
 _LONGEST_END = 7
 """Letters of the end of a file's name, such as ``parquet``."""
 
@@ -114,15 +120,23 @@ def record_stems(names: Sequence[str]) -> list[str]:
     -------
     list of str
         The last part of each name, without the ending of a file; the whole of it where another record has the same last
-        part, and a number behind it where that is the same too.
+        part, and a number behind it where that is the same too. Signs that a file system may refuse are replaced.
     """
     ends = [without_end(Path(name).name) for name in names]
     common = Counter(end.casefold() for end in ends)
-    whole = (
-        without_end(name).replace("/", "_") if common[end.casefold()] > 1 else end
-        for name, end in zip(names, ends, strict=True)
-    )
-    return numbered_stems(stem.strip(".")[:_LONGEST_STEM] or "record" for stem in whole)
+    whole = (without_end(name) if common[end.casefold()] > 1 else end for name, end in zip(names, ends, strict=True))
+    return numbered_stems(safe_stem(stem.strip(".")) or "record" for stem in whole)
+
+
+def safe_stem(name: str) -> str:
+    """The name of a file, without its ending, that any file system takes: without some signs, not too long, no device.
+
+    Empty where nothing is left.
+    """
+    short = _REFUSED.sub("_", name)[:LONGEST_STEM].encode(errors="ignore")[:_MOST_BYTES]
+    stem = short.decode(errors="ignore")
+    first, dot, rest = stem.partition(".")
+    return f"{first}_{dot}{rest}" if first.rstrip().casefold() in _DEVICES else stem
 
 
 def numbered_stems(stems: Iterable[str]) -> list[str]:

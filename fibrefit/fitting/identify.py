@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.allowance import MOST_STARTS
-from fibrefit.core.errors import DataError, UsageError
+from fibrefit.core.allowance import refuse_seed, refuse_starts
+from fibrefit.core.errors import DataError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
@@ -111,12 +111,12 @@ def identify(
     DataError
         If the model cannot be simulated from any start.
     UsageError
-        If there are no starts, or more than memory holds.
+        If there are no starts, or more than memory holds; if the seed is none.
     KeyboardInterrupt
         If it is stopped before anything is known.
     """
-    if not 1 <= starts <= MOST_STARTS:
-        raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
+    refuse_starts(starts)
+    refuse_seed(seed)
     began, tell, how = time.perf_counter(), progress or quiet, how or How()
     task = _with_soft_l1(task) if how.robust else task
     tell("compiling", 0.0)

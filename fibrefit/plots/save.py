@@ -18,17 +18,12 @@ from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
 from fibrefit.core.formats import requested_formats
-from fibrefit.core.paths import numbered_stems, without_end
+from fibrefit.core.paths import numbered_stems, safe_stem, without_end
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of, in_own_style
 
-LONGEST_STEM = 80
-
 PACKED = 3
 """How hard a PNG is packed, of 9: the usual 6 takes half as long again for two in a hundred of its size."""
-
-#: Names that mean a device, not a file, on some systems.
-DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{i}" for port in ("com", "lpt") for i in range(1, 10))}
 
 
 def save_figures(
@@ -115,5 +110,4 @@ def file_names(names: list[str]) -> list[str]:
 
 def _plain(name: str) -> str:
     ascii_only = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    stem = re.sub(r"[^A-Za-z0-9_-]+", "_", ascii_only).strip("_-")[:LONGEST_STEM] or "figure"
-    return f"{stem}_" if stem.casefold() in DEVICES else stem
+    return safe_stem(re.sub(r"[^A-Za-z0-9_-]+", "_", ascii_only).strip("_-")) or "figure"

@@ -10,7 +10,17 @@ import numpy as np
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
-from fibrefit.report.layout import items, numbered, paragraph, section, shortened, shortened_names, table, titled
+from fibrefit.report.layout import (
+    LONGEST_RECORD_NAME,
+    items,
+    numbered,
+    paragraph,
+    section,
+    shortened,
+    shortened_names,
+    table,
+    titled,
+)
 from fibrefit.report.text import (
     GAP,
     MOST_RECORDS,
@@ -35,7 +45,7 @@ from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""
-LONGEST_RECORD_NAME, LONGEST_CURVE = 34, 68
+LONGEST_CURVE = 68
 ARROW = " -> "
 EVIDENCE = (
     "Evidence: natural logarithm of the Bayes factor against the model before; an effect is named from 5 on, which is "

@@ -8,11 +8,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
 WIDTH = 80
+LONGEST_RECORD_NAME = 34
+"""Letters of the name of a record that leave room for what stands beside it."""
 
 
 def titled(name: str, status: str = "") -> str:
     """What a report is of, shortened to leave room for its status at the right, with a line under both."""
-    name = textwrap.shorten(name, WIDTH - len(status) - 2, placeholder="...") if status else name
+    name = shortened(" ".join(name.split()), WIDTH - len(status) - 2) if status else name
     return f"{name}{status.upper():>{WIDTH - len(name)}}\n{'=' * WIDTH}" if status else f"{name}\n{'=' * WIDTH}"
 
 

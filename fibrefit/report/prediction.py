@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import textwrap
-
 from fibrefit.core.units import format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import items, paragraph, section, table, titled
+from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.text import MOST_RECORDS, known_quantity, parameter_row
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -65,11 +63,12 @@ def _records(summary: PredictionSummary) -> list[str]:
         gaps = summary.records[name].gap.channels.values()
         return min((gap.explained for gap in gaps if gap.explained is not None), default=0.0)
 
-    rows = []
-    for name in sorted(summary.records, key=worst)[:MOST_RECORDS]:
+    listed = sorted(summary.records, key=worst)[:MOST_RECORDS]
+    rows, short = [], shortened_names(listed, LONGEST_RECORD_NAME)
+    for name in listed:
         gaps = summary.records[name].gap.channels
         shares = [_share(gaps[channel].explained) if channel in gaps else "" for channel in channels]
-        rows.append((textwrap.shorten(name, 36, placeholder="..."), *shares))
+        rows.append((short[name], *shares))
     lines = table(("explained by record, worst first", *channels), rows, right=set(range(1, len(channels) + 1)))
     others = len(summary.records) - len(rows)
     return lines + ([paragraph(f"and {others} more, explained better.")] if others else [])

@@ -6,13 +6,12 @@ Our own words are plain ASCII, so that any terminal shows them; names that come 
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Callable, Mapping
 from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import items, paragraph, section, table, titled
+from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import lacking, leaves_more
 from fibrefit.study.summaries.part import MOST_MINIMA
@@ -261,12 +260,12 @@ def _records(summary: FitResultSummary) -> list[str]:
         return []
     worst = sorted(summary.records.items(), key=lambda item: -size_of(item[1].gap))
     channels = list(summary.gap.channels)
-    rows = []
+    rows, short = [], shortened_names([name for name, _ in worst[:MOST_RECORDS]], LONGEST_RECORD_NAME)
     for name, record in worst[:MOST_RECORDS]:
         gaps = [record.gap.channels.get(channel) for channel in channels]
         ratios = [f"{gap.ratio:.2f}" if gap is not None and gap.ratio is not None else "" for gap in gaps]
         masked = str(record.masked) if record.masked else ""
-        rows.append((textwrap.shorten(name, 36, placeholder="..."), *ratios, masked))
+        rows.append((short[name], *ratios, masked))
     lines = table(("gap by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
     others = len(worst) - len(rows)
     return lines + ([paragraph(f"and {others} more with smaller gaps.")] if others else [])

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from fibrefit.core.allowance import refuse_seed
 from fibrefit.core.errors import UsageError
 from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
+NOISE_KINDS = ("auto", "white", "autoregressive", "coloured")
+"""Kinds of noise that can be requested."""
 LARGEST_BATCH = 32
 MOST_WALKERS = 10_000
 """Of all ensembles together: a hundred times what is usual, beyond which they take gigabytes."""
@@ -66,7 +69,7 @@ class Settings:
         # Written so that a number that is none is refused too: it compares with nothing.
         self._refuse(not 1.0 < self.r_hat < math.inf, "r_hat", "a number above 1, such as 1.01")
         self._refuse(not 1.0 < self.r_hat_walkers < math.inf, "r_hat_walkers", "a number above 1, such as 1.15")
-        self._refuse(self.seed < 0, "seed", "0 or more")
+        refuse_seed(self.seed)
         self._refuse(self.threads < 1, "threads", "1 or more")
         self._refuse(not 0.0 < self.ess < math.inf, "ess", "a positive number, such as 400")
         self._refuse(self.max_seconds is not None and not self.max_seconds >= 0.0, "max_seconds", "seconds, 0 or more")

@@ -37,3 +37,9 @@ def neutral(cell: str) -> str:
     """A cell that no spreadsheet computes, and that steers no terminal on which it is printed."""
     shown = harmless(cell)
     return f"'{shown}" if FORMULA.match(shown) and not NUMBER.fullmatch(shown) else shown
+
+
+def as_named(cell: str) -> str:
+    """What a cell was before it was made neutral: without the apostrophe, where it has one for that."""
+    bare = cell.removeprefix("'")
+    return bare if bare != cell and neutral(bare) == cell else cell

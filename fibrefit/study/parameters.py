@@ -208,6 +208,22 @@ def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str
     return ParameterSetting(name, unit, initial, lower, upper, table.fixed is not False, table.shared, prior)
 
 
+def begin_at(table: ParameterTable, value: float, setting: ParameterSetting, declared: Parameter) -> ParameterTable:
+    """A table whose start is a value that was found: one at a limit may lie a rounding error beyond it.
+
+    Parameters
+    ----------
+    setting : ParameterSetting
+        What the table says, with the limits of the study.
+    declared : Parameter
+        With the physical range.
+    """
+    low = max(declared.lower, -math.inf if setting.lower is None else setting.lower)
+    high = min(declared.upper, math.inf if setting.upper is None else setting.upper)
+    inside = float(min(max(value, low), high))
+    return table.model_copy(update={"initial": inside if setting.unit == "-" else f"{inside!r} {setting.unit}"})
+
+
 def check_possible(setting: ParameterSetting, declared: Parameter, place: Callable[[str], str]) -> None:
     """Refuse a start, limits or a prior that leave a parameter no value of its physical range.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.paths import read_plain_file, shown_path
 
 #: Columns of a table of parameters.
 COLUMNS = ("name", "record", "value", "std_error", "low", "high", "unit")
@@ -197,14 +199,16 @@ def batch_frame(path: Path) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by item; headers carry the SI unit, as in the file.
+        Indexed by item, whose names are text whatever they look like; headers carry the SI unit, as in the file.
 
     Raises
     ------
     DataError
-        If there is no such file.
+        If there is no such file, or it is no such table.
     """
+    content = read_plain_file(path, "the folder of a batch, with its results.csv", DataError)
     try:
-        return pd.read_csv(path, index_col="item", keep_default_na=False, na_values=[""])
-    except FileNotFoundError:
-        raise DataError(str(path), "no such file", "the folder of a batch, with its results.csv") from None
+        table = pd.read_csv(io.BytesIO(content), dtype={"item": str}, keep_default_na=False, na_values=[""])
+        return table.set_index("item")
+    except (ValueError, KeyError) as error:
+        raise DataError(shown_path(path), f"no table of a batch: {error}", "what fibrefit has written") from None

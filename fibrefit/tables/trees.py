@@ -58,12 +58,24 @@ def _of_same_draws(sets: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:
 
 def _dataset(group: Mapping[str, Any]) -> xr.Dataset:
     variables = {
-        name: (variable.dims, np.asarray(variable.values), _attributes(variable)) for name, variable in group.items()
+        name: (variable.dims, np.asarray(variable.values), _attributes(variable))
+        for name, variable in zip(_names(group), group.values(), strict=True)
     }
     sizes = {dim: size for dims, values, _ in variables.values() for dim, size in zip(dims, values.shape, strict=True)}
     own = {name: variables.pop(name) for name in [n for n, variable in variables.items() if variable[0] == (n,)]}
     counted = {dim: (dim, np.arange(size)) for dim, size in sizes.items() if dim not in own}
     return xr.Dataset(variables, coords={**counted, **own})
+
+
+def _names(group: Mapping[str, Any]) -> list[str]:
+    """Names as a tree takes them: it has a slash, as in the path of a record, for the way to another group."""
+    found: list[str] = []
+    for name in group:
+        plain = name.replace("/", "_")
+        while plain != name and (plain in group or plain in found):
+            plain += "_"
+        found.append(plain)
+    return found
 
 
 def _attributes(variable: Any) -> dict[str, str]:

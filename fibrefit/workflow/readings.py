@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fibrefit.core.errors import FibrefitError
 from fibrefit.records import ReadOptions, Table, read_table
 
 if TYPE_CHECKING:
@@ -38,21 +40,31 @@ def readings_of(study: Study, record: Any) -> tuple[list[Reading], Reading | Non
 
 
 def _divided(study: Study, said: dict[str, Any], file: str, other: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What is said of a record, for each of its two files: a channel belongs to the one that has its column."""
+    """What is said of a record, for each of its two files: a channel belongs to the one that has its column.
+
+    A file that is not understood may have what the other one lacks; whoever reads it will say what is wrong with it.
+    """
     options = ReadOptions(**{**said, "channels": {}, "units": {}})
-    tables = [read_table(study.path_of(name), options) for name in (file, other)]
+    tables = [_understood(study.path_of(name), options) for name in (file, other)]
     here, there = ({**said, "channels": {}, "units": {}} for _ in tables)
     for role, channel in said["channels"].items():
         column = channel if isinstance(channel, str) else channel.get("column")
         pairs = zip((here, there), tables, strict=True)
-        holders = [part for part, table in pairs if role == "time" or _has(table, column)]
-        for part in holders or (here,):
+        holders = [part for part, table in pairs if role == "time" or (table is not None and _has(table, column))]
+        unread = [part for part, table in zip((here, there), tables, strict=True) if table is None]
+        for part in holders or unread or (here,):
             part["channels"] = {**part["channels"], role: channel}
     for key, unit in said["units"].items():
         for part, table in zip((here, there), tables, strict=True):
-            if key == "time" or key in table.roles or key in part["channels"] or _has(table, key):
+            if key == "time" or table is None or key in table.roles or key in part["channels"] or _has(table, key):
                 part["units"] = {**part["units"], key: unit}
     return here, there
+
+
+def _understood(path: Path, options: ReadOptions) -> Table | None:
+    with suppress(FibrefitError):
+        return read_table(path, options)
+    return None
 
 
 def _has(table: Table, column: str | None) -> bool:

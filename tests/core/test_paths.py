@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from fibrefit.core.paths import record_stems
+from fibrefit.store.files import write_whole
 
 
 @pytest.mark.parametrize(
@@ -18,6 +21,11 @@ from fibrefit.core.paths import record_stems
             ["../../evil", "/etc/evil.csv", ".", "..", "x" * 300],
             ["_.._evil", "_etc_evil", "record", "record_2", "x" * 80],
         ),
+        (
+            ["run 1: 5 mm", "a?b", "a*b", "back\\slash", 'say "so"', "tab\tnul\0"],
+            ["run 1_ 5 mm", "a_b", "a_b_2", "back_slash", "say _so_", "tab_nul_"],
+        ),
+        (["CON", "con.csv", "lpt1.5 mm", "console"], ["CON_", "con__2", "lpt1_.5 mm", "console"]),
     ],
 )
 def test_each_record_has_a_file_of_its_own(names: list[str], stems: list[str]) -> None:
@@ -25,3 +33,9 @@ def test_each_record_has_a_file_of_its_own(names: list[str], stems: list[str]) -
     assert len({stem.casefold() for stem in found}) == len(names)
     assert not any("/" in stem for stem in found)
     assert found == stems
+
+
+def test_a_name_of_long_letters_leaves_room_for_what_a_file_is_called_while_it_is_written(tmp_path: Path) -> None:
+    (stem,) = record_stems(["\N{CJK UNIFIED IDEOGRAPH-7EF3}" * 90 + ".csv"])
+    write_whole(tmp_path / f"{stem}.csv", "1")
+    assert len(stem) > 50

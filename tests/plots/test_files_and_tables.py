@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 import fibrefit.plots
+from fibrefit.core.paths import LONGEST_STEM
 from fibrefit.plots.lines import MOST, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.save import LONGEST_STEM, figure_file, file_names, save_figures
+from fibrefit.plots.save import figure_file, file_names, save_figures
 from fibrefit.plots.style import axes_at, logarithmic, new_figure
 from fibrefit.plots.table import table_figure
 from fibrefit.records import read_record, read_table

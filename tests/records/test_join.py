@@ -140,6 +140,28 @@ def test_a_study_names_them_all(write) -> None:
     np.testing.assert_allclose(record.channels["position"], POSITION * 1e-3)
 
 
+@pytest.mark.parametrize("odd", ["a.csv", "x.csv"])
+def test_a_file_of_two_side_by_side_that_is_not_understood_is_told_of(odd: str, write) -> None:
+    """It is reported with the reason, and the other one as what it is; a fit is refused for that reason."""
+    from fibrefit.study import load_study
+    from fibrefit.workflow.inspection.inspection import inspect
+    from fibrefit.workflow.prepare import read_records
+
+    force, position = (
+        "Time [s],Force [N]\n" + lines(lambda i: f"{t(i)},{f(i)}"),
+        "Zeit;Weg\n" + lines(lambda i: f"{i / 2000 + 5:.4f};{u(i)}"),
+    )
+    for name, text in (("a.csv", force), ("x.csv", position)):
+        write("no numbers at all\n" if name == odd else text, name)
+    study = load_study(write(STUDY.replace('parts = ["b.csv"]\n', ""), "study.toml"))
+    seen = inspect(study)
+    verdicts = {one.understood["file"]: one.verdict for one in seen.seen}
+    assert verdicts == {name: "not understood" if name == odd else "understood" for name in ("a.csv", "x.csv")}
+    with pytest.raises(DataError) as refused:
+        read_records(study)
+    assert str(refused.value) == str(*seen.refusals)
+
+
 def test_a_gap_of_the_second_logger_is_not_bridged(write) -> None:
     force = read_record(write("Time [s],Force [N]\n" + lines(lambda i: f"{t(i)},{f(i)}"), "f.csv"))
     kept = [i for i in range(N) if not 20 <= i < 40]

@@ -156,6 +156,17 @@ def test_a_failed_check_is_listed_by_what_was_tested_and_a_passed_one_by_its_nam
     assert "Passed: residuals are white." in text
 
 
+def test_each_record_of_a_report_is_told_by_its_name_however_long() -> None:
+    """One word of eighty letters: nothing else tells it from its neighbours."""
+    names = [f"{'drop_in_the_second_laboratory_' * 2}{n}.csv" for n in range(3)]
+    fitted = FIT.model_copy(update={"study": "x" * 100, "records": {n: s.RecordSummary(gap=GAP) for n in names}})
+    predicted = EXAMPLES["fibrefit/prediction/1"].model_copy(update={"study": "x" * 100, "records": fitted.records})
+    for text in (fit_report(fitted), prediction_report(predicted)):
+        assert text.startswith("xxxxxxxxxx")
+        assert all(re.search(rf"^drop_in_.*\.\.\..*_{n}\b", text, re.MULTILINE) for n in range(3))
+        assert max(map(len, text.splitlines())) <= WIDTH
+
+
 def test_names_of_records_stay_apart_where_they_are_cut() -> None:
     names = ("trapezoid_60mms_60mm.csv", "trapezoid_450mms_60mm.csv", "trapezoid_200mms_80mm_added.csv")
     assert list(shortened_names(names, 18).values()) == ["trap...60mms_60mm", "trap...450mms_60mm", "trap...80mm_added"]

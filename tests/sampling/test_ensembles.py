@@ -291,7 +291,7 @@ def test_looks_come_at_steps_that_time_does_not_change() -> None:
         ({"r_hat_walkers": 1.0}, "r_hat_walkers: 1.0; expected a number above 1, such as 1.15."),
         ({"r_hat_walkers": math.inf}, "r_hat_walkers: inf; expected a number above 1, such as 1.15."),
         ({"threads": 0}, "threads: 0; expected 1 or more."),
-        ({"seed": -1}, "seed: -1; expected 0 or more."),
+        ({"seed": -1}, "seed: -1; expected 0 to 9223372036854775807."),
         ({"interval": 1.0}, "interval: 1.0; expected a probability between 0 and 1."),
     ],
 )

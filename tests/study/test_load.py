@@ -10,6 +10,7 @@ import pytest
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.study import load_study, study_from_files
+from fibrefit.study.parameters import begin_at
 from tests.study.conftest import Loader
 
 DECLARED = {
@@ -39,6 +40,15 @@ def test_a_record_overrides_the_rig(load: Loader) -> None:
     assert one.inclination == pytest.approx(math.pi / 2, rel=1e-15)
     assert two.inclination == pytest.approx(math.pi / 4, rel=1e-15)
     assert one.label == "one.csv"
+
+
+def test_a_value_that_was_found_is_a_start_within_all_limits(load: Loader) -> None:
+    setting = load().settings(DECLARED)["stiffness"]
+    for value, lower, start in ((301e3, 0.0, 300e3), (0.5e3, 0.0, 1e3), (0.5e3, 2e3, 2e3), (5e3, 2e3, 5e3)):
+        declared = Parameter("stiffness", "N/m", "", 1.0, lower=lower)
+        table = begin_at(load().parameters["stiffness"], value, setting, declared)
+        assert table.initial == f"{start} N/m"
+        assert table.bounds is not None
 
 
 def test_settings_follow_the_declared_parameters(load: Loader) -> None:

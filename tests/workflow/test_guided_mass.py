@@ -203,3 +203,22 @@ def test_windows_are_as_long_in_all_records(tmp_path: Path) -> None:
         task_of(load_study(study))
     study.write_text(f'{text}window = "0.1 s"\n\n[[records]]\nfile = "first.csv"\nwindow = "0.1 s"\n')
     assert task_of(load_study(study)).problem.model.window == 50  # type: ignore[attr-defined]
+
+
+def test_windows_that_cannot_be_as_long_as_stated_are_refused(tmp_path: Path) -> None:
+    """All hold as many samples: records of another rate would be followed in windows of another length."""
+    study = axis.write(tmp_path, (), seconds=1.0)
+    text = study.read_text()
+    study.write_text(f'{text}window = "20 ms"\n')
+    with pytest.raises(StudyError, match=r"a window of 0\.02 s at 500 Hz; expected 16 samples or more. State 0\.032 s"):
+        task_of(load_study(study))
+    (tmp_path / "axis.csv").rename(tmp_path / "first.csv")
+    axis.write(tmp_path, (), seconds=1.0, rate=250.0)
+    study.write_text(f'{text}\n[[records]]\nfile = "first.csv"\n')
+    task_of(load_study(study))
+    study.write_text(
+        text.replace('kind = "guided_mass"', 'kind = "guided_mass"\nwindow = "0.1 s"')
+        + '\n[[records]]\nfile = "first.csv"\n'
+    )
+    with pytest.raises(StudyError, match=r"a window of 0\.1 s, and records at 250 Hz and at 500 Hz; expected one rate"):
+        task_of(load_study(study))

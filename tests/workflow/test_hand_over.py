@@ -13,6 +13,8 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import DataError, UsageError
+from fibrefit.store.csv_text import csv_text
+from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult, StoredSimulation
@@ -83,6 +85,23 @@ def test_what_was_loaded_draws_and_predicts_as_what_was_found(fit: Fit, again: S
         fibrefit.predict(fibrefit.load_study(holdout), holdout)  # type: ignore[arg-type]
 
 
+def test_what_was_loaded_offers_what_was_found(
+    again: StoredResult, saved: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[object, object]] = []
+    monkeypatch.setattr("fibrefit.workflow.prediction.predict.predict_study", lambda *of: asked.append(of))
+    again.predict("new records")
+    assert asked == [(again, "new records")]
+    searched = EXAMPLES["fibrefit/discovery/1"]
+    (tmp_path / "summary.json").write_text(searched.model_dump_json(by_alias=True), encoding="utf-8")
+    found = fibrefit.load_result(tmp_path)
+    assert isinstance(found, StoredResult)
+    assert (found.verdict, found.added) == (searched.verdict, searched.added)  # type: ignore[attr-defined]
+    for name in ("verdict", "added"):
+        with pytest.raises(UsageError, match=f"{name} of a result: none in one of kind fit; expected tho?"):
+            getattr(again, name)
+
+
 def test_residuals_are_measured_minus_simulated_sample_by_sample(fit: Fit) -> None:
     frame = fit.residuals
     assert list(frame.columns) == ["record", "channel", "time", "phase", "measured", "simulated", "residual"]
@@ -116,6 +135,17 @@ def test_the_arrays_are_a_tree_of_xarray(fit: Fit) -> None:
     assert tree["observed_data"]["force"].attrs["units"] == "N"
     assert tree["observed_data"]["force"].dims == ("record", "sample")
     assert tree.attrs["schema"] == "fibrefit/fit/1"
+
+
+def test_a_value_of_a_record_in_a_folder_is_a_variable_of_the_tree() -> None:
+    """As of a posterior in which one record states its release, and the other does not."""
+    from fibrefit.tables.trees import tree_of
+
+    names = ("release[data/a.csv]", "release[data_a.csv]", "stiffness")
+    group = {name: Variable(np.full((2, 3), float(i)), ("chain", "draw"), "m") for i, name in enumerate(names)}
+    tree = tree_of({"posterior": group}, {})
+    found = {str(name): float(values[0, 0]) for name, values in tree["posterior"].data_vars.items()}
+    assert found == {"release[data_a.csv]_": 0.0, "release[data_a.csv]": 1.0, "stiffness": 2.0}
 
 
 def test_without_xarray_it_is_said_what_to_install(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,6 +264,28 @@ def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no result"):
         fibrefit.load_result(tmp_path)
     with pytest.raises(DataError, match="results.csv"):
+        fibrefit.read_batch(tmp_path)
+    for odd in ("x" * 300, "a\0b"):
+        with pytest.raises(DataError, match="no result"):
+            fibrefit.load_result(tmp_path / odd)
+        with pytest.raises(DataError, match="results.csv"):
+            fibrefit.read_batch(tmp_path / odd)
+
+
+def test_items_of_a_batch_keep_their_names(tmp_path: Path) -> None:
+    """Those that look like numbers or like what is true, and those of which a spreadsheet would make a formula."""
+    names = ["001", "1", "01", "true", "nan", "=sum(A1)", "-drop", "'quoted", "drop, 5 mm"]
+    table = csv_text([["item", "gap"], *([name, "1.5"] for name in names)])
+    (tmp_path / "results.csv").write_text(table, encoding="utf-8")
+    found = fibrefit.read_batch(tmp_path)
+    assert list(found.index) == names
+    assert found["gap"].tolist() == [1.5] * len(names)
+
+
+@pytest.mark.parametrize("content", [b"name,gap\na,1\n", b"item,gap\n\xff\xfe,1\n", b"", b'item,gap\n"a,1\n'])
+def test_what_is_no_table_of_a_batch_is_refused(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "results.csv").write_bytes(content)
+    with pytest.raises(DataError, match=r"results.csv: no table of a batch: .*; expected what fibrefit has written"):
         fibrefit.read_batch(tmp_path)
 
 

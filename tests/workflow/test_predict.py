@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,13 +12,14 @@ import pytest
 import fibrefit
 from fibrefit.cli.main import run
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
-from fibrefit.workflow.prediction.predict import Prediction, predict_study
+from fibrefit.workflow.prediction.predict import Prediction, _with_values, predict_study
 from tests.fitting import made
 from tests.workflow import axis
 
@@ -78,6 +80,43 @@ def test_records_of_the_fit_are_no_prediction(saved: Path, study: Study) -> None
     summary = predict_study(saved, study).summary()
     assert (summary.status, summary.verdict) == ("suspect", "not_trusted")
     assert "served to find the values" in summary.says
+
+
+def test_records_of_the_fit_are_known_in_every_part_and_when_they_are_gone(
+    fit: Fit, folder: Path, tmp_path: Path
+) -> None:
+    """What counts is what was read, of every file of a record."""
+    place = Path(shutil.copytree(folder, tmp_path / "again"))
+    again = load_study(place)
+    parts = [place / record.file for record in again.records]
+    again = again.model_copy(update={"records": again.records[:1]})
+    found = fit.predict(again)
+    own = again.records[0].model_copy(update={"file": "new.csv", "parts": (again.records[0].file,)})
+    continued = replace(found, study=again.model_copy(update={"records": (own,)}))
+    for file in parts:
+        file.unlink()
+    for one in (found, continued):
+        assert one.verdict == "not_trusted"
+        (check,) = (check for check in one.summary().checks if check.identifier == "new_records")
+        assert check.facts["records"] == (one.study.records[0].label,)
+
+
+def test_a_force_that_nothing_is_known_of_is_not_said_to_be_as_predicted(predicted: Prediction) -> None:
+    """As of a posterior, which does not say what it left of a force that drives the rig."""
+    before = {check.identifier: check.statistic for check in predicted.summary().checks}
+    pushed = replace(predicted, known=replace(predicted.known, gaps={}), force=ForceBalance(3.0, 0.1, 0.9))
+    told = pushed.summary()
+    assert {check.identifier: check.statistic for check in told.checks} == before
+    assert (told.channels["force"].rms, told.channels["force"].expected) == (3.0, None)
+
+
+def test_a_value_a_rounding_error_beyond_its_range_is_predicted_with(predicted: Prediction) -> None:
+    model = predicted.task.problem.model
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    friction = predicted.known.parameters["friction"].model_copy(update={"value": -1e-18})
+    known = replace(predicted.known, parameters={**predicted.known.parameters, "friction": friction})
+    settings = _with_values(predicted.study, known).settings(declared)
+    assert settings["friction"].initial == declared["friction"].lower == 0.0
 
 
 def test_the_band_is_as_wide_as_the_error_bars_ask_for(predicted: Prediction) -> None:

@@ -8,15 +8,19 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.core.parameter import Parameter
 from fibrefit.series.population import population
 from fibrefit.series.together.laws import BY_EFFECT
 from fibrefit.series.together.verdict import LawCurve, OwnValues, Verdict
 from fibrefit.series.trends import BY_ORDER, Quantity
+from fibrefit.study.parameters import ParameterSetting
 from fibrefit.workflow.together import files, words
 from fibrefit.workflow.together.series import SeriesResult
 
 NAMES = tuple("abcdef")
 ORDER = Quantity(BY_ORDER, "-", np.arange(1.0, 7.0), np.zeros(6))
+MOST = 18.0
+"""Friction in N beyond which it is declared to be none: the mean of the records lies above."""
 VALUES = np.column_stack([[60.0, 60.4, 59.7, 60.1, 60.3, 59.9], [18.0, 18.3, 17.9, 18.2, 18.1, 17.8]])
 
 
@@ -25,7 +29,7 @@ def told(silent: int | None = None) -> SeriesResult:
     errors = np.full((6, 2), 0.1)
     if silent is not None:
         errors[silent, 0] = 0.0
-    declared = {"mass": SimpleNamespace(unit="kg"), "friction": SimpleNamespace(unit="N")}
+    declared = {"mass": Parameter("mass", "kg", "", 1.0), "friction": Parameter("friction", "N", "", 1.0, upper=MOST)}
     model = SimpleNamespace(supermodel=SimpleNamespace(declared=declared))
     own = OwnValues(("mass", "friction"), VALUES, errors)
     pooled = {name: population(VALUES[:, j], errors[:, j]) for j, name in enumerate(own.names)}
@@ -68,10 +72,24 @@ def test_units_are_those_that_the_model_declares() -> None:
 
 
 def test_the_study_of_records_that_differ_begins_at_a_mass_in_kilograms() -> None:
-    study = SimpleNamespace(parameters={}, model_copy=lambda update: update["parameters"])
-    begins = cast(Any, files.winning_study(cast(Any, study), told().verdict))
+    begins = begun()
     assert begins["mass"].initial.endswith(" kg")
     assert float(begins["mass"].initial.split()[0]) == pytest.approx(60.07, abs=0.01)
+
+
+def test_a_value_beyond_its_range_begins_at_the_end_of_it() -> None:
+    """A value at a bound may lie a rounding error beyond it, where a study must not begin."""
+    assert begun()["friction"].initial == f"{MOST} N"
+
+
+def begun() -> Any:
+    """Parameters of the study that a series of records that differ leaves."""
+    study = SimpleNamespace(
+        parameters={},
+        settings=lambda declared: {name: ParameterSetting(name, one.unit) for name, one in declared.items()},
+        model_copy=lambda update: update["parameters"],
+    )
+    return files.winning_study(cast(Any, study), told().verdict)
 
 
 def test_a_record_that_says_nothing_of_a_parameter_is_not_drawn_to_the_others() -> None:

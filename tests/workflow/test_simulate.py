@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.core.errors import UsageError
+from fibrefit.core.errors import DataError, UsageError
 from fibrefit.plots.save import save_figures
 from fibrefit.records import read_record
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.fit import fit_study
 from fibrefit.workflow.outcome.draw import draw_result
-from fibrefit.workflow.outcome.stored import load_result
+from fibrefit.workflow.outcome.stored import StoredSimulation, load_result
 from fibrefit.workflow.simulate import simulate_study
 from tests.fitting import made
 
@@ -79,6 +79,28 @@ def test_a_saved_simulation_is_drawn_again_as_it_was(stated: Study, tmp_path: Pa
     (out / "result.h5").unlink()
     with pytest.raises(UsageError, match="cannot be drawn from what was saved"):
         draw_result(out)
+
+
+def test_a_saved_simulation_calls_its_records_as_the_study_does(stated: Study, tmp_path: Path) -> None:
+    """In its order, by names of which a file's name keeps only a part."""
+    called = ("run/1: 5 mm", "a run before it")
+    records = tuple(
+        record.model_copy(update={"name": name}) for record, name in zip(stated.records, called, strict=True)
+    )
+    simulation = simulate_study(stated.model_copy(update={"records": records}))
+    out = simulation.save(tmp_path / "out")
+    again = load_result(out)
+    assert isinstance(again, StoredSimulation)
+    assert tuple(again.records) == called
+    assert again.to_dataframe()["record"].tolist() == simulation.to_dataframe()["record"].tolist()
+    (out / "result.h5").unlink()
+    told = load_result(out)
+    assert isinstance(told, StoredSimulation)
+    assert sorted(map(len, told.records.values())) == sorted(map(len, again.records.values()))
+    for file in (out / "simulated").iterdir():
+        file.unlink()
+    with pytest.raises(DataError, match="simulated: no files; expected one for each record"):
+        load_result(out).to_dataframe()
 
 
 def test_what_was_simulated_is_identified(stated: Study, tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
+from fibrefit.records.thresholds import SAME_RATE
 from fibrefit.rigs.rig import Starting
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
@@ -116,8 +117,25 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
             "one length for all records",
             "State one of them.",
         )
-    step = traces[0].step
-    window = max(round((said[0] if said else WINDOW) / step), 16)
+    rate = traces[0].rate
+    # All windows hold as many samples: of records at two rates, one cannot have those that are stated.
+    for trace in traces:
+        if said and abs(trace.rate / rate - 1.0) > SAME_RATE:
+            raise StudyError(
+                str(study.source),
+                f"a window of {said[0]:g} s, and records at {rate:g} Hz and at {trace.rate:g} Hz",
+                "one rate for all records",
+                "State no window, or fit the records of each rate by themselves.",
+            )
+    asked = round((said[0] if said else WINDOW) / traces[0].step)
+    window = max(asked, 16)
+    if said and window != asked:
+        raise StudyError(
+            str(study.source),
+            f"a window of {said[0]:g} s at {rate:g} Hz",
+            f"{window} samples or more",
+            f"State {window / rate:g} s or more, or leave it out.",
+        )
     return WindowedModel(model.rig, model.effects, model.tension_law, window)
 
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
-from fibrefit.core.allowance import MOST_STARTS
-from fibrefit.core.errors import DataError, FibrefitError, StudyError, UsageError
+from fibrefit.core.allowance import refuse_seed, refuse_starts
+from fibrefit.core.errors import NOTHING, DataError, FibrefitError, StudyError, UsageError, refuse_unknown
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
@@ -55,8 +55,10 @@ def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     Raises
     ------
     UsageError
-        If a folder holds no study, or studies and records are mixed.
+        If a folder holds no study, studies and records are mixed, or there are no words.
     """
+    if not words:
+        raise UsageError("series", *NOTHING)
     if rig is not None:
         return [Origin(tuple(words), rig, tuple(overrides))]
     return [Origin((study,), None, tuple(overrides)) for word in words for study in _studies(word)]
@@ -95,11 +97,12 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     Raises
     ------
     FibrefitError
-        If the only study there is cannot be read, starts are more than memory holds, or a model goes by the places of
-        records that are identified one by one.
+        If the only study there is cannot be read, starts are more than memory holds, or an argument makes no sense.
     """
-    if not 1 <= starts <= MOST_STARTS:
-        raise UsageError("starts", str(starts), f"1 to {MOST_STARTS}", "")
+    if each is not None:
+        refuse_unknown("each", each, get_args(Each))
+    refuse_starts(starts)
+    refuse_seed(seed)
     each = each or ("record" if len(origins) == 1 else "study")
     named: list[tuple[str, Origin, int | None]] = []
     for origin in origins:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from fibrefit.workflow.growing import growing_folder
 
 
 def batch(
-    series: str | Path | Sequence[str | Path], out: str | Path | None = None, *, rig: str | None = None,
+    series: str | Path | Iterable[str | Path], out: str | Path | None = None, *, rig: str | None = None,
     overrides: Sequence[str] = (), each: Each | None = None, processes: int | None = None,
     scheduler: str | None = None, starts: int = 32, seed: int = 0, robust: bool = False, force: bool = False,
     resume: bool = False, shard: tuple[int, int] | None = None, progress: Progress | None = None,
@@ -27,7 +27,7 @@ def batch(
 
     Parameters
     ----------
-    series : str, pathlib.Path or sequence of them
+    series : str, pathlib.Path or iterable of them
         Study files, folders with a ``study.toml``, folders of such folders; or bare records, with `rig`.
     out : str or pathlib.Path, optional
         Folder of the batch; ``results/<name>-<hash>`` by default.
@@ -61,7 +61,8 @@ def batch(
     StudyError
         If a model goes by the places of records that are identified one by one.
     UsageError
-        If the folder may not be replaced, a folder holds no study, or a scheduler does not answer.
+        If the folder may not be replaced, a folder holds no study, a scheduler does not answer, nothing is named, or an
+        argument makes no sense.
 
     Examples
     --------

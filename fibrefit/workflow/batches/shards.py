@@ -25,11 +25,15 @@ def shard_of(said: str) -> tuple[int, int]:
     """
     number, _, count = said.partition("/")
     whole = number.isdecimal() and count.isdecimal() and max(len(number), len(count)) <= DIGITS
-    if not (whole and 1 <= int(number) <= int(count)):
+    return _refuse_no_part(said, (int(number), int(count)) if whole else (0, 0))
+
+
+def _refuse_no_part(said: str, shard: tuple[int, int]) -> tuple[int, int]:
+    if not 1 <= shard[0] <= shard[1]:
         raise UsageError(
             f"--shard {said}", "not a part of a whole", "i/n with i from 1 to n", "For example --shard 3/20."
         )
-    return int(number), int(count)
+    return shard
 
 
 def part_of(whole: Path, jobs: Sequence[Piece], shard: tuple[int, int] | None) -> tuple[Path, list[Piece]]:
@@ -38,11 +42,11 @@ def part_of(whole: Path, jobs: Sequence[Piece], shard: tuple[int, int] | None) -
     Raises
     ------
     UsageError
-        If there are more parts than jobs, so that this one is empty.
+        If it is no part, or there are more parts than jobs, so that this one is empty.
     """
     if shard is None:
         return whole, list(jobs)
-    number, count = shard
+    number, count = _refuse_no_part("{}/{}".format(*shard), shard)
     mine = list(jobs[number - 1 :: count])
     if not mine:
         raise UsageError(f"--shard {number}/{count}", f"{len(jobs)} records", "as many parts at the most", "")

@@ -7,11 +7,11 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
-from fibrefit.core.errors import StudyError, UsageError, did_you_mean
+from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.apart import Beside, Explanation
@@ -72,6 +72,11 @@ class Aim:
     minutes: Mapping[str, float] = field(default_factory=dict)
     only: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a purpose that nobody knows."""
+        if self.purpose is not None:
+            refuse_unknown("purpose", self.purpose, get_args(Purpose))
 
 
 @dataclass(frozen=True, repr=False)

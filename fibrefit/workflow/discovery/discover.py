@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING
 
+from fibrefit.core.allowance import refuse_seed
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
 from fibrefit.core.programs.blas import one_blas_thread
@@ -62,6 +63,7 @@ class SearchOptions:
 
     def __post_init__(self) -> None:
         """Refuse what no search can do."""
+        refuse_seed(self.seed)
         if not 1 <= self.max_effects <= len(CATALOGUE):
             expected = f"1 to {len(CATALOGUE)}, as many as the catalogue holds"
             raise UsageError("max_effects", str(self.max_effects), expected)

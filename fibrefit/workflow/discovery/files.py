@@ -20,7 +20,7 @@ from fibrefit.report.sentences.discovery import (
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.parameters import ParameterSetting, ParameterTable
+from fibrefit.study.parameters import ParameterTable, begin_at
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
 from fibrefit.workflow.discovery.advice import next_steps
@@ -86,11 +86,8 @@ def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
     parameters = dict(study.parameters)
     for name, setting in study.settings(declared).items():
         if name in found:
-            # A value at a bound may lie a rounding error beyond it, where no start is allowed.
-            lower, upper = (default if limit is None else limit for limit, default in _limits(setting))
-            value = float(np.clip(np.mean(found[name]), lower, upper))
             table = parameters.get(name, ParameterTable())
-            parameters[name] = table.model_copy(update={"initial": _written(value, setting.unit)})
+            parameters[name] = begin_at(table, float(np.mean(found[name])), setting, declared[name])
     model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
     rig = study.rig.model_copy(update=_points(finding))
     return study.model_copy(update={"model": model, "rig": rig, "parameters": parameters})
@@ -179,14 +176,6 @@ def _seen(errors: Iterable[float | None]) -> np.ndarray:
 
 def _text(words: object) -> np.ndarray:
     return np.array(list(words), dtype=object)  # type: ignore[call-overload]
-
-
-def _limits(setting: ParameterSetting) -> tuple[tuple[float | None, float], ...]:
-    return (setting.lower, -np.inf), (setting.upper, np.inf)
-
-
-def _written(value: float, unit: str) -> str | float:
-    return value if unit == "-" else f"{value!r} {unit}"
 
 
 def _before(finding: Finding) -> d.Before:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.errors import FibrefitError
+from fibrefit.core.errors import NOTHING, FibrefitError, UsageError
 from fibrefit.core.paths import is_folder
 from fibrefit.core.shown import Card, Shown, printable
 
@@ -156,12 +156,14 @@ class Inspection(Shown):
         return Card(f'Inspection of "{self.name}"', line, ("file", "verdict"), rows)
 
 
-def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence[str] = ()) -> Inspection:
+def inspect(
+    what: str | Path | Study | Collection[str | Path] | Iterator[str | Path], overrides: Sequence[str] = ()
+) -> Inspection:
     """Say what is understood of files of measured data, or of a study and its files.
 
     Parameters
     ----------
-    what : str, pathlib.Path, Study or sequence of paths
+    what : str, pathlib.Path, Study, or collection or iterator of paths
         A study (a ``.toml`` or a folder with one), or files.
     overrides : sequence of str
         What the files do not say, as on the command line: ``"units.force=kN"``.
@@ -177,7 +179,7 @@ def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence
     StudyError
         If the study is not valid.
     UsageError
-        If an override makes no sense.
+        If an override makes no sense, or no file is named.
 
     Examples
     --------
@@ -186,9 +188,11 @@ def inspect(what: str | Path | Study | Sequence[str | Path], overrides: Sequence
     ['N', 'm']
     """
     # What knows of studies takes as long to load as a file takes to read: bare files do without.
-    if not isinstance(what, str | Path | Sequence):
+    if not isinstance(what, str | Path | Collection | Iterator):
         return Inspection(what.name, _records_of(what), what)
     paths = [Path(path) for path in ([what] if isinstance(what, str | Path) else what)]
+    if not paths:
+        raise UsageError("files", *NOTHING)
     if len(paths) == 1 and (is_folder(paths[0]) or paths[0].suffix.lower() == ".toml"):
         from fibrefit.study import load_study
 

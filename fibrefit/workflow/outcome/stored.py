@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.errors import DataError
+from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.formats import FORMATS
-from fibrefit.core.paths import read_plain_file
+from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, record_stems, shown_path
 from fibrefit.core.shown import Card, Shown
+from fibrefit.store.csv_text import as_named
 from fibrefit.store.summary import LARGEST_SUMMARY, NAME, read_summary
 from fibrefit.study.load import load_study
 from fibrefit.workflow.outcome.result import AnyResult
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
     from fibrefit.plots.figures import Figures
     from fibrefit.study import Study
+    from fibrefit.workflow.prediction.predict import Prediction
 
 INSPECTION = "inspection.json"
 """All of an inspection that is kept, but for its text and its pictures."""
@@ -66,6 +69,58 @@ class StoredResult(AnyResult):
     def parameters(self) -> dict[str, Any]:
         """What all records share, by name: ``value``, ``std_error``, ``interval_95``, ``unit``."""
         return dict(getattr(self.summary(), "parameters", {}))
+
+    @property
+    def verdict(self) -> str:
+        """Of a discovery, or of a prediction.
+
+        Raises
+        ------
+        UsageError
+            If a result of this kind has none.
+        """
+        return str(self._of_summary("verdict", "that of discover or predict"))
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Of a discovery the effects that account for what the model lacked.
+
+        Raises
+        ------
+        UsageError
+            If a result of this kind has none.
+        """
+        return tuple(self._of_summary("added", "those of discover"))
+
+    def _of_summary(self, name: str, whose: str) -> Any:
+        if not hasattr(self.summary(), name):
+            raise UsageError(f"{name} of a result", f"none in one of kind {self._kind()}", whose, "")
+        return getattr(self.summary(), name)
+
+    def predict(self, study: Study | str | Path) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`.
+
+        Parameters
+        ----------
+        study : Study, str or pathlib.Path
+            Of those records.
+
+        Returns
+        -------
+        Prediction
+
+        Raises
+        ------
+        StudyError
+            If its rig is of another kind than that of the values.
+        UsageError
+            If this result holds no values that can be relied on.
+        DataError
+            If a record is not understood.
+        """
+        from fibrefit.workflow.prediction.predict import predict_study
+
+        return predict_study(self, study)
 
     @property
     def study(self) -> Study:
@@ -165,15 +220,36 @@ class StoredSimulation(Shown):
 
     @cached_property
     def records(self) -> dict[str, pd.DataFrame]:
-        """Samples of each record, with the units in the headers."""
+        """Samples of each record by its name in the study, in its order, with the units in the headers."""
         import pandas as pd
 
-        return {path.stem: pd.read_csv(path) for path in sorted((self.folder / "simulated").glob("*.csv"))}
+        files = {path.stem: path for path in sorted((self.folder / "simulated").glob("*.csv"))}
+        names = {stem: name for stem, name in self._names.items() if stem in files}
+        return {names.get(stem, stem): pd.read_csv(files[stem]) for stem in {**names, **files}}
+
+    @property
+    def _names(self) -> dict[str, str]:
+        """Names of the records by those of their files, as ``result.h5`` tells them; none where it is gone."""
+        from fibrefit.store.hdf5 import read_result
+
+        path = self.folder / "result.h5"
+        if not path.exists():
+            return {}
+        names = [str(name) for name in read_result(path)[0]["observed_data"]["record"].values]
+        return dict(zip(record_stems(names), names, strict=True))
 
     def to_dataframe(self) -> pd.DataFrame:
-        """All records below one another, with a column ``record``."""
+        """All records below one another, with a column ``record``.
+
+        Raises
+        ------
+        DataError
+            If there are none.
+        """
         import pandas as pd
 
+        if not self.records:
+            raise DataError(str(self.folder / "simulated"), "no files", "one for each record", "Run it again.")
         return pd.concat(self.records, names=["record"]).reset_index("record").reset_index(drop=True)
 
     def plot(self) -> Figures:
@@ -211,8 +287,9 @@ def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSim
     StoredResult, StoredInspection or StoredSimulation
         Of a result with a summary: ``report()``, ``summary()``, ``parameters``, ``status``, ``to_dataframe()``,
         ``covariance``, ``correlation``, ``residuals``, ``draws``, ``to_datatree()``, ``study``, ``figures``,
-        ``plot()``; what a kind does not have raises `UsageError`. Of ``inspect``: ``report()``, ``document()``,
-        ``to_dataframe()``. Of ``simulate``: ``records``, ``to_dataframe()`` and ``plot()``.
+        ``plot()``, ``predict(study)``, ``verdict``, ``added``; what a kind does not have raises `UsageError`. Of
+        ``inspect``: ``report()``, ``document()``, ``to_dataframe()``. Of ``simulate``: ``records``,
+        ``to_dataframe()`` and ``plot()``.
 
     Raises
     ------
@@ -231,16 +308,16 @@ def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSim
     ['name', 'record', 'value', 'std_error', 'low', 'high', 'unit']
     """
     folder = Path(path)
-    folder = folder.parent if folder.is_file() else folder
-    if (folder / NAME).exists():
+    folder = folder.parent if is_plain_file(folder) else folder
+    if os.path.exists(folder / NAME):
         result = StoredResult(folder)
         result.summary()
         return result
-    if (folder / INSPECTION).exists():
+    if os.path.exists(folder / INSPECTION):
         return StoredInspection(folder)
-    if (folder / "simulated").is_dir():
+    if is_folder(folder / "simulated"):
         return StoredSimulation(folder)
-    raise DataError(str(path), "no result", f"a folder with {NAME}, {INSPECTION} or simulated/", "")
+    raise DataError(shown_path(path), "no result", f"a folder with {NAME}, {INSPECTION} or simulated/", "")
 
 
 def read_batch(path: str | Path) -> pd.DataFrame:
@@ -254,12 +331,13 @@ def read_batch(path: str | Path) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Indexed by item; headers carry the SI unit, such as ``stiffness [N/m]`` and ``stiffness std_error [N/m]``.
+        Indexed by item, as `Batch.items` names them; headers carry the SI unit, such as ``stiffness [N/m]`` and
+        ``stiffness std_error [N/m]``.
 
     Raises
     ------
     DataError
-        If there is no such table.
+        If there is no such table, or it is none of a batch.
 
     Examples
     --------
@@ -271,7 +349,8 @@ def read_batch(path: str | Path) -> pd.DataFrame:
     from fibrefit.tables.frames import batch_frame
 
     folder = Path(path)
-    return batch_frame(folder / "results.csv" if folder.is_dir() or not folder.suffix else folder)
+    table = batch_frame(folder / "results.csv" if is_folder(folder) or not folder.suffix else folder)
+    return table.rename(index=as_named)
 
 
 def _figures(folder: Path) -> dict[str, Path]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fibrefit.core.roles import ROLES
@@ -10,7 +12,6 @@ from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
-from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Z_95
@@ -42,9 +43,12 @@ def prediction_summary(found: Predicted, origin: Provenance) -> PredictionSummar
     for c, channel in enumerate(task.problem.model.rig.channels):
         channels[channel], ratios[channel] = _channel(found, c, channel)
     if found.force is not None:
-        channels["force"], ratios["force"] = _force(found, found.force)
+        channels["force"] = _force(found, found.force)
+        # What the fit left of it is all that it is held against: where no fit says so, there is nothing to check.
+        if (fitted := channels["force"].fit_rms) is not None:
+            ratios["force"] = (found.force.rms / fitted, LACKING)
     readings = np.stack(list(found.seen.motion.readings.values()))
-    known = [record.label for record in found.study.records if _was_used(found, record.file)]
+    known = [record.label for record in found.study.records if _was_used(found, record.files)]
     checks = prediction_checks(ratios, readings, found.seen.motion.trouble, task.problem.layout.records, known)
     status, verdict = _judged(checks, found.held.success)
     return PredictionSummary(
@@ -66,8 +70,10 @@ def prediction_summary(found: Predicted, origin: Provenance) -> PredictionSummar
     )
 
 
-def _was_used(found: Predicted, file: str | None) -> bool:
-    return file is not None and sha256_of(found.study.path_of(file)) in found.known.digests
+def _was_used(found: Predicted, files: Sequence[str]) -> bool:
+    """Whether the values were found from any of the files, as they were when they were read."""
+    study = found.study
+    return any(study.digests.get(study.path_of(file)) in found.known.digests for file in files)
 
 
 def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, tuple[float, float]]:
@@ -90,10 +96,10 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
     return predicted, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
 
 
-def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tuple[float, float]]:
+def _force(found: Predicted, force: ForceBalance) -> PredictedChannel:
     """The same of a force that drives the rig: it is held against what the fit left of its own."""
     fitted = found.known.gaps.get("force")
-    predicted = PredictedChannel(
+    return PredictedChannel(
         rms=force.rms,
         unit="N",
         explained=force.explained,
@@ -101,7 +107,6 @@ def _force(found: Predicted, force: ForceBalance) -> tuple[PredictedChannel, tup
         fit_explained=None if fitted is None else fitted.explained,
         expected=None if fitted is None else fitted.rms,
     )
-    return predicted, (0.0 if fitted is None else force.rms / fitted.rms, LACKING)
 
 
 def _judged(checks: tuple[Check, ...], success: bool) -> tuple[Status, Verdict]:

@@ -24,7 +24,7 @@ from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.parameters import ParameterSetting, ParameterTable, begin_at
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
@@ -148,10 +148,13 @@ def _all_held(study: Study) -> Study:
 
 def _with_values(study: Study, known: Known) -> Study:
     """The study with the model and the values of a result."""
+    declared = {parameter.name: parameter for parameter in model_of(known.study).parameters}
     tables = {
-        name: ParameterTable(
-            initial=parameter.value if parameter.unit == "-" else f"{parameter.value!r} {parameter.unit}",
-            fixed=not parameter.free,
+        name: begin_at(
+            ParameterTable(fixed=not parameter.free),
+            parameter.value,
+            ParameterSetting(name, parameter.unit),
+            declared[name],
         )
         for name, parameter in known.parameters.items()
     }

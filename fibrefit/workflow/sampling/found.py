@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from fibrefit.core.errors import refuse_unknown
 from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
 from fibrefit.sampling.predict import Bands
+from fibrefit.sampling.settings import NOISE_KINDS
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.summaries import ComparedModel
@@ -37,6 +39,10 @@ class SamplingOptions:
     heavy: bool = False
     nuts: bool = False
     compare: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a noise that nobody knows, before the fit that comes first."""
+        refuse_unknown("noise", self.noise, NOISE_KINDS)
 
 
 @dataclass(frozen=True, repr=False)

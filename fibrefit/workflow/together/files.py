@@ -13,7 +13,7 @@ from fibrefit.series.together.verdict import LawCurve, Verdict
 from fibrefit.series.trends import Quantity
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.parameters import ParameterTable, begin_at
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -167,27 +167,22 @@ def _at_ends(found: Verdict) -> list[str]:
 
 def winning_study(study: Study, found: Verdict) -> Study:
     """Study of the winning model, beginning at its values; with each record's own where that is the answer."""
+    best = found.best
+    declared = best.supermodel.declared
+    settings = study.settings(declared)
+
+    def begun(name: str, value: float) -> ParameterTable:
+        return begin_at(study.parameters.get(name, ParameterTable()), value, settings[name], declared[name])
+
     if found.answer == "per_record":
-        parameters = dict(study.parameters)
-        for j, name in enumerate(found.own.names):
-            table = parameters.get(name, ParameterTable())
-            middle = float(np.exp(np.log(found.own.values[:, j]).mean()))
-            parameters[name] = table.model_copy(
-                update={"initial": _written(middle, found.units[name]), "shared": False}
-            )
-        return study.model_copy(update={"parameters": parameters})
-    best, parameters = found.best, dict(study.parameters)
-    for name, value in best.shared.items():
-        table = parameters.get(name, ParameterTable())
-        parameters[name] = table.model_copy(update={"initial": _written(value, found.units[name])})
+        middles = np.exp(np.log(found.own.values).mean(axis=0))
+        own = {name: begun(name, float(middle)) for name, middle in zip(found.own.names, middles, strict=True)}
+        own = {name: table.model_copy(update={"shared": False}) for name, table in own.items()}
+        return study.model_copy(update={"parameters": {**study.parameters, **own}})
+    parameters = {**study.parameters, **{name: begun(name, value) for name, value in best.shared.items()}}
     added = [effect.name for effect in best.effects if parameter_of(effect)]
     model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
     return study.model_copy(update={"model": model, "parameters": parameters})
-
-
-def _written(value: float, unit: str) -> float | str:
-    """A value as a study states it: with its unit, where it has one."""
-    return value if unit == "-" else f"{value!r} {unit}"
 
 
 def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, Variable]]:
