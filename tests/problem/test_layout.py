@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.core.programs.described import fingerprint
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Slot, assembled, gathered
 from fibrefit.problem.statement.transform import Range
 
 RECORDS = ("a.csv", "b.csv", "c.csv")
@@ -87,3 +89,11 @@ def test_names_of_records_make_no_other_program_and_their_number_does(layout: La
     assert renamed.records != layout.records
     assert more != layout
     assert fingerprint(more) != fingerprint(layout)
+
+
+def test_sums_of_a_motion_that_ran_away_warn_of_nothing() -> None:
+    local, columns = np.full((2, 1, 1), np.inf) * [[[1.0]], [[-1.0]]], np.zeros((2, 1), dtype=int)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.isnan(assembled(local, columns, 1)).all()
+        assert np.isnan(gathered(local[..., 0], columns, 1)).all()

@@ -275,4 +275,4 @@ def test_intervals_are_kept_by_series_and_parameter(tmp_path: Path) -> None:
     given = argparse.Namespace(
         release="r", rig=["fibre_mass"], noise=["slow"], scatter=[0.02], tuning=False, series=1
     )  # fmt: skip
-    assert validate_intervals.chosen(given, rows)[0].index == case.index + 1
+    assert validate_intervals.chosen(case.release, given, rows)[0].index == case.index + 1

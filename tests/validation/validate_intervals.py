@@ -25,7 +25,7 @@ from tests.validation.designs import NOISES_OF_INTERVALS, SCATTERS_OF_INTERVALS
 from tests.validation.tables import ROOT, Share, append, median, read, revision, table, write_between
 from tests.validation.workers import carried_out
 
-RESULTS = ROOT / "results" / "validate_intervals"
+RESULTS = Path(__file__).parent / "outcomes" / "intervals"
 DOCUMENT = ROOT / "docs" / "error_bars.md"
 PROCESSES = 2
 LIMIT = 600.0
@@ -192,16 +192,14 @@ def file_of(release: str, tuning: bool) -> Path:
     return RESULTS / ("tuning" if tuning else "") / f"{release}.csv"
 
 
-def chosen(given: argparse.Namespace, rows: Sequence[Fitted]) -> list[Case]:
+def chosen(release: str, given: argparse.Namespace, rows: Sequence[Fitted]) -> list[Case]:
     """Further series of each combination asked for, in turn."""
     known = {row.case for row in rows}
     lists = []
     for combination in itertools.product(
         given.rig or RIGS, given.noise or NOISES_OF_INTERVALS, given.scatter or SCATTERS_OF_INTERVALS
     ):
-        fresh = (
-            case for case in interval_cases(given.release, *combination, tuning=given.tuning) if case.name not in known
-        )
+        fresh = (case for case in interval_cases(release, *combination, tuning=given.tuning) if case.name not in known)
         lists.append(list(itertools.islice(fresh, given.series)))
     return [case for turn in zip(*lists, strict=True) for case in turn]
 
@@ -221,7 +219,12 @@ def run(jobs: Sequence[Case], path: Path, processes: int, limit: float) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.validation.validate_intervals", description=__doc__)
-    parser.add_argument("--release", required=True, help="label; another one draws other series")
+    parser.add_argument(
+        "--release",
+        required=True,
+        action="append",
+        help="label; another one draws other series; several for the tables",
+    )
     parser.add_argument(
         "--series", type=int, default=0, help="further series of each combination; 0 prints the tables only"
     )
@@ -241,10 +244,13 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a fit may take")
     parser.add_argument("--document", action="store_true", help="write the tables into docs/error_bars.md")
     given = parser.parse_args()
-    path = file_of(given.release, given.tuning)
+    release, *others = given.release
+    if others and given.series:
+        parser.error("series are fitted of one release at a time")
+    path = file_of(release, given.tuning)
     if given.series:
-        run(chosen(given, read(path, Fitted)), path, given.processes, given.limit)
-    lines = tables(read(path, Fitted))
+        run(chosen(release, given, read(path, Fitted)), path, given.processes, given.limit)
+    lines = tables([row for label in given.release for row in read(file_of(label, given.tuning), Fitted)])
     print("\n".join(lines))
     if given.document:
         if given.tuning:
