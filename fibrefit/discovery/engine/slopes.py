@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem.statement.arrays import RAN_AWAY
 
 
 class Slopes(NamedTuple):
@@ -24,11 +25,10 @@ class Slopes(NamedTuple):
     rows: np.ndarray
     pulled: Sequence[np.ndarray] | None
 
+    @RAN_AWAY
     def grams(self, sensitivities: InputSensitivities | None) -> np.ndarray:
         """Products ``(n_record, n_column + 1, n_column + 1)``, errors of inputs eliminated; residuals come last."""
-        # A motion that runs away has slopes beyond all numbers; what is made of them is not finite, and not believed.
-        with np.errstate(over="ignore", invalid="ignore"):
-            grams = self.rows @ np.swapaxes(self.rows, 1, 2)
+        grams = self.rows @ np.swapaxes(self.rows, 1, 2)
         if self.pulled is not None and sensitivities is not None:
             grams = sensitivities.eliminated(grams, self.pulled)
         keep = np.r_[1 : grams.shape[1], 0]

@@ -27,6 +27,7 @@ from fibrefit.problem.estimate.gauss_newton import EVERYTHING, MODE_TOLERANCE, E
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns, own_precision
 from fibrefit.problem.estimate.schur import eliminated, solved
+from fibrefit.problem.statement.arrays import RAN_AWAY
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
@@ -164,7 +165,7 @@ def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
     return np.asarray(evidence.grid[int(np.argmax(evidence.weight))])
 
 
-@np.errstate(invalid="ignore", over="ignore")
+@RAN_AWAY
 def laplace(found: PosteriorMode) -> MarginalLikelihood:
     """MarginalLikelihood from the matrices at a mode; none where a motion is lost, of which there are no numbers."""
     unknowns, place, normal = found.unknowns, found.place, found.normal

@@ -26,6 +26,7 @@ import numpy as np
 from fibrefit.problem.estimate.gram import Corrected, Gram
 from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead
 from fibrefit.problem.estimate.trust_region import radius_after, step_within
+from fibrefit.problem.statement.arrays import RAN_AWAY
 
 MODE_TOLERANCE = 0.02
 """Predicted reduction of Q that is not taken any more; two are a factor e in probability."""
@@ -72,7 +73,7 @@ EVERYTHING = Effort()
 """To the end."""
 
 
-@np.errstate(invalid="ignore", over="ignore")  # where a motion is lost there are no numbers, and the place is left
+@RAN_AWAY
 def mode(
     unknowns: Unknowns,
     start: Place | PosteriorMode,

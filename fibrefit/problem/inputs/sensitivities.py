@@ -15,6 +15,7 @@ from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled, Whitening
+from fibrefit.problem.statement.arrays import RAN_AWAY
 from fibrefit.problem.task import Task
 
 NEGLIGIBLE = 0.1
@@ -63,7 +64,7 @@ class Directions(NamedTuple):
         return self.products(rows) @ self.inverse
 
 
-@np.errstate(invalid="ignore", over="ignore")  # where a motion is lost there are no numbers
+@RAN_AWAY
 def _in_precision_of_each(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Product of rows, which differ by many orders of magnitude, and a matrix in a precision that is that of each."""
     size = np.max(np.abs(rows), axis=1, keepdims=True, initial=0.0)
@@ -136,6 +137,7 @@ class InputSensitivities(NamedTuple):
         """Products of rows ``(n_record, n_row, n_channel * n_time)`` with directions, ``(n_row, n_direction)`` each."""
         return tuple(for_each(Directions.products, self.records, rows))
 
+    @RAN_AWAY
     def eliminated(self, grams: np.ndarray, products: Sequence[np.ndarray]) -> np.ndarray:
         """Products of rows ``(n_record, n_row, n_row)``, given those with directions, with the errors at their best."""
         pairs = zip(self.records, products, strict=True)

@@ -8,6 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+RAN_AWAY = np.errstate(over="ignore", invalid="ignore")
+"""Decorates products of slopes: of a motion that ran away they are not finite, and not believed where they are used."""
+
 
 def functions_for(array: Any) -> Any:
     """`jax.numpy` for what JAX holds or traces, `numpy` for all else: a number at hand needs no compiler."""

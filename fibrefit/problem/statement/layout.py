@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.problem.statement.arrays import functions_for
+from fibrefit.problem.statement.arrays import RAN_AWAY, functions_for
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.transform import Range
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a motion that ran away is refused where it is used
+@RAN_AWAY
 def assembled(local: Any, columns: Any, size: int) -> Any:
     """Sum of the records' own matrices in the places of the free values; NumPy or JAX.
 
@@ -37,7 +37,7 @@ def assembled(local: Any, columns: Any, size: int) -> Any:
     return whole[:size, :size]
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a motion that ran away is refused where it is used
+@RAN_AWAY
 def gathered(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
     """Sum of the records' own rows ``(n_record, n_local, ...)`` in the places of the free values, ``(size, ...)``."""
     whole = np.zeros((max(size, int(columns.max(initial=0)) + 1), *local.shape[2:]))
