@@ -155,7 +155,8 @@ def test_the_better_model_predicts_better(study: Study, kept: Path) -> None:
     options = SamplingOptions(compare=(str(kept),))
     wrong = sample_study(held, settings=Settings(seed=1, max_steps=30), options=options)
     against = wrong.summary().compared[0]
-    assert against.elpd.value < -5.0 * against.elpd.error
+    # A bias that every bounce shows anew differs among the few blocks about as much as it is.
+    assert against.elpd.value < -3.0 * against.elpd.error
     assert against.log_evidence is not None
     assert against.log_evidence.value < -50.0
     assert "the other" in wrong.report()
