@@ -18,7 +18,7 @@ from fibrefit.store.files import write_whole
 MARKER = ".fibrefit"
 
 #: Version of the layout of a result's folder, and of what a run goes on from.
-LAYOUT = 1
+LAYOUT = 2
 
 #: Endings of the files that results are made of, half-written ones last: nothing else is removed from a working folder.
 KINDS = frozenset(

@@ -203,7 +203,7 @@ def test_the_fit_of_other_records_is_no_start(study: Study, fit: Fit, tmp_path: 
     """Of the same names and number: what is sampled are the records of the study."""
     other = made.study(tmp_path)
     made.write(tmp_path, made.records(share=0.5, seed=4))
-    with pytest.raises(UsageError, match="start: a fit of another study or other data"):
+    with pytest.raises(UsageError, match="start: a fit of another rig, another model or other data"):
         fibrefit.sample(other, start=fit)
     with pytest.raises(UsageError, match="start: a FibreMassStudy; expected a fit, as fibrefit.fit returns it"):
         fibrefit.sample(study, start=study)  # type: ignore[arg-type]
@@ -213,8 +213,10 @@ def test_a_start_does_not_depend_on_where_the_study_lies(study: Study, fit: Fit,
     moved = shutil.copytree(study.source.parent, tmp_path / "moved")
     for same in (load_study(moved), load_study(saved)):
         assert digest_of(same, read_records(same)) == digest_of(fit.study, fit.records)
-    stiffer = load_study(moved, ['parameters.stiffness.prior="20 +/- 1 kN/m"'])
-    assert digest_of(stiffer, fit.records) != digest_of(fit.study, fit.records)
+    with_prior = load_study(moved, ['parameters.stiffness.prior="20 +/- 1 kN/m"'])
+    assert digest_of(with_prior, fit.records) == digest_of(fit.study, fit.records)
+    heavier = load_study(moved, ['rig.weight_mass="3.2 kg"'])
+    assert digest_of(heavier, fit.records) != digest_of(fit.study, fit.records)
 
 
 def test_what_was_kept_of_another_run_is_not_gone_on_with(fit: Fit, tmp_path: Path) -> None:
@@ -223,7 +225,7 @@ def test_what_was_kept_of_another_run_is_not_gone_on_with(fit: Fit, tmp_path: Pa
     begun = begin(rests_on, task, fit, 0, tmp_path, quiet)
     for given in (None, fit):
         np.testing.assert_array_equal(begin(rests_on, task, given, 0, tmp_path, quiet).values, begun.values)
-    with pytest.raises(UsageError, match=f"{START}: a fit of another study or other data.*Start anew"):
+    with pytest.raises(UsageError, match=f"{START}: a fit of another rig, another model or other data.*Start anew"):
         begin("0", task, None, 0, tmp_path, quiet)
     dataclasses.replace(begun, values=1.001 * begun.values).save(tmp_path)
     with pytest.raises(UsageError, match=f"{START}: kept of a run around another fit.*Leave the start out"):

@@ -79,8 +79,12 @@ class SamplingStart:
 
 
 def digest_of(study: Study, records: Sequence[Record]) -> str:
-    """Digest of what a study says, its laws included, and of its records as they were read, wherever they lie."""
+    """Digest of rig, model with its laws, and conditions, and of the records as they were read, wherever they lie.
+
+    Walkers may begin around a fit with other priors or limits; which values are free is compared by their names.
+    """
     told = tomllib.loads(study.resolved_toml(relative_to=study.data_files()[0].parent))
+    told = {key: said for key, said in told.items() if key not in ("name", "parameters")}
     found = hashlib.sha256(json.dumps(told, sort_keys=True).encode())
     for record in records:
         for values in (record.time, *(record.channels[role] for role in sorted(record.channels))):
@@ -174,6 +178,6 @@ def _agreeing(start: SamplingStart, names: tuple[str, ...], rests_on: str, where
     if start.names == names and start.rests_on == rests_on:
         return start
     other = sorted(set(start.names) ^ set(names))
-    got = f"a fit of other parameters ({', '.join(other[:4])})" if other else "a fit of another study or other data"
+    got = f"a fit of other parameters ({', '.join(other[:4])})" if other else "a fit of another rig, another model or other data"
     do = "Fit this study, or leave the start out." if where == "start" else "Start anew in another folder."
     raise UsageError(where, got, "a fit of the same study, model and data", do)
