@@ -88,10 +88,47 @@ def test_a_posterior_has_what_was_held_and_the_mean_of_what_each_record_has(tmp_
     }
 
 
+def constant_found(folder: Path) -> Study:
+    """The weight is known within an uncertainty."""
+    return load_study(made.study(folder, made.LIFTS[:1]).source, ['rig.weight_mass="3.1 +/- 0.05 kg"'])
+
+
+def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) -> None:
+    """Of a fit as of a posterior; each record has a lift and a release of its own, which are not."""
+    study, found = constant_found(tmp_path), {**made.TRUTH, "weight_mass": made.MASS}
+    units = {"stiffness": "N/m", "damping": "N s/m", "friction": "N", "weight_mass": "kg"}
+    fitted = FIT.model_copy(
+        update={
+            "parameters": {n: ParameterSummary(value=v, std_error=1e-3 * v, unit=units[n]) for n, v in found.items()}
+            | {"lift": ParameterSummary(value=5e-3, unit="m"), "release": ParameterSummary(value=0.12, unit="s")}
+        }
+    )
+    covariance = np.diag([(1e-3 * value) ** 2 for value in found.values()])
+    estimate = {
+        "parameter": Variable(np.array(list(found), dtype=object), ("parameter",)),
+        "covariance": Variable(covariance, ("parameter", "parameter_2")),
+    }
+    known = known_of(fitted, {"estimate": estimate}, study, "the fit")
+    shared = {name: of_posterior(value, units[name]) for name, value in found.items()}
+    drawn = EACH.model_copy(update={"parameters": shared, "records": {}})
+    draws = {name: Variable(value * np.array([[0.99, 1.01]]), ("chain", "draw")) for name, value in found.items()}
+    for one in (known, known_of(drawn, {"posterior": draws}, study, "the posterior")):
+        assert {name: told.value for name, told in one.parameters.items()} == found
+        assert one.names == tuple(found)
+    made.write(tmp_path, made.records(made.LIFTS[:1]))
+    predicted = predict_study(known, study)
+    assert predicted.summary().parameters["weight_mass"].value == made.MASS
+    assert predicted.parts["values"].max() > 0.0
+
+
 def test_a_result_that_lacks_a_value_or_failed_is_refused(tmp_path: Path) -> None:
     study = holding(tmp_path)
-    with pytest.raises(UsageError, match="values of other parameters than the model has: damping"):
+    with pytest.raises(UsageError, match="no value of damping; expected one of every"):
         known_of(posterior(), DRAWS, study, "posterior")
+    more = EACH.model_copy(update={"parameters": {**EACH.parameters, "depth": of_posterior(1.0, "m")}})
+    draws = {"posterior": {**DRAWS["posterior"], "depth": DRAWS["posterior"]["stiffness"]}}
+    with pytest.raises(UsageError, match="a value of what the model does not have: depth; expected"):
+        known_of(more, draws, study, "posterior")
     for summary in (EACH, FIT):
         failed = summary.model_copy(update={"status": "failed"})
         with pytest.raises(UsageError, match="a result that failed its checks"):
