@@ -173,8 +173,10 @@ def nothing_known(study: Study, **parameters: ParameterSummary) -> Known:
 )
 def test_effects_that_go_by_the_place_of_a_record_are_refused(tmp_path: Path, effect: str) -> None:
     study = made.study(tmp_path, more=f'[model]\neffects = ["{effect}"]')
-    with pytest.raises(StudyError, match=f'the effect "{effect}", which goes by the place of a record in its series'):
+    said = f'the effect "{effect}", which goes by the place of a record in its series'
+    with pytest.raises(StudyError, match=said) as refused:
         predict_study(nothing_known(study), study)
+    assert refused.value.do == "Fit without it; or, for an effect of single records, fit the others."
 
 
 def test_another_variant_of_a_rig_is_refused(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def predict_study(
     known = as_known(result)
     model = model_of(known.study)
     _refuse_another_rig(study, known)
-    do = "Fit without it the records that it does not touch, and predict with that result."
+    do = "Fit without it; or, for an effect of single records, fit the others."
     refuse_places(model.effects, known.name, do)  # new records have other places
     tell("reading records", None)
     records = read_records(study)
