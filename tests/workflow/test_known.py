@@ -184,9 +184,12 @@ def test_another_variant_of_a_rig_is_refused(tmp_path: Path) -> None:
     free, driven = (load_study(laboratory.study(tmp_path, DECAY.format(driven_by=by))) for by in ("nothing", "force"))
     with pytest.raises(
         StudyError, match='a guided_mass; expected a guided_mass with driven_by = "nothing", as the fit'
-    ):
+    ) as refused:
         predict_study(nothing_known(free), driven)
+    assert "a rig that is measured and driven alike, or fit such a study" in refused.value.do
     usual = made.study(tmp_path)
+    with pytest.raises(StudyError, match="Predict records of the same kind of rig"):
+        predict_study(nothing_known(usual), driven)
     force = load_study(usual.source, ['rig.measured="force"'])
     with pytest.raises(StudyError, match='a fibre_mass with measured = "force"; expected a fibre_mass, as the fit'):
         predict_study(nothing_known(usual), force)

@@ -115,7 +115,8 @@ def _refuse_another_rig(study: Study, known: Known) -> None:
     """Refuse records of a rig that the values are not of: its equations are others, or it needs other channels."""
     if (study.kind, study.variant) != (known.study.kind, known.study.variant):
         expected = f"a {_rig_in_words(known.study)}, as {known.name}"
-        do = "Predict records of the same kind of rig."
+        alike = "a rig that is measured and driven alike" if study.kind == known.study.kind else "the same kind of rig"
+        do = f"Predict records of {alike}, or fit such a study."
         raise StudyError(str(study.source), f"a {_rig_in_words(study)}", expected, do)
 
 
