@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,20 @@ def test_a_posterior_has_what_was_held_and_the_mean_of_what_each_record_has(tmp_
         "damping": ("25.0 N s/m", False),
         "friction": ("4.0 N", True),
     }
+
+
+def test_the_values_of_a_single_record_are_as_uncertain_as_it_says(tmp_path: Path) -> None:
+    """It shares nothing with others: all that is known is how well its own values are."""
+    own = {"stiffness": of_posterior(2e4, "N/m"), "damping": of_posterior(24.0, "N s/m")}
+    alone = posterior(drop_5mm=own)
+    alone = alone.model_copy(update={"parameters": {"noise.force": alone.parameters["noise.force"]}})
+    more = "".join(f"[parameters.{name}]\nshared = false\n" for name in own)
+    study = made.study(tmp_path, made.LIFTS[:1], more=f'{more}[parameters.friction]\nfixed = "4 N"')
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        known = known_of(alone, DRAWS, study, "posterior")
+    assert known.names == tuple(own)
+    np.testing.assert_allclose(np.diag(known.covariance), [200.0**2, 0.24**2])
 
 
 def constant_found(folder: Path) -> Study:

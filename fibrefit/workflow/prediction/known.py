@@ -186,16 +186,15 @@ def _means(each: Sequence[Mapping[str, ParameterSummary]], declared: Sequence[st
         for name in declared:
             if name in record:
                 own.setdefault(name, []).append(record[name])
-    return {
-        name: of[0].model_copy(
-            update={
-                "value": float(np.mean([one.value for one in of])),
-                "std_error": float(np.std([one.value for one in of], ddof=1)) if len(of) > 1 else None,
-                "interval_95": None,
-            }
-        )
-        for name, of in own.items()
-    }
+    return {name: _mean(of) for name, of in own.items()}
+
+
+def _mean(of: Sequence[ParameterSummary]) -> ParameterSummary:
+    if len(of) == 1:  # it tells nothing of how others scatter: how well it is known itself is the least
+        return of[0]
+    values = [one.value for one in of]
+    scatter = float(np.std(values, ddof=1))
+    return of[0].model_copy(update={"value": float(np.mean(values)), "std_error": scatter, "interval_95": None})
 
 
 def _errors(
@@ -218,6 +217,8 @@ def _of_estimate(group: Mapping[str, Variable]) -> tuple[tuple[str, ...], np.nda
 
 
 def _of_draws(group: Mapping[str, Variable], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
+    if not names:  # each record has its own of all values
+        return names, np.zeros((0, 0))
     drawn = np.array([np.ravel(group[name].values) for name in names])
     return names, np.atleast_2d(np.cov(drawn))
 
