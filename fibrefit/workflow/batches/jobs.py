@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 from fibrefit.core.allowance import refuse_seed, refuse_starts
-from fibrefit.core.errors import NOTHING, DataError, FibrefitError, UsageError, refuse_unknown
+from fibrefit.core.errors import NO_FILES, DataError, FibrefitError, UsageError, refuse_unknown
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
@@ -58,7 +58,7 @@ def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) 
         If a folder holds no study, studies and records are mixed, or there are no words.
     """
     if not words:
-        raise UsageError("series", *NOTHING)
+        raise UsageError("series", *NO_FILES)
     if rig is not None:
         return [Origin(tuple(words), rig, tuple(overrides))]
     return [Origin((study,), None, tuple(overrides)) for word in words for study in _studies(word)]
