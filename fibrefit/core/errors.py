@@ -12,7 +12,7 @@ LONGEST = 400
 LIKE = 0.6
 """Likeness from which a word is suggested, where 1 is the same."""
 
-NOTHING = ("nothing", "a study, or records", "If a pattern was to name them, nothing matches it.")
+NO_FILES = ("nothing", "a study, or records", "If a pattern was to name them, nothing matches it.")
 """What is said of an empty list of files: what was found, what was expected, what to do."""
 
 #: Letters from which the beginning of a word tells which word is meant.

@@ -32,7 +32,8 @@ def predictive_variance(
     slopes = np.asarray(problem.linearised_at(jnp.asarray(local)).slopes)
     free = [problem.layout.names[i] for i in problem.layout.local_free]
     known = [free.index(name) for name in names]
-    own = [i for i, name in enumerate(free) if name not in set(problem_parameters(problem))]
+    declared = {parameter.name for parameter in problem.model.parameters}
+    own = [i for i, name in enumerate(free) if name not in declared]
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     variance = np.zeros(slopes.shape[:-1])
@@ -40,11 +41,6 @@ def predictive_variance(
         rows = np.nan_to_num(record.reshape(-1, len(free)))
         variance[r] = np.sum(_without(rows[:, known] @ root, rows[:, own]) ** 2, axis=1).reshape(variance[r].shape)
     return variance
-
-
-def problem_parameters(problem: Problem) -> tuple[str, ...]:
-    """Names of the parameters of a problem's model: what a result has values of."""
-    return tuple(parameter.name for parameter in problem.model.parameters)
 
 
 def _without(moved: np.ndarray, own: np.ndarray) -> np.ndarray:

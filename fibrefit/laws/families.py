@@ -22,6 +22,9 @@ record in each of which it happens, ``fibre.knot_slip@1-5``."""
 NEVER = 2.0
 """Share of a record after which what does not happen in it would: it has ended by then."""
 
+SOME_DURATION, FAR_ON = 3.0, 1000.0
+"""Of a record, in s, and a place in a series: between the first and it a law is looked at that may go by the place."""
+
 
 @functools.cache
 def of_record(effect: type[Effect], place: int) -> type[Effect]:
@@ -125,7 +128,14 @@ def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:
 
 def goes_by_place(effect: type[Effect]) -> bool:
     """Whether it goes by the place of a record in its series: it says nothing of a record that is not of it."""
-    return effect.record is not None or effect.in_record is not Effect.in_record
+    if effect.record is not None or effect.recurs:
+        return True
+    if effect.in_record is Effect.in_record:
+        return False
+    # A law's own may go by the duration of a record alone. A value that is usually zero could hide what it does.
+    law = effect(**{parameter.name: jnp.asarray(parameter.typical or 1.0) for parameter in effect.parameters})
+    there = jax.vmap(lambda number: law.in_record(number, jnp.asarray(SOME_DURATION)))(jnp.arange(1.0, FAR_ON))
+    return any(bool(jnp.any(leaf != leaf[0])) for leaf in jax.tree.leaves(there))
 
 
 def family_of(effect: type[Effect]) -> str:

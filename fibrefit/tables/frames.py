@@ -209,6 +209,8 @@ def batch_frame(path: Path) -> pd.DataFrame:
     content = read_plain_file(path, "the folder of a batch, with its results.csv", DataError)
     try:
         table = pd.read_csv(io.BytesIO(content), dtype={"item": str}, keep_default_na=False, na_values=[""])
+        if table["item"].isna().any():
+            raise ValueError("a row without the name of its item")
         return table.set_index("item")
     except (ValueError, KeyError) as error:
         raise DataError(shown_path(path), f"no table of a batch: {error}", "what fibrefit has written") from None

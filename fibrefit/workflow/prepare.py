@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError
 from fibrefit.core.programs.bound import bound_programs
 from fibrefit.laws.catalogue import select_effects
+from fibrefit.laws.families import goes_by_place
+from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.scales import refuse_misread
 from fibrefit.problem.formulate.formulate import formulate, stated_of
 from fibrefit.problem.formulate.planned import formulate_planned
@@ -44,6 +46,27 @@ def _rig(study: Study) -> Rig:
         do = "State it without an uncertainty."
         got = "an uncertainty, or a parameter, of what the model does not contain"
         raise StudyError(f"{study.source}, rig.{error.args[0]}", got, "", do) from None
+
+
+def refuse_places(effects: Iterable[type[Effect]], where: str, do: str) -> None:
+    """Refuse effects that go by the place of a record in its series, where records are looked at that have none.
+
+    Parameters
+    ----------
+    effects : iterable of Effect classes
+    where : str
+        What the model belongs to.
+    do : str
+        What can be done about it.
+
+    Raises
+    ------
+    StudyError
+        Naming the first of them.
+    """
+    if effect := next((effect for effect in effects if goes_by_place(effect)), None):
+        got = f'the effect "{effect.name}", which goes by the place of a record in its series'
+        raise StudyError(where, got, "effects that are the same in every record", do)
 
 
 def read_records(study: Study) -> tuple[Record, ...]:

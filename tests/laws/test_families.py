@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.laws.catalogue import CATALOGUE, entry_of, find_effect, select_effects
-from fibrefit.laws.families import family_of, members, of_each, of_record
+from fibrefit.laws.families import family_of, goes_by_place, members, of_each, of_record
 from fibrefit.laws.law import extends
 from fibrefit.rigs.catalogue import RIGS
 from tests.simulation.drops import drop, respond
@@ -105,3 +107,38 @@ def test_the_instant_of_a_sudden_law_is_a_share_of_the_record() -> None:
     assert float(there.instant) == 1.0
     assert float(there.slip) == 1e-3
     assert bool(elsewhere.absent())
+
+
+OWN = """
+from typing import ClassVar
+import jax
+import jax.numpy as jnp
+from fibrefit.laws.law import GuideLaw, quantity
+
+
+class Mine(GuideLaw):
+    name: ClassVar[str] = "guide.mine"
+    c: jax.Array = quantity("N s/m", "a coefficient", 1.0, lower=0.0)
+
+    def force(self, position, velocity):
+        return self.c * velocity
+
+    def in_record(self, number, duration):
+        return self.scaled({factor})
+"""
+
+
+@pytest.mark.parametrize(
+    ("factor", "expected"),
+    [("1.0 / duration", False), ("1.0 + number", True), ("jnp.where(number == 7.0, 2.0, duration)", True)],
+)
+def test_a_law_of_ones_own_goes_by_the_place_where_it_differs_there(
+    tmp_path: Path, factor: str, expected: bool
+) -> None:
+    (tmp_path / "laws.py").write_text(OWN.replace("{factor}", factor), encoding="utf-8")
+    assert goes_by_place(find_effect("laws.py:Mine", tmp_path)) is expected
+
+
+def test_laws_of_the_catalogue_go_by_the_place_where_they_say_so() -> None:
+    found = {name for name, effect in CATALOGUE.items() if not effect.family and goes_by_place(effect)}
+    assert found == {"guide.friction_trend", "fibre.stiffness_trend", "fibre.length_trend"}

@@ -507,3 +507,11 @@ def test_a_record_by_itself_has_no_place_in_a_series(tmp_path: Path, effect: str
     # The only record of a study is its series.
     made.study(tmp_path / "one", made.LIFTS[:1], more='[model]\neffects = ["fibre.knot_slip@1"]')
     assert len(jobs_of(origins_of([str(tmp_path / "one")], None, ()), "record", 4, 0)) == 1
+
+
+def test_a_study_that_goes_by_places_stops_none_of_the_others(series: Path, tmp_path: Path) -> None:
+    made.study(tmp_path / "trend", more='[model]\neffects = ["guide.friction_trend"]')
+    work = jobs_of(origins_of([str(series), str(tmp_path / "trend")], None, ()), "record", 4, 0)
+    assert [job.name.partition("/")[0] for job in work] == ["series", "series", "trend", "trend"]
+    with pytest.raises(StudyError, match='the effect "guide.friction_trend", which goes by the place'):
+        identified(work[-1])

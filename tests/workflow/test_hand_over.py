@@ -282,7 +282,9 @@ def test_items_of_a_batch_keep_their_names(tmp_path: Path) -> None:
     assert found["gap"].tolist() == [1.5] * len(names)
 
 
-@pytest.mark.parametrize("content", [b"name,gap\na,1\n", b"item,gap\n\xff\xfe,1\n", b"", b'item,gap\n"a,1\n'])
+@pytest.mark.parametrize(
+    "content", [b"name,gap\na,1\n", b"item,gap\n\xff\xfe,1\n", b"", b'item,gap\n"a,1\n', b"item,gap\na,1\n,2\n"]
+)
 def test_what_is_no_table_of_a_batch_is_refused(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "results.csv").write_bytes(content)
     with pytest.raises(DataError, match=r"results.csv: no table of a batch: .*; expected what fibrefit has written"):

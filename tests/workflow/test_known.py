@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -88,10 +89,61 @@ def test_a_posterior_has_what_was_held_and_the_mean_of_what_each_record_has(tmp_
     }
 
 
+def test_the_values_of_a_single_record_are_as_uncertain_as_it_says(tmp_path: Path) -> None:
+    """It shares nothing with others: all that is known is how well its own values are."""
+    own = {"stiffness": of_posterior(2e4, "N/m"), "damping": of_posterior(24.0, "N s/m")}
+    alone = posterior(drop_5mm=own)
+    alone = alone.model_copy(update={"parameters": {"noise.force": alone.parameters["noise.force"]}})
+    more = "".join(f"[parameters.{name}]\nshared = false\n" for name in own)
+    study = made.study(tmp_path, made.LIFTS[:1], more=f'{more}[parameters.friction]\nfixed = "4 N"')
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        known = known_of(alone, DRAWS, study, "posterior")
+    assert known.names == tuple(own)
+    np.testing.assert_allclose(np.diag(known.covariance), [200.0**2, 0.24**2])
+
+
+def constant_found(folder: Path) -> Study:
+    """The weight is known within an uncertainty."""
+    return load_study(made.study(folder, made.LIFTS[:1]).source, ['rig.weight_mass="3.1 +/- 0.05 kg"'])
+
+
+def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) -> None:
+    """Of a fit as of a posterior; each record has a lift and a release of its own, which are not."""
+    study, found = constant_found(tmp_path), {**made.TRUTH, "weight_mass": made.MASS}
+    units = {"stiffness": "N/m", "damping": "N s/m", "friction": "N", "weight_mass": "kg"}
+    fitted = FIT.model_copy(
+        update={
+            "parameters": {n: ParameterSummary(value=v, std_error=1e-3 * v, unit=units[n]) for n, v in found.items()}
+            | {"lift": ParameterSummary(value=5e-3, unit="m"), "release": ParameterSummary(value=0.12, unit="s")}
+        }
+    )
+    covariance = np.diag([(1e-3 * value) ** 2 for value in found.values()])
+    estimate = {
+        "parameter": Variable(np.array(list(found), dtype=object), ("parameter",)),
+        "covariance": Variable(covariance, ("parameter", "parameter_2")),
+    }
+    known = known_of(fitted, {"estimate": estimate}, study, "the fit")
+    shared = {name: of_posterior(value, units[name]) for name, value in found.items()}
+    drawn = EACH.model_copy(update={"parameters": shared, "records": {}})
+    draws = {name: Variable(value * np.array([[0.99, 1.01]]), ("chain", "draw")) for name, value in found.items()}
+    for one in (known, known_of(drawn, {"posterior": draws}, study, "the posterior")):
+        assert {name: told.value for name, told in one.parameters.items()} == found
+        assert one.names == tuple(found)
+    made.write(tmp_path, made.records(made.LIFTS[:1]))
+    predicted = predict_study(known, study)
+    assert predicted.summary().parameters["weight_mass"].value == made.MASS
+    assert predicted.parts["values"].max() > 0.0
+
+
 def test_a_result_that_lacks_a_value_or_failed_is_refused(tmp_path: Path) -> None:
     study = holding(tmp_path)
-    with pytest.raises(UsageError, match="values of other parameters than the model has: damping"):
+    with pytest.raises(UsageError, match="no value of damping; expected one of every"):
         known_of(posterior(), DRAWS, study, "posterior")
+    more = EACH.model_copy(update={"parameters": {**EACH.parameters, "depth": of_posterior(1.0, "m")}})
+    draws = {"posterior": {**DRAWS["posterior"], "depth": DRAWS["posterior"]["stiffness"]}}
+    with pytest.raises(UsageError, match="a value of what the model does not have: depth; expected"):
+        known_of(more, draws, study, "posterior")
     for summary in (EACH, FIT):
         failed = summary.model_copy(update={"status": "failed"})
         with pytest.raises(UsageError, match="a result that failed its checks"):
@@ -136,8 +188,10 @@ def nothing_known(study: Study, **parameters: ParameterSummary) -> Known:
 )
 def test_effects_that_go_by_the_place_of_a_record_are_refused(tmp_path: Path, effect: str) -> None:
     study = made.study(tmp_path, more=f'[model]\neffects = ["{effect}"]')
-    with pytest.raises(StudyError, match=f'the effect "{effect}", which goes by the place of a record in its series'):
+    said = f'the effect "{effect}", which goes by the place of a record in its series'
+    with pytest.raises(StudyError, match=said) as refused:
         predict_study(nothing_known(study), study)
+    assert refused.value.do == "Fit without it; or, for an effect of single records, fit the others."
 
 
 def test_another_variant_of_a_rig_is_refused(tmp_path: Path) -> None:
@@ -145,9 +199,12 @@ def test_another_variant_of_a_rig_is_refused(tmp_path: Path) -> None:
     free, driven = (load_study(laboratory.study(tmp_path, DECAY.format(driven_by=by))) for by in ("nothing", "force"))
     with pytest.raises(
         StudyError, match='a guided_mass; expected a guided_mass with driven_by = "nothing", as the fit'
-    ):
+    ) as refused:
         predict_study(nothing_known(free), driven)
+    assert "a rig that is measured and driven alike, or fit such a study" in refused.value.do
     usual = made.study(tmp_path)
+    with pytest.raises(StudyError, match="Predict records of the same kind of rig"):
+        predict_study(nothing_known(usual), driven)
     force = load_study(usual.source, ['rig.measured="force"'])
     with pytest.raises(StudyError, match='a fibre_mass with measured = "force"; expected a fibre_mass, as the fit'):
         predict_study(nothing_known(usual), force)

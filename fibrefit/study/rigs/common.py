@@ -45,11 +45,11 @@ def instead(description: str) -> Any:
     return Field(default=None, description=description, json_schema_extra={"x-condition": False})
 
 
-FIBRE_MASS = (
+OF_FIBRE_MASS = (
     "Mass of {}; kept with the result, not used by the model: the effect fibre.mass takes its value from "
     '[parameters."fibre.mass.fibre_mass"].'
 )
-POINTS = (
+OF_POINTS = (
     "Points of a fibre with a mass of its own, alike in all records; 2 when absent, and 5 where discover, distinguish "
     "or plan look for that mass."
 )

@@ -8,8 +8,8 @@ from pydantic import Field
 
 from fibrefit.study.quantity import Distance, Instant, Length, Mass, MassOrNone, Points, Position, Slope
 from fibrefit.study.rigs.common import (
-    FIBRE_MASS,
-    POINTS,
+    OF_FIBRE_MASS,
+    OF_POINTS,
     Channels,
     NoiseLevels,
     RecordTable,
@@ -28,7 +28,7 @@ class FibreMassConstants(StudyTable):
     added_mass: MassOrNone | None = optional("Mass added to the weight.")
     inclination: Slope = required("Angle of the guide to the horizontal; 90 deg is free fall.")
     fibre_length: Length | None = optional("Free length of the fibre; kept with the result, not used by the model.")
-    fibre_mass: MassOrNone | None = optional(FIBRE_MASS.format("the fibre"))
+    fibre_mass: MassOrNone | None = optional(OF_FIBRE_MASS.format("the fibre"))
 
 
 class FibreMassRecord(FibreMassConstants, RecordTable):
@@ -45,7 +45,7 @@ class FibreMassRig(FibreMassConstants):
     """``[rig]`` of a fibre-mass rig."""
 
     kind: Literal["fibre_mass"]
-    masses_per_fibre: Points | None = optional(POINTS)
+    masses_per_fibre: Points | None = optional(OF_POINTS)
     measured: Literal["force and position", "force"] = Field(
         default="force and position", description="force: no position was recorded; the lift is found then."
     )

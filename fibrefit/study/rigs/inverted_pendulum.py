@@ -22,7 +22,7 @@ from fibrefit.study.quantity import (
     Points,
     refusal,
 )
-from fibrefit.study.rigs.common import FIBRE_MASS, POINTS, RecordTable, optional, required
+from fibrefit.study.rigs.common import OF_FIBRE_MASS, OF_POINTS, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 from fibrefit.study.thresholds import STEPS_A_PERIOD
@@ -39,7 +39,7 @@ class InvertedPendulumConstants(StudyTable):
     moment_of_inertia: Inertia = required("Moment of inertia about the pivot.")
     attachment_height: Length = required("Distance from the pivot to where the fibres are attached, d.")
     anchor_distance: Length = required("Distance from the pivot to each driven end, a.")
-    fibre_mass: MassOrNone | None = optional(FIBRE_MASS.format("one fibre"))
+    fibre_mass: MassOrNone | None = optional(OF_FIBRE_MASS.format("one fibre"))
     preload: Load | None = optional("Tension of both fibres at rest; none when absent.")
     amplitude: Distance | None = optional("Amplitude of the driven ends, x0.")
     frequency: Frequency | None = optional("Frequency of the driven ends.")
@@ -53,7 +53,7 @@ class InvertedPendulumRig(InvertedPendulumConstants):
     """``[rig]`` of an inverted pendulum."""
 
     kind: Literal["inverted_pendulum"]
-    masses_per_fibre: Points | None = optional(POINTS)
+    masses_per_fibre: Points | None = optional(OF_POINTS)
 
 
 class PendulumChannels(StudyTable):

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
-from fibrefit.study.rigs.common import FIBRE_MASS, POINTS, Channels, NoiseLevels, RecordTable, optional, required
+from fibrefit.study.rigs.common import OF_FIBRE_MASS, OF_POINTS, Channels, NoiseLevels, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 
@@ -19,7 +19,7 @@ class PulleyDriveConstants(StudyTable):
     weight_mass: Mass = required("Mass of the moving weight.")
     inclination: Angle = required("Angle of the incline to the horizontal.")
     fibre_length: Length | None = optional("Free length of the fibre; kept with the result, not used by the model.")
-    fibre_mass: MassOrNone | None = optional(FIBRE_MASS.format("the fibre"))
+    fibre_mass: MassOrNone | None = optional(OF_FIBRE_MASS.format("the fibre"))
     pulley_diameter: Length | None = optional("Diameter of the pulley; 80 mm when absent.")
     wrap_angle: Turn | None = optional("Angle over which the fibre lies on the pulley; 150 deg when absent.")
     lateral_offset: Distance | None = optional("Distance of the weight from the plane of the pulley.")
@@ -40,7 +40,7 @@ class PulleyDriveRig(PulleyDriveConstants):
     """``[rig]`` of a pulley-drive rig."""
 
     kind: Literal["pulley_drive"]
-    masses_per_fibre: Points | None = optional(POINTS)
+    masses_per_fibre: Points | None = optional(OF_POINTS)
 
 
 class DriveChannels(Channels):

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from fibrefit.core.environment import versions
+from fibrefit.core.errors import FibrefitError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.report.checks import quantity_of
@@ -151,6 +152,8 @@ def identified(job: Job) -> Outcome:
 
     # Before anything is read: of a record that changes meanwhile the result is then none.
     digest = _digest_of(job)
+    if job.record is not None:
+        refuse_places_of_series(loaded(job.origin))
     study = job.study
     records, task = prepared(study)
     how = How(job.robust, often=True)
@@ -159,6 +162,26 @@ def identified(job: Job) -> Outcome:
         found = identify(task, job.starts, job.seed, how)
     fingerprint = None if job.record is None else fingerprint_of(records[0])
     return outcome_of(job, Fit(study, records, found, job.seed).summary(), digest, fingerprint)
+
+
+def refuse_places_of_series(study: Study) -> None:
+    """Refuse effects that go by the place of a record in its series, which one that is identified by itself has not.
+
+    Raises
+    ------
+    StudyError
+        Naming the first of them; none where the model is not understood: identifying a record says so.
+    """
+    from fibrefit.workflow.prepare import model_of, refuse_places
+
+    if len(study.records) < 2:
+        return
+    try:
+        effects = model_of(study).effects
+    except FibrefitError:
+        return
+    do = "Take it out of the model; or identify the series as a whole: fibrefit fit, or batch --each study."
+    refuse_places(effects, str(study.source), do)
 
 
 def _digest_of(job: Job) -> str:

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 from fibrefit.core.allowance import refuse_seed, refuse_starts
-from fibrefit.core.errors import NOTHING, DataError, FibrefitError, StudyError, UsageError, refuse_unknown
+from fibrefit.core.errors import NO_FILES, DataError, FibrefitError, UsageError, refuse_unknown
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
 from fibrefit.study.rigs.common import RecordTable
-from fibrefit.workflow.batches.item import Job, Origin, loaded
+from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series
 
 Each = Literal["record", "study"]
 
@@ -58,7 +58,7 @@ def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) 
         If a folder holds no study, studies and records are mixed, or there are no words.
     """
     if not words:
-        raise UsageError("series", *NOTHING)
+        raise UsageError("series", *NO_FILES)
     if rig is not None:
         return [Origin(tuple(words), rig, tuple(overrides))]
     return [Origin((study,), None, tuple(overrides)) for word in words for study in _studies(word)]
@@ -97,7 +97,8 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     Raises
     ------
     FibrefitError
-        If the only study there is cannot be read, starts are more than memory holds, or an argument makes no sense.
+        If the only study there is cannot be read or goes by the places of its records, starts are more than memory
+        holds, or an argument makes no sense.
     """
     if each is not None:
         refuse_unknown("each", each, get_args(Each))
@@ -130,31 +131,12 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
         return [(name, origin, None)]
     if each == "study":
         return [(study.name, origin, None)]
-    _refuse_places(study)
+    if not several:  # or else it is the error of these items
+        refuse_places_of_series(study)
     return [
         (f"{name}/{record.label}" if several else record.label, origin, number)
         for number, record in enumerate(study.records)
     ]
-
-
-def _refuse_places(study: Study) -> None:
-    """Refuse effects that go by the place of a record in its series, which one that is identified by itself has not."""
-    if len(study.records) > 1 and (named := next((n for n in study.model.effects if _goes_by_place(n, study)), "")):
-        raise StudyError(
-            str(study.source), f'the effect "{named}", which goes by the place of a record in its series',
-            "effects that are the same in every record, where each is identified by itself",
-            "Take it out of the model; or identify the series as a whole: fibrefit fit, or batch --each study.",
-        )  # fmt: skip
-
-
-def _goes_by_place(name: str, study: Study) -> bool:
-    """Whether an effect does; of one that is not understood each item says so."""
-    from fibrefit.laws.catalogue import find_effect
-    from fibrefit.laws.families import goes_by_place
-
-    with suppress(FibrefitError):
-        return goes_by_place(find_effect(name, study.source.parent))
-    return False
 
 
 def copies_of(jobs: Sequence[Job]) -> dict[str, str]:

@@ -59,7 +59,7 @@ def batch(
     Raises
     ------
     StudyError
-        If a model goes by the places of records that are identified one by one.
+        If the model of the only study goes by the places of its records, which are identified one by one.
     UsageError
         If the folder may not be replaced, a folder holds no study, a scheduler does not answer, nothing is named, or an
         argument makes no sense.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.errors import NOTHING, FibrefitError, UsageError
+from fibrefit.core.errors import NO_FILES, FibrefitError, UsageError
 from fibrefit.core.paths import is_folder
 from fibrefit.core.shown import Card, Shown, printable
 
@@ -192,7 +192,7 @@ def inspect(
         return Inspection(what.name, _records_of(what), what)
     paths = [Path(path) for path in ([what] if isinstance(what, str | Path) else what)]
     if not paths:
-        raise UsageError("files", *NOTHING)
+        raise UsageError("files", *NO_FILES)
     if len(paths) == 1 and (is_folder(paths[0]) or paths[0].suffix.lower() == ".toml"):
         from fibrefit.study import load_study
 

@@ -112,7 +112,7 @@ class StoredResult(AnyResult):
         Raises
         ------
         StudyError
-            If its rig is of another kind than that of the values.
+            If its rig is of another kind or variant than that of the values, or their model goes by places of records.
         UsageError
             If this result holds no values that can be relied on.
         DataError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -158,11 +158,10 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
         listed, whole = _of_draws(groups["posterior"], tuple(found))
         found |= _held(study, model)  # a posterior tells of what was free
     declared = [parameter.name for parameter in model.parameters]
-    of_records = {own.name for own in (*model.rig.nuisances, *model.rig.conditions)}
+    # A constant of the rig that was found is one of its conditions still, and no record's own.
+    of_records = {own.name for own in (*model.rig.nuisances, *model.rig.conditions)} - set(declared)
     parameters = {key: one for key, one in found.items() if key not in of_records} | _means(each, declared)
-    if differ := sorted(parameters.keys() ^ set(declared)):
-        got = f"values of other parameters than the model has: {', '.join(differ)}"
-        raise UsageError(name, got, "one of every parameter of its model", "Fit its study anew: fibrefit fit.")
+    _refuse_others(name, parameters.keys(), declared)
     names, covariance = _errors(listed, whole, parameters)
     between = summary.between_records
     widths = np.array([between[n].sd * parameters[n].value if n in between else 0.0 for n in names])
@@ -172,6 +171,14 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     return Known(name, study, parameters, names, covariance, gaps, digests)
 
 
+def _refuse_others(name: str, found: Collection[str], declared: Collection[str]) -> None:
+    """Refuse values of other parameters than a model declares."""
+    lacking, beyond = (sorted(set(these) - set(those)) for these, those in ((declared, found), (found, declared)))
+    told = (("no value of", lacking), ("a value of what the model does not have:", beyond))
+    if got := "; ".join(f"{what} {', '.join(names)}" for what, names in told if names):
+        raise UsageError(name, got, "one of every parameter of its model", "Fit its study anew: fibrefit fit.")
+
+
 def _means(each: Sequence[Mapping[str, ParameterSummary]], declared: Sequence[str]) -> dict[str, ParameterSummary]:
     """Mean, and scatter, of parameters that each record has its own of."""
     own: dict[str, list[ParameterSummary]] = {}
@@ -179,16 +186,15 @@ def _means(each: Sequence[Mapping[str, ParameterSummary]], declared: Sequence[st
         for name in declared:
             if name in record:
                 own.setdefault(name, []).append(record[name])
-    return {
-        name: of[0].model_copy(
-            update={
-                "value": float(np.mean([one.value for one in of])),
-                "std_error": float(np.std([one.value for one in of], ddof=1)) if len(of) > 1 else None,
-                "interval_95": None,
-            }
-        )
-        for name, of in own.items()
-    }
+    return {name: _mean(of) for name, of in own.items()}
+
+
+def _mean(of: Sequence[ParameterSummary]) -> ParameterSummary:
+    if len(of) == 1:  # it tells nothing of how others scatter: how well it is known itself is the least
+        return of[0]
+    values = [one.value for one in of]
+    scatter = float(np.std(values, ddof=1))
+    return of[0].model_copy(update={"value": float(np.mean(values)), "std_error": scatter, "interval_95": None})
 
 
 def _errors(
@@ -211,6 +217,8 @@ def _of_estimate(group: Mapping[str, Variable]) -> tuple[tuple[str, ...], np.nda
 
 
 def _of_draws(group: Mapping[str, Variable], names: tuple[str, ...]) -> tuple[tuple[str, ...], np.ndarray]:
+    if not names:  # each record has its own of all values
+        return names, np.zeros((0, 0))
     drawn = np.array([np.ravel(group[name].values) for name in names])
     return names, np.atleast_2d(np.cov(drawn))
 

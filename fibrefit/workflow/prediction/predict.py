@@ -14,13 +14,11 @@ from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import predictive_variance
-from fibrefit.laws.families import goes_by_place
 from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
@@ -30,7 +28,7 @@ from fibrefit.workflow.prediction.files import prediction_groups, prediction_sum
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import HasValues, Known, as_known
 from fibrefit.workflow.prediction.predicted import Predicted, noise_of_readings
-from fibrefit.workflow.prepare import model_of, read_records
+from fibrefit.workflow.prepare import model_of, read_records, refuse_places
 from fibrefit.workflow.saved import FoundResult
 
 
@@ -98,7 +96,8 @@ def predict_study(
     known = as_known(result)
     model = model_of(known.study)
     _refuse_another_rig(study, known)
-    _refuse_places(model, known)
+    do = "Fit without it; or, for an effect of single records, fit the others."
+    refuse_places(model.effects, known.name, do)  # new records have other places
     tell("reading records", None)
     records = read_records(study)
     study = _with_values(study, known)
@@ -116,7 +115,8 @@ def _refuse_another_rig(study: Study, known: Known) -> None:
     """Refuse records of a rig that the values are not of: its equations are others, or it needs other channels."""
     if (study.kind, study.variant) != (known.study.kind, known.study.variant):
         expected = f"a {_rig_in_words(known.study)}, as {known.name}"
-        do = "Predict records of the same kind of rig."
+        alike = "a rig that is measured and driven alike" if study.kind == known.study.kind else "the same kind of rig"
+        do = f"Predict records of {alike}, or fit such a study."
         raise StudyError(str(study.source), f"a {_rig_in_words(study)}", expected, do)
 
 
@@ -128,16 +128,6 @@ def _rig_in_words(study: Study) -> str:
     stated = {name: value for name, value in dict(study.rig).items() if isinstance(value, str) and name != "kind"}
     said = [f'{name} = "{value}"' for name, value in stated.items() if value != usual[name]]
     return f"{study.kind} with {' and '.join(said)}"
-
-
-def _refuse_places(model: Model, known: Known) -> None:
-    """Refuse effects that go by the places of the records in the series of the result: new records have others."""
-    if effect := next((effect for effect in model.effects if goes_by_place(effect)), None):
-        raise StudyError(
-            known.name, f'the effect "{effect.name}", which goes by the place of a record in its series',
-            "effects that are the same in every record",
-            "Fit without it the records that it does not touch, and predict with that result.",
-        )  # fmt: skip
 
 
 def _all_held(study: Study) -> Study:
