@@ -178,6 +178,8 @@ def _agreeing(start: SamplingStart, names: tuple[str, ...], rests_on: str, where
     if start.names == names and start.rests_on == rests_on:
         return start
     other = sorted(set(start.names) ^ set(names))
-    got = f"a fit of other parameters ({', '.join(other[:4])})" if other else "a fit of another rig, another model or other data"
+    got = "a fit of another rig, another model or other data"
+    if other:
+        got = f"a fit of other parameters ({', '.join(other[:4])})"
     do = "Fit this study, or leave the start out." if where == "start" else "Start anew in another folder."
     raise UsageError(where, got, "a fit of the same study, model and data", do)
