@@ -149,7 +149,7 @@ def test_a_word_is_looked_up(fibrefit: Run) -> None:
     done = fibrefit("glossary", "hausman", "r-hat")
     assert done.code == 0
     assert done.out.startswith("Estimates\n---------\nHausman test: whether OLS and GLS estimates differ")
-    assert "Posterior\n---------\nR-hat: ratio" in done.out
+    assert "Posterior\n---------\nR-hat: root of the variance" in done.out
     assert "walker" not in done.out
     assert fibrefit("glossary", "interference").out.startswith("Residuals and noise\n-------------------\nmains line:")
 

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.study.summaries.prediction import PredictedChannel
 from fibrefit.study.summaries.summaries import ChannelGap
 from fibrefit.workflow.pages.drawn_groups import reading_errors, within_records
@@ -34,7 +35,7 @@ def a_problem(noise: np.ndarray, measured: np.ndarray | None = None) -> Any:
         experiment=SimpleNamespace(count=np.array([NUMBER])),
     )
     model = SimpleNamespace(rig=SimpleNamespace(channels=("force",)), parameters=())
-    return SimpleNamespace(model=model, layout=None, observations=observations)
+    return SimpleNamespace(model=model, layout=Layout((), ("r.csv",)), observations=observations)
 
 
 def predicted(noise: np.ndarray, model: float = 0.0, values: float = 0.0) -> Predicted:

@@ -117,6 +117,12 @@ class StoredResult(AnyResult):
             If this result holds no values that can be relied on.
         DataError
             If a record is not understood.
+
+        Examples
+        --------
+        >>> saved = result.save("results/predicts")
+        >>> fibrefit.load_result(saved).predict(fibrefit.example("drop_series") / "holdout").verdict
+        'holds'
         """
         from fibrefit.workflow.prediction.predict import predict_study
 
