@@ -200,6 +200,17 @@ def test_where_slopes_are_no_numbers_a_start_is_lost_and_nothing_fails() -> None
     assert found.steps == 1
 
 
+def test_where_products_of_slopes_are_no_numbers_no_step_leads_on_and_nothing_fails() -> None:
+    """Each slope is a number still; what is left of shared values where own ones are eliminated is none."""
+    of, linear = unknowns((0,), records=2), Linear.drawn(9, TRUTH, records=2)
+    found = mode(of, begun(of, records=2), linear.gram, np.array([0.05]), ARRIVED)
+    lost = replace(found, normal=found.normal._replace(cross=np.full_like(found.normal.cross, 1e200)))
+    again = mode(of, lost, linear.gram, np.array([0.05]), ARRIVED)
+    assert np.isfinite(again.normal.cost)
+    assert again.predicted_reduction == np.inf
+    assert found.predicted_reduction < ARRIVED
+
+
 TIMES = np.linspace(0.0, 2.0, 50)
 
 

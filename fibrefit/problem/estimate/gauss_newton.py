@@ -126,7 +126,7 @@ def mode(
     if not exact and np.isfinite(found.normal.cost):
         found = _again(found, gram)  # evidence is that of the slopes there are, not of those that were predicted
     # Slopes that were predicted may be numbers where those that are simulated are none.
-    if step is None or not np.isfinite(found.normal.cost):
+    if step is None or not np.isfinite(found.normal.cost) or np.isnan(step.predicted_reduction):
         return replace(found, predicted_reduction=np.inf)
     return replace(
         found,

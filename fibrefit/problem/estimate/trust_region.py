@@ -120,8 +120,10 @@ def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray
     right = right + schur @ dz
     if free.any():
         scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
-        inside = schur[np.ix_(free, free)] / np.outer(scale, scale)
-        dz[free] = -np.linalg.lstsq(inside, right[free] / scale, rcond=1e-13)[0] / scale
+        inside, wanted = schur[np.ix_(free, free)] / np.outer(scale, scale), right[free] / scale
+        # Where slopes are lost though the motion is not, no step leads anywhere.
+        known = np.isfinite(inside).all() and np.isfinite(wanted).all()
+        dz[free] = -np.linalg.lstsq(inside, wanted, rcond=1e-13)[0] / scale if known else np.nan
     return dz, _own_step(whole, dz, damping)
 
 
