@@ -23,7 +23,7 @@ API = (Path(__file__).resolve().parents[1] / "docs" / "api.md").read_text(encodi
 CLASSES = re.findall(r"autoclass:: ([\w.]+)\n   :members:", API)
 INTERNAL = {"write", "write_data", "first_figures"}
 """Parts of `save` that the page leaves out."""
-COMMON = {"AnyResult", "Saved", "FoundResult", "HoldsAgainst", "Predicts", "Shown", "dict"}
+COMMON = {"AnyResult", "Saved", "FoundResult", "Predicts", "Shown", "dict"}
 """Classes whose members are not repeated in those that are made of them."""
 
 

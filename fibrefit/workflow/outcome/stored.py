@@ -17,20 +17,21 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.store.csv_text import as_named
 from fibrefit.store.summary import LARGEST_SUMMARY, NAME, read_summary
 from fibrefit.study.load import load_study
-from fibrefit.workflow.prediction.predicts import HoldsAgainst
+from fibrefit.workflow.outcome.result import AnyResult
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from fibrefit.plots.figures import Figures
     from fibrefit.study import Study
+    from fibrefit.workflow.prediction.predict import Prediction
 
 INSPECTION = "inspection.json"
 """All of an inspection that is kept, but for its text and its pictures."""
 
 
 @dataclass(frozen=True, repr=False)
-class StoredResult(HoldsAgainst):
+class StoredResult(AnyResult):
     """A result on disk, of any command that ends with a ``summary.json``.
 
     Parameters
@@ -95,6 +96,37 @@ class StoredResult(HoldsAgainst):
         if not hasattr(self.summary(), name):
             raise UsageError(f"{name} of a result", f"none in one of kind {self._kind()}", whose, "")
         return getattr(self.summary(), name)
+
+    def predict(self, study: Study | str | Path) -> Prediction:
+        """Predict records that the values were not found from, see `fibrefit.predict`.
+
+        Parameters
+        ----------
+        study : Study, str or pathlib.Path
+            Of those records.
+
+        Returns
+        -------
+        Prediction
+
+        Raises
+        ------
+        StudyError
+            If its rig is of another kind or variant than that of the values, or their model goes by places of records.
+        UsageError
+            If this result holds no values that can be relied on.
+        DataError
+            If a record is not understood.
+
+        Examples
+        --------
+        >>> saved = result.save("results/predicts")
+        >>> fibrefit.load_result(saved).predict(fibrefit.example("drop_series") / "holdout").verdict
+        'holds'
+        """
+        from fibrefit.workflow.prediction.predict import predict_study
+
+        return predict_study(self, study)
 
     @property
     def study(self) -> Study:

@@ -1,20 +1,23 @@
-"""What results with values offer, found or loaded: to hold them against records that they were not found from."""
+"""What every result with values offers: to hold them against records that they were not found from."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 from fibrefit.study import Study
-from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.saved import FoundResult
 
 if TYPE_CHECKING:
     from fibrefit.workflow.prediction.predict import Prediction
 
 
-class HoldsAgainst(AnyResult):
-    """A result whose values can be held against other records."""
+class Predicts(FoundResult):
+    """A result whose values can be held against other records: of `fit`, `discover` and `sample`."""
+
+    def predicting(self) -> Study:
+        """The study with the model that the values belong to."""
+        return self.study
 
     def predict(self, study: Study | str | Path) -> Prediction:
         """Predict records that the values were not found from, see `fibrefit.predict`.
@@ -44,13 +47,4 @@ class HoldsAgainst(AnyResult):
         """
         from fibrefit.workflow.prediction.predict import predict_study
 
-        # One just found has its values at hand, a loaded one is a folder that has them.
-        return predict_study(cast(Any, self), study)
-
-
-class Predicts(HoldsAgainst, FoundResult):
-    """Such a result of `fit`, `discover` and `sample`, just found."""
-
-    def predicting(self) -> Study:
-        """The study with the model that the values belong to."""
-        return self.study
+        return predict_study(self, study)
