@@ -92,7 +92,27 @@ def second_solver(distance: float, gain: float) -> Check:
         passed=passed,
         statistic=distance,
         threshold=AGREEMENT,
-        facts={"gain": gain},
+        facts={"gain": gain, "nats": 0.0},
+        **SECOND,
+    )
+
+
+def led_by_second_solver(distance: float, nats: float) -> Check:
+    """Whether the likelihood, followed from where another solver ended, leads to the same values or to worse ones.
+
+    Parameters
+    ----------
+    nats : float
+        By how many its end is less probable.
+    """
+    # Both ends are a fifth of a standard error from a minimum at most, see `ROUGHLY`.
+    most = 2.0 * ROUGHLY**0.5
+    return Check(
+        name="a second solver agrees",
+        passed=distance <= most or nats > LESS_PROBABLE,
+        statistic=distance,
+        threshold=most,
+        facts={"gain": 0.0, "nats": nats},
         **SECOND,
     )
 
@@ -114,10 +134,16 @@ def interrupted(starts: Starts) -> Check:
     )
 
 
-def undecided(starts: Starts, noise: bool) -> bool:
-    """Whether few starts found what leaves only noise, and residuals do not tell it from the next minimum."""
-    few = FEW_STARTS <= starts.agreeing < STARTS_AGREED * starts.tried
-    return noise and few and _excess(starts) <= WORSE
+def undecided(starts: Starts, noise: bool, fewest: int = FEW_STARTS) -> bool:
+    """Whether few starts found what leaves only noise, and residuals do not tell it from the next minimum.
+
+    Parameters
+    ----------
+    fewest : int
+        Starts that have to have found it: below, it is an accident.
+    """
+    few = fewest <= starts.agreeing < STARTS_AGREED * starts.tried
+    return noise and few and (_excess(starts) <= WORSE or starts.agreeing < FEW_STARTS)
 
 
 def _excess(starts: Starts) -> float:
@@ -152,7 +178,7 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
     """
     share = starts.agreeing / starts.tried
     excess = _excess(starts)
-    few = noise and starts.agreeing >= FEW_STARTS and (excess > WORSE or nats > LESS_PROBABLE)
+    few = noise and ((starts.agreeing >= FEW_STARTS and excess > WORSE) or nats > LESS_PROBABLE)
     others, lost, known = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0)), known_minima(starts)
     exhausted = starts.agreeing >= FEW_STARTS and known >= MINIMA_KNOWN
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost, "known": known}
@@ -163,7 +189,7 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
         threshold=STARTS_AGREED,
         identifier=AGREED,
         quantity="agreement of the starts (multistart)",
-        facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess, "noise": few},
+        facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess, "noise": few, "nats": nats},
     )
 
 

@@ -19,7 +19,7 @@ from fibrefit.core.time_limit import time_left
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
-from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS
+from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arrowhead, local_of, place_of
@@ -37,8 +37,9 @@ from fibrefit.study.summaries.part import Z_95
 
 LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
-ROUNDS = 2
-"""How often the noise is taken from what is left, the second time with what was fitted put back."""
+ROUNDS, MOST_ROUNDS = 2, 6
+"""How often the noise is taken from what is left, the second time with what was fitted put back; and how often at the
+most where the mode is crept up to, as that of readings in coarse steps beside noisy inputs is."""
 
 
 def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | None = None) -> GlsEstimate | None:
@@ -148,7 +149,9 @@ def _at_mode(
     """The mode in the noise that is left there; standard deviations between records begin at `sigma`."""
     evidence: MarginalLikelihood | None = None
     noise: tuple[Noise, ...] = ()
-    for _ in range(ROUNDS):
+    for number in range(MOST_ROUNDS):
+        if number >= ROUNDS and evidence is not None and evidence.mode.predicted_reduction <= ROUGHLY:
+            break
         if seen.raw is None:
             seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
         left = (

@@ -17,10 +17,10 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.error_bars import convergence_unit, error_bars, error_inflation, estimates
-from fibrefit.fitting.estimates import ErrorBars
+from fibrefit.fitting.error_bars import error_bars, error_inflation, estimates
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
+from fibrefit.fitting.minima import Minima, SecondSolver
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.alternative import best_alternative
 from fibrefit.fitting.misfit.discrepancy import most_doubtful
@@ -33,7 +33,7 @@ from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
 from fibrefit.fitting.search.multistart import HorizonSchedule, Searched, collected, latin_hypercube_starts, search
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import Descent, descend, linearised, widths
+from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.laws.families import instants
@@ -132,7 +132,7 @@ def identify(
     values, second = (task.start, None) if ended else _settled(task, width, found, stop)
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
-    if ended is None and _may_lose_bounces(task, found_all) and not stop():
+    if ended is None and _may_lose_bounces(task, found_all, how) and not stop():
         tell("fitting each record by itself", 0.92)
         alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, schedule=schedule)
         found_all = _apart(task, found, found_all, how, alone)
@@ -149,22 +149,38 @@ STARTS_ALONE = 4
 """Of a record by itself: all searched from in one go, by one core."""
 
 
-def _may_lose_bounces(task: Task, found: Identification) -> bool:
-    """Whether values of each record may follow a motion that shared ones lose; errors of inputs do the rest."""
+def _may_lose_bounces(task: Task, found: Identification, how: How) -> bool:
+    """Whether values of each record may follow a motion that shared ones lose; errors of inputs do the rest.
+
+    What is lost may be taken up by errors of the inputs: what is left then is not large, but is not noise either.
+    """
     several = len(task.traces) > 1 and any(record is None for _, record in task.problem.layout.entries)
-    return several and bool(found.input_errors) and loses(total(found.gap), found.expected_gap)
+    if not several or not found.input_errors:
+        return False
+    return loses(total(found.gap), found.expected_gap) or (how.rivals and found.why.identifier in NOT_NOISE)
+
+
+NOT_NOISE = ("not_noise", "not_converged", "loses_less")
+"""Why an estimate is reported (see `Why`) whose residuals are not the noise of any likelihood."""
 
 
 def _apart(
     task: Task, starts: Starts, alike: Identification, how: How, search: Callable[[Task], Starts]
 ) -> Identification:
-    """The estimate from where each record is best by itself; that of shared values where it leaves hardly less."""
+    """The estimate from where each record is best by itself; that of shared values where it says no less well."""
     shared = [total(gap) for gap in alike.record_gaps.values()]
-    ended, _ = in_time(partial(each_by_itself, task, search, shared), None)
+    ended, _ = in_time(partial(each_by_itself, task, search, shared, how.rivals), None)
     if ended is None:
         return alike
     own = _concluded(task, starts, means(task.problem.layout, ended.local), None, how._replace(ended=ended))
-    return own if loses(total(alike.gap), total(own.gap)) else alike
+    better = loses(total(alike.gap), total(own.gap)) or _held_against(own) < _held_against(alike)
+    return own if better else alike
+
+
+def _held_against(found: Identification) -> frozenset[str]:
+    """What an estimate is doubted for; that of the search it began from does not count."""
+    search = (judge.AGREED, judge.SECOND["identifier"])
+    return frozenset(check.identifier for check in found.checks if not check.passed and check.identifier not in search)
 
 
 def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:
@@ -219,12 +235,13 @@ def _as_it_ended(task: Task, ended: Ended) -> Starts:
     return collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
 
 
-def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second | None, how: How) -> Identification:
+def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSolver | None, how: How) -> Identification:
     plain = optimum(task, values, how.ended)
     normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, task.rate)
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
     problem, seen, sound = best.problem, best.seen, best.sound
+    minima = Minima(task, starts, second, plain, bars, best, how.rivals)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, instants(problem.model.effects))
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
@@ -234,8 +251,8 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: _Second |
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
-        *(() if how.known else (_agreed(second, convergence_unit(problem, bars)),)),
-        judge.starts_agree(starts, *_undecided_starts(task, starts, plain, bars, sound.gap.passed, how.rivals)),
+        *(() if how.known else (minima.second_solver_agrees(),)),
+        minima.starts_agree(),
         sound.inside,
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
@@ -298,42 +315,7 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     return (*swapped, *stated, *(() if other is None else (judge.explained_otherwise(other),)))
 
 
-def _undecided_starts(
-    task: Task, starts: Starts, best: Optimum, bars: ErrorBars, noise: bool, rivals: bool
-) -> tuple[bool, float]:
-    """Whether the best minimum leaves only noise, and by how many nats the next is less probable, if that is open.
-
-    As measured, an input leaves residuals in every minimum: what tells them apart shows once its errors are taken off.
-    """
-    if not judge.undecided(starts, noise):
-        return noise, 0.0
-    unit = convergence_unit(best.problem, bars)
-    if not best.input_errors:
-        # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
-        return noise, 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / unit**2
-    for values in starts.others() if rivals else ():
-        other = optimum(task, values)
-        # Ends that differ by less than their error bars say the same.
-        if np.any(np.abs(other.values - best.values) > bars.errors[bars.method]):
-            return noise, 0.5 * (_objective(other) - _objective(best)) / unit**2
-    return noise, np.inf if rivals else 0.0
-
-
-def _objective(end: Optimum) -> float:
-    """Sum of squares of what is left and of the errors that were taken off the inputs, each in units of its own."""
-    errors = sum(float(np.sum(np.square(waves))) for waves in end.coefficients.values())
-    left = float(np.sum(np.square(linearised(end.problem, end.local).residuals)))
-    return left + errors if np.isfinite(left) else np.inf  # where a motion is lost there are no numbers
-
-
-class _Second(NamedTuple):
-    """Where another solver ended: distance in standard errors for white noise, and by how much its cost is lower."""
-
-    distance: float
-    gain: float
-
-
-def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.ndarray, _Second | None]:
+def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.ndarray, SecondSolver | None]:
     """Best values, and where another solver ends; if it ends lower, the search goes on from its place."""
     problem, whole = task.problem, task.counts[-1:]
     values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
@@ -349,12 +331,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
     # What is left may be far more than noise: a fall of the cost counts in units of that.
     variance = max(cost / max(problem.n_measured, 1), 1.0)
-    return values, _Second(float(np.max(np.abs(other.values - values) / errors)), gain / variance)
-
-
-def _agreed(second: _Second | None, unit: float) -> Check:
-    """Whether both solvers agree, in units of the reported standard errors."""
-    return judge.no_second_solver() if second is None else judge.second_solver(second.distance / unit, second.gain)
+    return values, SecondSolver(other.values, float(np.max(np.abs(other.values - values) / errors)), gain / variance)
 
 
 SECOND_CHANCES = 3

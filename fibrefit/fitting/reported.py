@@ -191,7 +191,8 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
         [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],
     )
     sound = Sound(moving, judge.inside_bounds(limits), *_of_residuals(task, seen, gls.residuals, gls.noise, expected))
-    errors = _errors(task, plain, coefficients)
+    # Plain least squares takes noise that has a memory for errors of inputs: what these are the likelihood knows.
+    errors = _errors(task, plain, gls.coefficients)
     values, left, bars = gls.values, gls.residuals, gls.bars
     return Reported(problem, values, left, bars, gls, seen, sound, errors, coefficients, expected)
 

@@ -147,21 +147,77 @@ def test_records_that_shared_values_lose_are_each_followed_by_themselves(
     assert np.abs(each / truth - 1.0).max() < 0.002
 
 
-def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def fitted_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Task, list[str], dict[str, list[float]]]:
+    """A task, the records that are asked for by themselves, and the gaps that their minima leave, one after another."""
     Case("records that differ", "null", "pulley_drive", 3, "pink", 0.03, tuning=True).write(tmp_path)
-    task, asked = task_of(load_study(tmp_path)), []
+    task, gaps = task_of(load_study(tmp_path)), dict[str, list[float]]()
+
+    def optimum(one: Task, values: np.ndarray) -> SimpleNamespace:
+        of = {"local": np.asarray(one.problem.layout.local(one.start)), "expected_gap": 1.0, "coefficients": {}}
+        return SimpleNamespace(problem=(one.traces[0].name, int(values[0])), **of)
+
+    monkeypatch.setattr(each_by_itself, "optimum", optimum)
+    monkeypatch.setattr(each_by_itself, "evaluate", lambda one, which, local: SimpleNamespace(gap=which))
+    monkeypatch.setattr(each_by_itself, "total", lambda which: gaps[which[0]][which[1]])
+    monkeypatch.setattr(each_by_itself, "_together", lambda *of: {})
+    return task, [], gaps
+
+
+def alone(of: tuple[Task, list[str], dict[str, list[float]]], **how: bool) -> Any:
+    """Where its records are best by themselves, if shared values lose the second one most."""
+    task, asked, gaps = of
 
     def search(one: Task) -> Starts:
         asked.append(one.traces[0].name)
-        return SimpleNamespace(cost=np.zeros(1), values=one.start[None])  # type: ignore[return-value]
+        others = [np.full(1, float(i)) for i in range(1, len(gaps[asked[-1]]))]
+        return SimpleNamespace(cost=np.zeros(1), values=np.zeros((1, 1)), others=lambda: others)  # type: ignore[return-value]
 
-    monkeypatch.setattr(each_by_itself, "optimum", lambda one, values: SimpleNamespace(problem=one.problem, local=None))
-    monkeypatch.setattr(each_by_itself, "evaluate", lambda *of: SimpleNamespace(gap=None))
-    monkeypatch.setattr(each_by_itself, "total", lambda gap: 2.9)
-    assert each_by_itself.each_by_itself(task, search, [1.0, 3.0, 2.0, 1.5, 1.0]) is None
-    assert asked == [task.traces[1].name]
+    return each_by_itself.each_by_itself(task, search, [1.0, 3.0, 2.0, 1.5, 1.0], **how)
+
+
+def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
+    fitted_alone: tuple[Task, list[str], dict[str, list[float]]],
+) -> None:
+    task, asked, gaps = fitted_alone
+    names = [trace.name for trace in task.traces]
+    gaps |= {name: [2.9] for name in names}
+    assert alone(fitted_alone) is None
+    assert asked == [names[1]]
+    asked.clear()
+    assert alone(fitted_alone, thoroughly=True) is None
+    assert sorted(asked) == sorted(names)
+
+
+def test_one_hard_record_does_not_keep_the_others_from_being_followed(
+    fitted_alone: tuple[Task, list[str], dict[str, list[float]]],
+) -> None:
+    task, _, gaps = fitted_alone
+    names = [trace.name for trace in task.traces]
+    gaps |= {name: [1.05] for name in names} | {names[1]: [2.9]}
+    assert alone(fitted_alone) is None
+    found = alone(fitted_alone, thoroughly=True)
+    assert found.differ
+    assert len(found.local) == len(names)
+
+
+def test_a_record_by_itself_is_followed_from_the_minimum_that_leaves_noise(
+    fitted_alone: tuple[Task, list[str], dict[str, list[float]]],
+) -> None:
+    task, asked, gaps = fitted_alone
+    names = [trace.name for trace in task.traces]
+    # Where none leaves noise, the lowest counts; a third is not looked at where the second leaves noise.
+    gaps |= {name: [1.05] for name in names} | {names[1]: [2.9, 1.05, np.nan], names[2]: [1.4, 1.3, 1.35]}
+    assert alone(fitted_alone) is not None
+    ends = each_by_itself._end(
+        task.alone(2),
+        lambda one: SimpleNamespace(  # type: ignore[arg-type,return-value]
+            cost=np.zeros(1), values=np.zeros((1, 1)), others=lambda: [np.ones(1), np.full(1, 2.0)]
+        ),
+    )
+    assert ends is not None
+    assert (ends.gap, ends.is_noise) == (1.3, False)
+    assert len(asked) == len(names)
 
 
 @pytest.mark.slow

@@ -100,6 +100,24 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         judge.starts_agree(starts([0, 1, 1, 1], [1.0, 9.0, 9.0, 9.0]), noise=True),
         "1 of 4 starts ended in the best minimum.",
     ),
+    (
+        "starts led elsewhere",
+        judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=11.0),
+        judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=9.0),
+        "1 of 4 starts ended in the best minimum.",
+    ),
+    (
+        "second led elsewhere",
+        judge.led_by_second_solver(3.0, 11.0),
+        judge.led_by_second_solver(3.0, 9.0),
+        "the likelihood leads 3 standard errors away, to what is 9 nats less probable",
+    ),
+    (
+        "second led to better",
+        judge.led_by_second_solver(0.4, -2.0),
+        judge.led_by_second_solver(3.0, -2.0),
+        "the likelihood leads 3 standard errors away, to what is 2 nats more probable",
+    ),
     ("inside bounds", judge.inside_bounds([]), judge.inside_bounds(["damping"]), "damping stopped at the bound"),
     ("determined", judge.determined(()), judge.determined(TIED), "Only a combination of a and b"),
     (

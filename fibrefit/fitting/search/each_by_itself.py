@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,9 +20,24 @@ from fibrefit.fitting.thresholds import LOSES
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 
 
-def each_by_itself(task: Task, search: Callable[[Task], Starts], shared: Sequence[float]) -> Ended | None:
+class _End(NamedTuple):
+    """Where a record by itself is best, and the gap that is left there."""
+
+    there: Optimum
+    gap: float
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether no more is left than noise."""
+        return self.gap <= GAP_OF_NOISE * self.there.expected_gap
+
+
+def each_by_itself(
+    task: Task, search: Callable[[Task], Starts], shared: Sequence[float], thoroughly: bool = False
+) -> Ended | None:
     """Where each record of a task with noisy inputs is best by itself; None where that does not follow the motion.
 
     Parameters
@@ -32,32 +48,49 @@ def each_by_itself(task: Task, search: Callable[[Task], Starts], shared: Sequenc
     shared : (n_record,)
         Gap of each record where all have the same values. The one that these lose first by far is fitted first: what a
         model lacks it lacks in a record by itself, too, and then the others are not tried.
+    thoroughly : bool
+        Whether they are all the same, as long as most of all are followed: one record may be a hard one.
     """
     alone = [task.alone(record) for record in range(len(task.traces))]
     worst, *others = (int(record) for record in np.argsort(shared)[::-1])
     ends = {worst: _end(alone[worst], search)}
-    if not _follows(alone[worst], ends[worst], shared[worst]):
+    if not (thoroughly or _follows(ends[worst], shared[worst])):
         return None
     with threads(THREADS) as pool:
         # A limit of time holds for what is done in other threads too.
         running = {one: pool.submit(copy_context().run, _end, alone[one], search) for one in others}
         ends |= {one: future.result() for one, future in running.items()}
-    best = [end for record in range(len(alone)) if (end := ends[record]) is not None]
+    if thoroughly and 2 * sum(_follows(end, shared[one]) for one, end in ends.items()) < len(ends):
+        return None
+    best = [end.there for record in range(len(alone)) if (end := ends[record]) is not None]
     if len(best) < len(alone):
         return None
     coefficients = _together(task, alone, [end.coefficients for end in best])
     return Ended(np.concatenate([end.local for end in best]), True, coefficients)
 
 
-def _end(one: Task, search: Callable[[Task], Starts]) -> Optimum | None:
-    """Where a record by itself is best; None where no motion follows from any start."""
+def _end(one: Task, search: Callable[[Task], Starts]) -> _End | None:
+    """Where a record by itself is best; None where no motion follows from any start.
+
+    As measured, an input leaves residuals in every minimum: where the best one turns out to leave more than noise
+    without its errors, it may be the next one that leaves no more.
+    """
     found = search(one)
-    return optimum(one, found.values[int(np.argmin(found.cost))]) if np.isfinite(found.cost).any() else None
+    if not np.isfinite(found.cost).any():
+        return None
+    best: _End | None = None
+    for values in (found.values[int(np.argmin(found.cost))], *found.others()):
+        there = optimum(one, values)
+        end = _End(there, total(evaluate(one, there.problem, there.local).gap))
+        best = end if best is None or end.gap < best.gap else best
+        if best.is_noise:
+            break
+    return best
 
 
-def _follows(one: Task, end: Optimum | None, alike: float) -> bool:
-    """Whether the record that shared values lose first by far is no longer lost by itself."""
-    return end is not None and loses(alike, total(evaluate(one, end.problem, end.local).gap))
+def _follows(end: _End | None, alike: float) -> bool:
+    """Whether a record that shared values lose is no longer lost by itself."""
+    return end is not None and (end.is_noise or loses(alike, end.gap))
 
 
 def loses(alike: float, own: float) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fibrefit.core.units import format_quantity
+from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
@@ -49,44 +50,6 @@ def _simulation(check: Check) -> str:
     if check.passed:
         return "All switches of the simulated motion were located."
     return f"The motion simulated for {', '.join(check.facts['records'])} switches faster than can be followed."
-
-
-def _second_solver(check: Check) -> str:
-    if check.statistic is None:
-        return "A second solver was not run."
-    if check.passed:
-        return "A second, independent solver ends at the same values."
-    gain = check.facts["gain"]
-    return (
-        f"A second solver ends {check.statistic:.2g} standard errors away, with a cost {abs(gain):.3g} "
-        f"{'lower' if gain > 0 else 'higher'}; at most {check.threshold:g} is expected. The minimum is not a plain one."
-    )
-
-
-def _completion(check: Check) -> str:
-    whole = check.statistic == check.threshold
-    after = "; what should follow them was cut short." if whole else "; the best of them is kept."
-    return f"Interrupted: {check.statistic:.0f} of {check.threshold:.0f} starts came to an end{after}"
-
-
-def _starts(check: Check) -> str:
-    facts = check.facts
-    says = f"{facts['agreeing']} of {facts['tried']} starts ended in the best minimum."
-    if facts["others"]:
-        says += f" {facts['others']} ended in others, the nearest with residuals {facts['excess']:.3g} times as large"
-        says += ": bounces or swings that are matched with others than their own make such minima."
-    if (lost := facts["lost"]) > 0:
-        says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
-    if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:
-        another = f"a further start would find another minimum with a probability of {100 * (1 - facts['known']):.2g} %"
-        if facts["noise"]:
-            says += " The best one leaves only noise: none can lie below it."
-        elif check.passed:
-            says += f" All minima are taken to be known: {another}."
-        else:
-            says += f" At least {100 * check.threshold:.0f} % are expected, or that all minima are known: {another}. "
-            says += "A better one may have been missed."
-    return says
 
 
 def _bounds(check: Check) -> str:
@@ -377,9 +340,9 @@ def hausman_sentence(check: Check) -> str:
 SENTENCES: dict[str, Callable[[Check], str]] = {
     "convergence": _convergence,
     "simulation": _simulation,
-    "second_solver": _second_solver,
-    "completion": _completion,
-    "starts": _starts,
+    "second_solver": second_solver_sentence,
+    "completion": completion_sentence,
+    "starts": starts_sentence,
     "bounds": _bounds,
     "identifiability": _identifiability,
     "residual_size": _residual_size,

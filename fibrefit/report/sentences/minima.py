@@ -1,0 +1,60 @@
+"""Sentences of where a search ended: its starts, its second solver, and what was cut short."""
+
+from __future__ import annotations
+
+import math
+
+from fibrefit.study.summaries.check import Check
+
+
+def second_solver_sentence(check: Check) -> str:
+    """Whether another solver ends at the same values."""
+    if check.statistic is None:
+        return "A second solver was not run."
+    gain, nats = check.facts["gain"], check.facts["nats"]
+    if check.passed:
+        same = check.threshold is None or check.statistic <= check.threshold
+        other = f"in another minimum, which the likelihood holds for {nats:.3g} nats less probable"
+        return f"A second, independent solver ends {'at the same values' if same else other}."
+    if nats:
+        return (
+            f"From where a second solver ends the likelihood leads {check.statistic:.2g} standard errors away, to what "
+            f"is {abs(nats):.3g} nats {'less' if nats > 0 else 'more'} probable. The minimum is not a plain one."
+        )
+    return (
+        f"A second solver ends {check.statistic:.2g} standard errors away, with a cost {abs(gain):.3g} "
+        f"{'lower' if gain > 0 else 'higher'}; at most {check.threshold:g} is expected. The minimum is not a plain one."
+    )
+
+
+def completion_sentence(check: Check) -> str:
+    """How much of an interrupted fit was done."""
+    whole = check.statistic == check.threshold
+    after = "; what should follow them was cut short." if whole else "; the best of them is kept."
+    return f"Interrupted: {check.statistic:.0f} of {check.threshold:.0f} starts came to an end{after}"
+
+
+def starts_sentence(check: Check) -> str:
+    """Where the starts ended."""
+    facts = check.facts
+    says = f"{facts['agreeing']} of {facts['tried']} starts ended in the best minimum."
+    if facts["others"]:
+        says += f" {facts['others']} ended in others, the nearest with residuals {facts['excess']:.3g} times as large"
+        says += ": bounces or swings that are matched with others than their own make such minima."
+    if (lost := facts["lost"]) > 0:
+        says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
+    if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:
+        another = f"a further start would find another minimum with a probability of {100 * (1 - facts['known']):.2g} %"
+        if facts["noise"] and facts["nats"]:
+            apart = f"the next is {facts['nats']:.3g} nats less probable"
+            says += (
+                f" Followed in the likelihood, {apart if math.isfinite(facts['nats']) else 'all lead to one place'}."
+            )
+        elif facts["noise"]:
+            says += " The best one leaves only noise: none can lie below it."
+        elif check.passed:
+            says += f" All minima are taken to be known: {another}."
+        else:
+            says += f" At least {100 * check.threshold:.0f} % are expected, or that all minima are known: {another}. "
+            says += "A better one may have been missed."
+    return says
