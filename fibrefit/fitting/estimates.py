@@ -22,7 +22,8 @@ class Why(NamedTuple):
     Parameters
     ----------
     identifier : str
-        ``"gls"``, ``"loses_less"`` (bounces than values all records share), or why there is no GLS step: ``"robust"``,
+        ``"gls"``, ``"loses_less"`` (bounces than values all records share), ``"louder"`` (noise than at rest, else like
+        it), or why there is no GLS step: ``"robust"``,
         ``"no_end"``, ``"in_a_search"``, ``"no_time"``, ``"not_noise"``, ``"not_converged"``.
     ratio : float
         Of its standard errors to those of ordinary least squares.

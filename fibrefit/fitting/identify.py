@@ -160,7 +160,7 @@ def _may_lose_bounces(task: Task, found: Identification, how: How) -> bool:
     return loses(total(found.gap), found.expected_gap) or (how.rivals and found.why.identifier in NOT_NOISE)
 
 
-NOT_NOISE = ("not_noise", "not_converged", "loses_less")
+NOT_NOISE = ("not_noise", "not_converged", "loses_less", "louder")
 """Why an estimate is reported (see `Why`) whose residuals are not the noise of any likelihood."""
 
 
@@ -173,8 +173,9 @@ def _apart(
     if ended is None:
         return alike
     own = _concluded(task, starts, means(task.problem.layout, ended.local), None, how._replace(ended=ended))
-    better = loses(total(alike.gap), total(own.gap)) or _held_against(own) < _held_against(alike)
-    return own if better else alike
+    doubts, less = (_held_against(own), _held_against(alike)), total(own.gap) < total(alike.gap)
+    lost = loses(total(alike.gap), total(own.gap))
+    return own if lost or doubts[0] < doubts[1] or (doubts[0] == doubts[1] and less) else alike
 
 
 def _held_against(found: Identification) -> frozenset[str]:

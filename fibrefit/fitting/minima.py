@@ -97,7 +97,8 @@ class Minima:
         """Whether other starts end where the best one does, or are less probable."""
         if self._likelihood is None:
             return judge.starts_agree(self.starts, self._size_of_noise, self._nats_as_fitted())
-        check, noise = judge.starts_agree(self.starts, self._size_of_noise), self._size_of_noise or self._like_noise
+        check = judge.starts_agree(self.starts, self._size_of_noise)
+        noise = self.best.sound.may_be_noise
         return check if check.passed or not noise else judge.starts_agree(self.starts, noise, self._nats())
 
     def second_solver_agrees(self) -> Check:
@@ -118,11 +119,6 @@ class Minima:
     @property
     def _size_of_noise(self) -> bool:
         return self.best.sound.gap.passed
-
-    @property
-    def _like_noise(self) -> bool:
-        """Whether what is left has the structure of noise, which may be louder than at rest, as slow noise is."""
-        return all(check.passed for check in self.best.sound.structure)
 
     def _nats(self) -> float:
         """By how many nats the next place is less probable to which the likelihood leads from any of the best ends."""

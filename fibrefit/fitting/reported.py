@@ -20,6 +20,7 @@ from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
 from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
+from fibrefit.fitting.thresholds import LOUDER
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -27,6 +28,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import InputErrorSummary
 
@@ -53,6 +55,24 @@ class Sound(NamedTuple):
     def failed(self) -> list[Check]:
         """Those that say residuals are not noise. A value at its bound is named; the noise is what it is there too."""
         return [check for check in (self.converged, self.gap, *self.structure) if not check.passed]
+
+    @property
+    def like_noise(self) -> bool:
+        """Whether residuals have the structure of noise, however loud they are."""
+        return all(check.passed for check in self.structure)
+
+    @property
+    def may_be_noise(self) -> bool:
+        """Whether residuals are noise by their size, or are a little louder with its structure.
+
+        Slow noise is louder than a rest shows. A record that is not followed to its end leaves more.
+        """
+        return self.gap.passed or (self.like_noise and (self.gap.statistic or np.inf) <= LOUDER * self._least)
+
+    @property
+    def _least(self) -> float:
+        """Gap of a perfect model."""
+        return (self.gap.threshold or 0.0) / GAP_OF_NOISE
 
 
 @dataclass(frozen=True)
@@ -121,6 +141,9 @@ def reported(
         if not failed:
             why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
             return replace(found, why=why, checks=checks)
+        if plain.input_errors and found.sound.converged.passed and found.sound.may_be_noise:
+            # Plain least squares would take for errors of the inputs what a rest does not show of the noise.
+            return replace(found, why=Why("louder", failed=failed), checks=checks)
         if plain.input_errors and ended is not None and ended.differ:
             # There is no estimate of values that all share: what is plain lies at those of each record.
             return replace(found, why=Why("loses_less", failed=failed), checks=checks)
@@ -148,7 +171,7 @@ def _fits_alone(alike: Reported, own: Reported) -> bool:
     A spectrum that is not quite right is no reason to take records for alike that are not, nor is noise that is a
     little louder than at rest, as slow noise is. What a model lacks shows in both, whichever values it has.
     """
-    noise_by = (lambda sound: sound.gap.passed, lambda sound: all(check.passed for check in sound.structure))
+    noise_by = (lambda sound: sound.gap.passed, lambda sound: sound.like_noise)
     return any(passed(own.sound) and not passed(alike.sound) for passed in noise_by)
 
 

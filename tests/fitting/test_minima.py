@@ -25,13 +25,15 @@ def starts_of(cost: list[float]) -> Starts:
 
 
 def beside(
-    monkeypatch: pytest.MonkeyPatch, led: dict[float, Led], noise: bool = True, like_noise: bool = True, gls: Any = True
+    monkeypatch: pytest.MonkeyPatch,
+    led: dict[float, Led],
+    noise: bool = True,
+    may_be_noise: bool = True,
+    gls: Any = True,
 ) -> Minima:
     """Minima of one shared value, which tells them apart; the likelihood leads from each to what is stated."""
     monkeypatch.setattr(minima, "_led", lambda gls, values: led[float(values[0])])
-    sound = SimpleNamespace(
-        gap=SimpleNamespace(passed=noise), structure=(SimpleNamespace(passed=True), SimpleNamespace(passed=like_noise))
-    )
+    sound = SimpleNamespace(gap=SimpleNamespace(passed=noise), may_be_noise=may_be_noise)
     best: Any = SimpleNamespace(sound=sound, gls=gls or None, input_errors={"drive": 1})
     plain: Any = SimpleNamespace(input_errors={"drive": 1}, values=np.zeros(1), problem=None)
     monkeypatch.setattr(minima, "convergence_unit", lambda problem, bars: 1.0)
@@ -56,7 +58,7 @@ def test_starts_of_noisy_inputs_agree_where_the_likelihood_leads_from_them(
     assert check.facts["nats"] == nats
     # Slow noise is louder than at rest, and has its spectrum; what has neither its size nor its structure is none.
     assert beside(monkeypatch, led, noise=False).starts_agree().passed is passed
-    assert not beside(monkeypatch, led, noise=False, like_noise=False).starts_agree().passed
+    assert not beside(monkeypatch, led, noise=False, may_be_noise=False).starts_agree().passed
 
 
 def test_without_a_likelihood_the_next_minimum_is_fitted_with_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ import pytest
 from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import advice as advised
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import gls, identifiability, thresholds, uncertainty
+from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
 from fibrefit.fitting.misfit.alternative import Alternative
@@ -70,6 +70,13 @@ def all_known(minima: int) -> bool:
     """Verdict on 32 starts that found so many minima, two of them the best one."""
     basin = [0, 0, *(1 + i % (minima - 1) for i in range(30))]
     return judge.starts_agree(starts(basin, [1.0 if b == 0 else 2.0 for b in basin])).passed
+
+
+def louder(ratio: float) -> bool:
+    """Whether residuals with the structure of noise, so much larger than it, may be noise."""
+    like = judge.converged(0.0, True)
+    size = judge.gap_is_noise(gap(0.9 * ratio), 0.9)
+    return reported.Sound(like, like, size, (like,)).may_be_noise
 
 
 def reached(predicted_reduction: float) -> bool:
@@ -184,6 +191,7 @@ CASES = (
     Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
     Bracket("MOST_LINEARISATIONS", gls, lambda x: more_counts(int(x)), 7, 9),
     Bracket("FALLS", with_input_errors, lambda x: still_gains([0.5, 0.5], [4.0, 4.0 * x], False), 0.85, 0.95),
+    Bracket("LOUDER", reported, louder, 1.2, 1.3),
     Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
     Bracket("DIVERGED", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),

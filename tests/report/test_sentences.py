@@ -99,13 +99,15 @@ def test_a_summary_has_the_numbers_of_its_check() -> None:
 def test_every_advice_and_every_reason_has_a_sentence() -> None:
     asked = identifiers("fitting", "Advice")
     assert asked == {*fit.ADVICE, "force_alone", "further_record"}
-    assert identifiers("fitting", "Why") - {"gls", "loses_less"} == set(fit.NO_GLS)
+    assert identifiers("fitting", "Why") - {"gls", "loses_less", "louder"} == set(fit.NO_GLS)
 
 
 def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() -> None:
     found = fit.estimator_sentence(Why("loses_less", failed=("residual size",)))
     assert found.startswith("Generalised least squares (GLS): records differ, and values that all of them share lose")
     assert found.endswith("Residuals are not noise alone (failed: residual size): error bars are too small.")
+    louder = fit.estimator_sentence(Why("louder", failed=("residual size",)))
+    assert "the structure of noise, which is louder than at rest (failed: residual size)" in louder
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,11 @@ def estimator_sentence(why: Why) -> str:
             "Generalised least squares (GLS): records differ, and values that all of them share lose bounces. "
             f"Residuals are not noise alone (failed: {', '.join(why.failed)}): error bars are too small."
         )
+    if why.identifier == "louder":
+        return (
+            "Generalised least squares (GLS): residuals have the structure of noise, which is louder than at rest "
+            f"(failed: {', '.join(why.failed)}); error bars are for the noise that is left."
+        )
     reason = NO_GLS[why.identifier].format(failed=", ".join(why.failed))
     return f"Ordinary least squares (OLS), no GLS step: {reason}"
 
