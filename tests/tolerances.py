@@ -26,7 +26,7 @@ REASONS: dict[str, dict[str, str]] = {
     "discovery.engine.candidates": {"MANY": STEP, "RETIMED": STEP},
     "discovery.engine.refit": {"ARRIVED": ENDS, "0.0001": ENDS, "1000000.0": ENDS},
     "discovery.residuals.eigenvalues": {"EXACT": WORK},
-    "fitting.gls": {"ROUNDS": ENDS},
+    "fitting.gls": {"ROUNDS": STEP},
     "fitting.search.around": {"STARTS_AT_ONCE": WORK},
     "fitting.search.multistart": {
         "STARTS_AT_ONCE": WORK,

@@ -92,7 +92,7 @@ def second_solver(distance: float, gain: float) -> Check:
         passed=passed,
         statistic=distance,
         threshold=AGREEMENT,
-        facts={"gain": gain, "nats": 0.0},
+        facts={"gain": gain, "nats": None},
         **SECOND,
     )
 
@@ -109,7 +109,7 @@ def led_by_second_solver(distance: float, nats: float) -> Check:
     most = 2.0 * ROUGHLY**0.5
     return Check(
         name="a second solver agrees",
-        passed=distance <= most or nats > LESS_PROBABLE,
+        passed=(distance <= most and nats > -LESS_PROBABLE) or nats > LESS_PROBABLE,
         statistic=distance,
         threshold=most,
         facts={"gain": 0.0, "nats": nats},
@@ -134,16 +134,10 @@ def interrupted(starts: Starts) -> Check:
     )
 
 
-def undecided(starts: Starts, noise: bool, fewest: int = FEW_STARTS) -> bool:
-    """Whether few starts found what leaves only noise, and residuals do not tell it from the next minimum.
-
-    Parameters
-    ----------
-    fewest : int
-        Starts that have to have found it: below, it is an accident.
-    """
-    few = fewest <= starts.agreeing < STARTS_AGREED * starts.tried
-    return noise and few and (_excess(starts) <= WORSE or starts.agreeing < FEW_STARTS)
+def undecided(starts: Starts, noise: bool) -> bool:
+    """Whether few starts found what leaves only noise, and residuals do not tell it from the next minimum."""
+    few = FEW_STARTS <= starts.agreeing < STARTS_AGREED * starts.tried
+    return noise and few and _excess(starts) <= WORSE
 
 
 def _excess(starts: Starts) -> float:
@@ -165,20 +159,23 @@ def known_minima(starts: Starts) -> float:
     return max(1.0 - minima * (minima + 1.0) / (ended * (ended - 1.0)), 0.0) if ended > 1 else 0.0
 
 
-def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Check:
+def starts_agree(starts: Starts, noise: bool = False, nats: float | None = None) -> Check:
     """Whether most starts end in the best minimum or all minima are known, and what became of the others.
 
     A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it. So they
-    are where many starts have found few minima.
+    are where many starts have found few minima. Where the next ones were followed to their ends, these decide in
+    place of how many found the best one.
 
     Parameters
     ----------
-    nats : float
-        By how many the next minimum is less probable, errors of measured inputs taken off both; 0 where not known.
+    nats : float, optional
+        By how many the next minimum is less probable, errors of measured inputs taken off both; None where that was
+        not looked at.
     """
     share = starts.agreeing / starts.tried
     excess = _excess(starts)
-    few = noise and ((starts.agreeing >= FEW_STARTS and excess > WORSE) or nats > LESS_PROBABLE)
+    clear = starts.agreeing >= FEW_STARTS and excess > WORSE if nats is None else nats > LESS_PROBABLE
+    few = noise and clear
     others, lost, known = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0)), known_minima(starts)
     exhausted = starts.agreeing >= FEW_STARTS and known >= MINIMA_KNOWN
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost, "known": known}
@@ -189,7 +186,14 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float = 0.0) -> Chec
         threshold=STARTS_AGREED,
         identifier=AGREED,
         quantity="agreement of the starts (multistart)",
-        facts=counts | {"others": others if np.isfinite(excess) else 0, "excess": excess, "noise": few, "nats": nats},
+        facts=counts
+        | {
+            "others": others if np.isfinite(excess) else 0,
+            "excess": excess,
+            "noise": few,
+            "nats": nats,
+            "least": LESS_PROBABLE,
+        },
     )
 
 

@@ -146,12 +146,13 @@ def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View
 def _at_mode(
     bars: ErrorBars, unknowns: Unknowns, place: Place, seen: View, sigma: np.ndarray | None = None
 ) -> GlsEstimate | None:
-    """The mode in the noise that is left there; standard deviations between records begin at `sigma`."""
+    """The mode in the noise that is left there; standard deviations between records begin at `sigma`.
+
+    One that was reached as well as `MODE_REACHED` asks stands where it cannot be come nearer to.
+    """
     evidence: MarginalLikelihood | None = None
-    noise: tuple[Noise, ...] = ()
-    for number in range(MOST_ROUNDS):
-        if number >= ROUNDS and evidence is not None and evidence.mode.predicted_reduction <= ROUGHLY:
-            break
+    found: GlsEstimate | None = None
+    for number in range(1, MOST_ROUNDS + 1):
         if seen.raw is None:
             seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
         left = (
@@ -163,9 +164,13 @@ def _at_mode(
         seen = seen.through(whitening_of(seen.problem, noise))
         evidence = _laplace_evidence(unknowns, place, seen, sigma)
         if evidence is None:
-            return None
+            break
         place, sigma = evidence.mode.place, evidence.mode.sigma
-    return None if evidence is None else _estimate(bars, evidence, seen, noise)
+        if number >= ROUNDS:
+            found = _estimate(bars, evidence, seen, noise)
+            if evidence.mode.predicted_reduction <= ROUGHLY:
+                break
+    return found
 
 
 def _laplace_evidence(

@@ -62,8 +62,8 @@ class How(NamedTuple):
     whiten : bool
         Whether to whiten where inputs are noisy too, which takes long.
     rivals : bool
-        Whether to see, where inputs are noisy, what other minima and models with one law more are worth, which takes
-        as long as all the rest.
+        Whether to see, where inputs are noisy, what other minima, each record by itself and models with one law more
+        are worth, which takes as long as all the rest.
     often : bool
         Whether many tasks of like shapes follow, so that it is worth while to compile more programs for them.
     ended : Ended, optional
@@ -135,7 +135,8 @@ def identify(
     if ended is None and _may_lose_bounces(task, found_all, how) and not stop():
         tell("fitting each record by itself", 0.92)
         alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, schedule=schedule)
-        found_all = _apart(task, found, found_all, how, alone)
+        ended = _each(task, found_all, how, alone)
+        found_all = found_all if ended is None or stop() else _apart(task, found, second, found_all, how, ended)
     if how.profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -157,25 +158,28 @@ def _may_lose_bounces(task: Task, found: Identification, how: How) -> bool:
     several = len(task.traces) > 1 and any(record is None for _, record in task.problem.layout.entries)
     if not several or not found.input_errors:
         return False
-    return loses(total(found.gap), found.expected_gap) or (how.rivals and found.why.identifier in NOT_NOISE)
+    return loses(total(found.gap), found.expected_gap) or (how.rivals and found.why.identifier in TRIED_APART)
 
 
-NOT_NOISE = ("not_noise", "not_converged", "loses_less", "louder")
-"""Why an estimate is reported (see `Why`) whose residuals are not the noise of any likelihood."""
+TRIED_APART = ("not_noise", "not_converged", "loses_less", "louder")
+"""Why an estimate is reported (see `Why`) beside which each record is fitted by itself."""
+
+
+def _each(task: Task, alike: Identification, how: How, search: Callable[[Task], Starts]) -> Ended | None:
+    shared = [total(gap) for gap in alike.record_gaps.values()]
+    return in_time(partial(each_by_itself, task, search, shared, how.rivals), None)[0]
 
 
 def _apart(
-    task: Task, starts: Starts, alike: Identification, how: How, search: Callable[[Task], Starts]
+    task: Task, starts: Starts, second: SecondSolver | None, alike: Identification, how: How, ended: Ended
 ) -> Identification:
-    """The estimate from where each record is best by itself; that of shared values where it says no less well."""
-    shared = [total(gap) for gap in alike.record_gaps.values()]
-    ended, _ = in_time(partial(each_by_itself, task, search, shared, how.rivals), None)
-    if ended is None:
-        return alike
-    own = _concluded(task, starts, means(task.problem.layout, ended.local), None, how._replace(ended=ended))
-    doubts, less = (_held_against(own), _held_against(alike)), total(own.gap) < total(alike.gap)
+    """The estimate from where each record is best by itself, if that of shared values loses a bounce beside it.
+
+    In a fit, also if there is less to hold against it.
+    """
+    own = _concluded(task, starts, means(task.problem.layout, ended.local), second, how._replace(ended=ended))
     lost = loses(total(alike.gap), total(own.gap))
-    return own if lost or doubts[0] < doubts[1] or (doubts[0] == doubts[1] and less) else alike
+    return own if lost or (how.rivals and _held_against(own) < _held_against(alike)) else alike
 
 
 def _held_against(found: Identification) -> frozenset[str]:
@@ -252,7 +256,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
-        *(() if how.known else (minima.second_solver_agrees(),)),
+        *(() if how.known and (second is None or best.gls is None) else (minima.second_solver_agrees(),)),
         minima.starts_agree(),
         sound.inside,
         judge.determined(weak),

@@ -7,28 +7,29 @@ from each of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.error_bars import convergence_unit
+from fibrefit.fitting.error_bars import convergence_unit, error_bars
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
-from fibrefit.fitting.reported import Reported
+from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.each_by_itself import means
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.thresholds import FEW_STARTS
-from fibrefit.problem.estimate.gauss_newton import Effort, mode
+from fibrefit.fitting.thresholds import LESS_PROBABLE
+from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import place_of
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
-
-FOLLOWED = Effort(patience=6)
-"""How far the likelihood is followed from another minimum: what creeps ends in another one."""
 
 
 class SecondSolver(NamedTuple):
@@ -54,9 +55,9 @@ class Led(NamedTuple):
     Parameters
     ----------
     distance : float
-        From the values that are reported and all records share, in their standard errors.
+        Of the means over the records from those at the mode, in standard errors of the values they share.
     nats : float
-        By how much it is less probable there.
+        By how much it is less probable there, at least.
     """
 
     distance: float
@@ -90,79 +91,101 @@ class Minima:
 
     @property
     def unit(self) -> float:
-        """Of a change of the cost: what noise that has a memory makes of a residual's square."""
+        """Standard errors over those for white noise: a change of the cost counts in units of the square of that."""
         return convergence_unit(self.plain.problem, self.bars)
 
     def starts_agree(self) -> Check:
         """Whether other starts end where the best one does, or are less probable."""
-        if self._likelihood is None:
-            return judge.starts_agree(self.starts, self._size_of_noise, self._nats_as_fitted())
-        check = judge.starts_agree(self.starts, self._size_of_noise)
-        noise = self.best.sound.may_be_noise
-        return check if check.passed or not noise else judge.starts_agree(self.starts, noise, self._nats())
+        noise = self.best.sound.gap.passed
+        check, compared = judge.starts_agree(self.starts, noise), self.compared and bool(self.plain.input_errors)
+        if compared and self.best.gls is not None:
+            others = self.starts.others()
+            if self.plain.differ:
+                # Each record was followed by itself: no start of all of them ended at what is reported.
+                elsewhere = replace(self.starts, basin=self.starts.basin + (self.starts.basin >= 0))
+                return judge.starts_agree(elsewhere, self.best.may_be_noise, self._nats(self.best.gls, others))
+            if check.passed or not (others and self.best.may_be_noise):
+                return check
+            return judge.starts_agree(self.starts, self.best.may_be_noise, self._nats(self.best.gls, others))
+        fitted = compared and noise and not check.passed and bool(self.starts.others())
+        if fitted or judge.undecided(self.starts, noise):
+            return judge.starts_agree(self.starts, noise, self._nats_as_fitted())
+        return check
 
     def second_solver_agrees(self) -> Check:
         """Whether another solver ends at the same values, or at less probable ones."""
         if self.second is None:
             return judge.no_second_solver()
         check = judge.second_solver(self.second.distance / self.unit, self.second.gain)
-        if check.passed or self._likelihood is None:
+        gls = self.best.gls if self.compared and self.plain.input_errors else None
+        if gls is None or (check.passed and not self.plain.differ):
             return check
-        led = _led(self._likelihood, self.second.values)
-        return judge.led_by_second_solver(led.distance, led.nats)
+        return judge.led_by_second_solver(*self._led(gls, self.second.values))
 
-    @property
-    def _likelihood(self) -> GlsEstimate | None:
-        """In which others are followed to their ends."""
-        return self.best.gls if self.compared and self.best.input_errors else None
-
-    @property
-    def _size_of_noise(self) -> bool:
-        return self.best.sound.gap.passed
-
-    def _nats(self) -> float:
+    def _nats(self, gls: GlsEstimate, others: Sequence[np.ndarray]) -> float:
         """By how many nats the next place is less probable to which the likelihood leads from any of the best ends."""
-        assert self._likelihood is not None
-        ends = [self.starts.values[int(np.argmin(self.starts.cost))], *self.starts.others()]
-        led = [_led(self._likelihood, values) for values in ends]
-        # Ends that differ by less than their error bars say the same.
-        return min((one.nats for one in led if one.distance > 1.0), default=np.inf)
+        if not self.best.may_be_noise:
+            return 0.0
+        led = [self._led(gls, end) for end in (self.starts.values[int(np.argmin(self.starts.cost))], *others)]
+        # Ends that differ by less than their error bars say the same, but for one that the estimate has missed.
+        return min((one.nats for one in led if one.distance > 1.0 or one.nats < -LESS_PROBABLE), default=np.inf)
+
+    def _led(self, gls: GlsEstimate, values: np.ndarray) -> Led:
+        """Where the likelihood leads from other values, which are as good where an estimate of theirs stands."""
+        led = _led(gls, values)
+        if led.distance <= 1.0 or led.nats <= LESS_PROBABLE:
+            return led
+        # Readings are linearised in the errors of the estimate; another minimum may have an estimate with its own.
+        return led._replace(nats=0.0) if self._stands(gls, values) else led
+
+    def _stands(self, gls: GlsEstimate, values: np.ndarray) -> bool:
+        """Whether other values lead to an estimate of the likelihood of their own that says something else."""
+        other = optimum(self.task, values)
+        bars = error_bars(other.problem, other.scores, self.task.rate)
+        there = reported(self.task, other, bars, True)
+        stands = (
+            there.gls is not None and there.sound.converged.passed and there.sound.like_noise and there.may_be_noise
+        )
+        return stands and _distance(gls, there.values, self.best.values) > 1.0
 
     def _nats_as_fitted(self) -> float:
         """The same where there is no likelihood: of the next minimum, errors of measured inputs taken off."""
-        starts, inputs = self.starts, bool(self.plain.input_errors)
-        if not judge.undecided(starts, self._size_of_noise, fewest=1 if inputs and self.compared else FEW_STARTS):
-            return 0.0
-        if not inputs:
+        starts, plain = self.starts, self.plain
+        if not plain.input_errors:
             # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
             return 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / self.unit**2
-        for other in self._others():
-            if np.any(np.abs(other.values - self.plain.values) > self.bars.errors[self.bars.method]):
-                return 0.5 * (_objective(other) - _objective(self.plain)) / self.unit**2
-        return np.inf if self.compared else 0.0
-
-    def _others(self) -> Iterator[Optimum]:
-        return (optimum(self.task, values) for values in (self.starts.others() if self.compared else ()))
+        if not self.compared:
+            return 0.0
+        ends = [optimum(self.task, values) for values in starts.others()]
+        away = [one for one in ends if np.any(np.abs(one.values - plain.values) > self.bars.errors[self.bars.method])]
+        best, *others = (_objective(one.problem, one.local, one.coefficients) for one in (plain, *away))
+        return 0.5 * (min(others, default=np.inf) - best) / self.unit**2
 
 
 def _led(gls: GlsEstimate, values: np.ndarray) -> Led:
-    """Where the likelihood of an estimate leads from values ``(n_free,)``; nowhere is infinitely improbable."""
+    """Where the likelihood of an estimate leads from values ``(n_free,)``; not known where it leads nowhere."""
     found, layout = gls.evidence.mode, gls.seen.problem.layout
     unknowns, local = found.unknowns, np.asarray(layout.local(values))
-    end = mode(unknowns, place_of(unknowns, local), gls.seen.gram(unknowns), found.sigma, effort=FOLLOWED)
-    nats = 0.5 * (end.objective - found.objective)
-    if not np.isfinite(nats):
-        return Led(np.inf, np.inf)
+    start, gram = place_of(unknowns, local), gls.seen.gram(unknowns)
+    end, _ = in_time(partial(mode, unknowns, start, gram, found.sigma), None)
+    if end is None or not np.isfinite(end.objective):
+        return Led(np.inf, 0.0)
+    # What a further step would gain is still to be gained: the end is no less probable than that.
+    nats = 0.5 * (end.objective - np.nan_to_num(end.predicted_reduction, nan=np.inf) - found.objective)
     # A mean and deviations from it may still creep against each other where the records are at rest.
-    here, there = (means(layout, one.local) for one in (found, end))
+    return Led(_distance(gls, *(means(layout, one.local) for one in (found, end))), float(nats))
+
+
+def _distance(gls: GlsEstimate, here: np.ndarray, there: np.ndarray) -> float:
+    """Largest distance of shared values ``(n_free,)``, in standard errors of an estimate."""
     errors = gls.bars.errors[gls.bars.method]
-    shared = np.array([record is None for _, record in layout.entries])
+    shared = np.array([record is None for _, record in gls.seen.problem.layout.entries])
     known = shared & np.isfinite(errors) & (errors > 0.0)
-    return Led(float(np.max(np.abs(there - here)[known] / errors[known], initial=0.0)), float(nats))
+    return float(np.max(np.abs(there - here)[known] / errors[known], initial=0.0))
 
 
-def _objective(end: Optimum) -> float:
+def _objective(problem: Problem, local: np.ndarray, coefficients: InputCoefficients) -> float:
     """Sum of squares of what is left and of the errors that were taken off the inputs, each in units of its own."""
-    errors = sum(float(np.sum(np.square(waves))) for waves in end.coefficients.values())
-    left = float(np.sum(np.square(linearised(end.problem, end.local).residuals)))
+    errors = sum(float(np.sum(np.square(waves))) for waves in coefficients.values())
+    left = float(np.sum(np.square(linearised(problem, local).residuals)))
     return left + errors if np.isfinite(left) else np.inf  # where a motion is lost there are no numbers

@@ -20,7 +20,7 @@ from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
 from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
-from fibrefit.fitting.thresholds import LOUDER
+from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
@@ -61,19 +61,6 @@ class Sound(NamedTuple):
         """Whether residuals have the structure of noise, however loud they are."""
         return all(check.passed for check in self.structure)
 
-    @property
-    def may_be_noise(self) -> bool:
-        """Whether residuals are noise by their size, or are a little louder with its structure.
-
-        Slow noise is louder than a rest shows. A record that is not followed to its end leaves more.
-        """
-        return self.gap.passed or (self.like_noise and (self.gap.statistic or np.inf) <= LOUDER * self._least)
-
-    @property
-    def _least(self) -> float:
-        """Gap of a perfect model."""
-        return (self.gap.threshold or 0.0) / GAP_OF_NOISE
-
 
 @dataclass(frozen=True)
 class Reported:
@@ -109,6 +96,16 @@ class Reported:
     checks: tuple[Check, ...] = ()
 
     @property
+    def may_be_noise(self) -> bool:
+        """Whether residuals are noise by their size, or have its structure and are a little louder in any record.
+
+        Slow noise is louder than a rest shows. A record that is not followed to its end leaves more.
+        """
+        loudest = max(total(gap) for gap in self.seen.record_gaps.values())
+        louder = self.sound.like_noise and loudest <= LOUDER_THAN_AT_REST * self.expected_gap
+        return self.sound.gap.passed or louder
+
+    @property
     def estimator(self) -> str:
         """Name of the method."""
         return "ordinary least squares" if self.gls is None else "generalised least squares"
@@ -141,7 +138,7 @@ def reported(
         if not failed:
             why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
             return replace(found, why=why, checks=checks)
-        if plain.input_errors and found.sound.converged.passed and found.sound.may_be_noise:
+        if plain.input_errors and found.sound.converged.passed and found.sound.like_noise and found.may_be_noise:
             # Plain least squares would take for errors of the inputs what a rest does not show of the noise.
             return replace(found, why=Why("louder", failed=failed), checks=checks)
         if plain.input_errors and ended is not None and ended.differ:
@@ -200,9 +197,10 @@ def _compared(plain: Optimum, gls: GlsEstimate) -> tuple[Check, ...]:
 def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
     problem, coefficients = problem_at(task, gls), gls.coefficients
     seen = evaluate(task, problem, gls.local)
-    if coefficients:
+    if coefficients and not total(seen.gap) <= GAP_OF_NOISE * gls.expected_gap:
         # Samples of which the linearised problem tells little say nothing in it. A motion that bounces there is that of
-        # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples.
+        # the plain estimate, an error bar away, whose errors of the inputs were brought to explain all samples; those
+        # of noise that has a memory, too.
         for local in (gls.local, *(() if gls.records_differ else (plain.local,))):
             other = evaluate(task, plain.problem, local)
             if total(other.gap) < total(seen.gap):
@@ -214,8 +212,7 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
         [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],
     )
     sound = Sound(moving, judge.inside_bounds(limits), *_of_residuals(task, seen, gls.residuals, gls.noise, expected))
-    # Plain least squares takes noise that has a memory for errors of inputs: what these are the likelihood knows.
-    errors = _errors(task, plain, gls.coefficients)
+    errors = _errors(task, plain, coefficients)
     values, left, bars = gls.values, gls.residuals, gls.bars
     return Reported(problem, values, left, bars, gls, seen, sound, errors, coefficients, expected)
 

@@ -47,7 +47,8 @@ STARTS_AGREED = 0.8
 MINIMA_KNOWN = 0.95
 """Probability that a further start would end in a minimum that is known, from which all that matter are taken to be."""
 FEW_STARTS = 2
-"""Starts that have to end in a minimum that leaves only noise: one may be an accident."""
+"""Starts that have to end in a minimum that leaves only noise, where others are not followed on: one may be an
+accident."""
 SAME_PLACE = 1.0
 """Distance in units of the steps, which are those of typical sizes or errors, within which two starts have come to the
 same place."""
@@ -121,9 +122,10 @@ MOST_LINEARISATIONS = 8
 at first."""
 FALLS = 0.9
 """Factor by which such a look has to lower the mean square of what is left of all samples for another one."""
-LOUDER = 1.25
-"""Gap over that of a perfect model up to which residuals that have the structure of noise are noise that is louder than
-at rest: of slow noise beside noisy inputs it was 1.13 to 1.17, of a record that lost a bounce 1.27 and more."""
+LOUDER_THAN_AT_REST = 1.25
+"""Gap of a record over that of a perfect model up to which residuals that have the structure of noise are noise that is
+louder than at rest: of slow noise beside noisy inputs it was 1.22 at the most, of records that lost a bounce 1.37 and
+more."""
 LOSES = 2.0
 """Ratio of the gap that values shared by all records leave to that which values of their own leave, beyond which the
 former have lost a bounce: nothing that is missing from a model does that."""

@@ -104,7 +104,13 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         "starts led elsewhere",
         judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=11.0),
         judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=9.0),
-        "1 of 4 starts ended in the best minimum.",
+        "the next of these minima is 9 nats less probable; at least 10 less are expected",
+    ),
+    (
+        "starts that were not followed",
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
+        judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True, nats=-3.0),
+        "the next of these minima is 3 nats more probable",
     ),
     (
         "second led elsewhere",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,13 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.core.time_limit import check_time, time_limit
 from fibrefit.fitting import minima
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.minima import Led, Minima, SecondSolver
 from fibrefit.fitting.result import Starts
+from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
+from tests.problem.toys import NAMES, begun, gram_of, unknowns
 from tests.validation.cases import interval_cases
+
+TRUTH = np.array([0.3, -0.2, 0.5])
 
 
 def starts_of(cost: list[float]) -> Starts:
@@ -25,30 +32,37 @@ def starts_of(cost: list[float]) -> Starts:
 
 
 def beside(
-    monkeypatch: pytest.MonkeyPatch,
-    led: dict[float, Led],
-    noise: bool = True,
-    may_be_noise: bool = True,
-    gls: Any = True,
+    monkeypatch: pytest.MonkeyPatch, led: dict[float, Led], noise: bool = True, gls: bool = True, **facts: Any
 ) -> Minima:
     """Minima of one shared value, which tells them apart; the likelihood leads from each to what is stated."""
     monkeypatch.setattr(minima, "_led", lambda gls, values: led[float(values[0])])
-    sound = SimpleNamespace(gap=SimpleNamespace(passed=noise), may_be_noise=may_be_noise)
-    best: Any = SimpleNamespace(sound=sound, gls=gls or None, input_errors={"drive": 1})
-    plain: Any = SimpleNamespace(input_errors={"drive": 1}, values=np.zeros(1), problem=None)
+    monkeypatch.setattr(minima, "optimum", lambda task, values: Any)
+    monkeypatch.setattr(Minima, "_stands", lambda self, gls, values: float(values[0]) in facts.get("as_good", ()))
     monkeypatch.setattr(minima, "convergence_unit", lambda problem, bars: 1.0)
+    of: Any = SimpleNamespace(
+        sound=SimpleNamespace(gap=SimpleNamespace(passed=noise)), gls=gls or None, may_be_noise=facts.get("like", noise)
+    )
+    plain: Any = SimpleNamespace(
+        input_errors={"drive": 1}, values=np.zeros(1), problem=None, local=0.0, coefficients=None,
+        differ=facts.get("differ", False),
+    )  # fmt: skip
     bars: Any = SimpleNamespace(errors={"white": np.ones(1)}, method="white")
     second = SecondSolver(np.array([7.0]), 3.0, -5.0)
-    return Minima(None, starts_of([1.0, 1.01, 1.02]), second, plain, bars, best, True)  # type: ignore[arg-type]
+    starts = facts.get("starts", starts_of([1.0, 1.2, 1.3]))
+    return Minima(None, starts, second, plain, bars, of, facts.get("compared", True))  # type: ignore[arg-type]
 
 
-SAME, WORSE, AS_GOOD = Led(0.3, 0.1), Led(4.0, 12.0), Led(4.0, 3.0)
+SAME, WORSE, AS_GOOD, MISSED, LOST = Led(0.3, 0.1), Led(4.0, 12.0), Led(4.0, 3.0), Led(0.3, -20.0), Led(np.inf, 0.0)
+OUTCOMES = [
+    ((SAME, SAME, SAME), True, np.inf),
+    ((SAME, WORSE, SAME), True, 12.0),
+    ((SAME, WORSE, AS_GOOD), False, 3.0),
+    ((SAME, SAME, MISSED), False, -20.0),
+    ((SAME, LOST, SAME), False, 0.0),
+]
 
 
-@pytest.mark.parametrize(
-    ("ends", "passed", "nats"),
-    [((SAME, SAME, SAME), True, np.inf), ((SAME, WORSE, SAME), True, 12.0), ((SAME, WORSE, AS_GOOD), False, 3.0)],
-)
+@pytest.mark.parametrize(("ends", "passed", "nats"), OUTCOMES)
 def test_starts_of_noisy_inputs_agree_where_the_likelihood_leads_from_them(
     ends: tuple[Led, ...], passed: bool, nats: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -56,27 +70,126 @@ def test_starts_of_noisy_inputs_agree_where_the_likelihood_leads_from_them(
     check = beside(monkeypatch, led).starts_agree()
     assert check.passed is passed
     assert check.facts["nats"] == nats
-    # Slow noise is louder than at rest, and has its spectrum; what has neither its size nor its structure is none.
-    assert beside(monkeypatch, led, noise=False).starts_agree().passed is passed
-    assert not beside(monkeypatch, led, noise=False, may_be_noise=False).starts_agree().passed
+    # Slow noise is louder than at rest; what has neither the size nor the structure of noise is none.
+    assert beside(monkeypatch, led, noise=False, like=True).starts_agree().passed is passed
+    assert not beside(monkeypatch, led, noise=False).starts_agree().passed
+    # Nor are others followed in a search for effects.
+    assert not beside(monkeypatch, led, compared=False).starts_agree().passed
 
 
-def test_without_a_likelihood_the_next_minimum_is_fitted_with_its_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
-    fits = {1.0: 40.0, 2.0: 4.0}
-    monkeypatch.setattr(minima, "optimum", lambda task, values: SimpleNamespace(values=values + 5.0))
-    monkeypatch.setattr(minima, "_objective", lambda end: fits.get(float(end.values[0]) - 5.0, 0.0))
-    assert beside(monkeypatch, {}, gls=False).starts_agree().passed
-    fits[1.0] = 4.0
-    assert not beside(monkeypatch, {}, gls=False).starts_agree().passed
+def test_a_minimum_of_which_an_estimate_stands_is_as_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    led = {0.0: SAME, 1.0: WORSE, 2.0: SAME, 7.0: WORSE}
+    assert beside(monkeypatch, led).second_solver_agrees().passed
+    for check in (
+        beside(monkeypatch, led, as_good=(1.0,)).starts_agree(),
+        beside(monkeypatch, led, as_good=(7.0,)).second_solver_agrees(),
+    ):
+        assert not check.passed
+        assert check.facts["nats"] == 0.0
 
 
-@pytest.mark.parametrize(("end", "passed"), [(SAME, True), (WORSE, True), (AS_GOOD, False)])
+def test_one_start_that_ended_alone_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    lonely = starts_of([1.0, np.inf, np.inf])
+    lonely = replace(lonely, basin=np.array([0, -1, -1]))
+    for gls in (True, False):
+        assert not beside(monkeypatch, {0.0: SAME}, gls=gls, starts=lonely).starts_agree().passed
+
+
+def test_no_start_counts_for_records_that_were_followed_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    all_one = replace(starts_of([1.0, 1.0, 1.0]), basin=np.zeros(3, dtype=int))
+    same, worse, as_good = (
+        beside(monkeypatch, {0.0: led}, starts=all_one, differ=True).starts_agree() for led in (SAME, WORSE, AS_GOOD)
+    )
+    assert same.statistic == 0.0
+    assert (same.passed, worse.passed) == (True, True)
+    assert not beside(monkeypatch, {0.0: AS_GOOD}, starts=all_one, differ=True).starts_agree().passed
+    assert beside(monkeypatch, {0.0: AS_GOOD}, starts=all_one).starts_agree().passed
+    assert as_good.statistic == 0.0
+
+
+def test_without_a_likelihood_the_next_minima_are_fitted_with_their_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    fits = {0.0: 0.0, 1.0: 40.0, 2.0: 4.0}
+    of = beside(monkeypatch, {}, gls=False)
+    ends = {
+        key: SimpleNamespace(values=np.array([5.0 + key]), problem=key, local=0.0, coefficients=None) for key in fits
+    }
+    monkeypatch.setattr(minima, "optimum", lambda task, values: ends[float(values[0])])
+    monkeypatch.setattr(minima, "_objective", lambda problem, local, coefficients: fits.get(problem, 0.0))
+    # All that differ count, whatever their order as measured.
+    assert not of.starts_agree().passed
+    fits[2.0] = 30.0
+    assert of.starts_agree().passed
+    ends[1.0].values = np.array([0.5])
+    assert of.starts_agree().facts["nats"] == 15.0
+
+
+@pytest.mark.parametrize(
+    ("end", "passed"), [(SAME, True), (WORSE, True), (AS_GOOD, False), (MISSED, False), (LOST, False)]
+)
 def test_what_a_second_solver_found_is_followed_in_the_likelihood(
     end: Led, passed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert beside(monkeypatch, {7.0: end}).second_solver_agrees().passed is passed
     # Without one its end is another minimum, and says so.
     assert not beside(monkeypatch, {}, gls=False).second_solver_agrees().passed
+
+
+class Swing:
+    """Four records of a swing, of which a frequency some periods off is a minimum of its own."""
+
+    def __init__(self, sigma: float = 0.0) -> None:
+        self.of, samples = unknowns(()), np.arange(400)
+        truth = self.of.value(TRUTH)
+
+        def residuals(local: np.ndarray) -> np.ndarray:
+            swing = np.sin(0.02 * local[:, :1] * samples) - np.sin(0.02 * truth[0] * samples)
+            lost = np.where(local[:, :1] > 3.0 * truth[0], np.nan, 0.0)
+            return np.concatenate([30.0 * swing + lost, local[:, 1:] - [*truth[1:], 0.0, 0.0]], axis=1)
+
+        self.gram = gram_of(residuals)
+        best = mode(self.of, begun(self.of, TRUTH), self.gram, np.zeros(0))
+        entries = [(None, record) for record in (None, None, None, 0, 0)]
+        layout = SimpleNamespace(
+            local=lambda values: np.repeat(np.asarray(values)[None], 4, axis=0),
+            entries=[(SimpleNamespace(name=name), record) for name, (_, record) in zip(NAMES, entries, strict=True)],
+            names=NAMES,
+        )
+        seen = SimpleNamespace(gram=lambda of: self.gram, problem=SimpleNamespace(layout=layout))
+        errors = SimpleNamespace(errors={"whitened": np.full(5, 1e-2)}, method="whitened")
+        self.gls: Any = SimpleNamespace(evidence=SimpleNamespace(mode=best), seen=seen, bars=errors)
+        self.best = np.concatenate([best.values, np.zeros(2)])
+
+    def led(self, factor: float) -> Led:
+        """From a frequency so many times too high."""
+        return minima._led(self.gls, self.best * np.array([factor, 1.0, 1.0, 1.0, 1.0]))
+
+
+def test_the_likelihood_is_followed_from_elsewhere_to_its_end() -> None:
+    swing = Swing()
+    near, far, lost = (swing.led(factor) for factor in (1.003, 1.3, 5.0))
+    assert near.distance < 0.1
+    assert abs(near.nats) < 0.1
+    assert far.distance > 1.0
+    assert far.nats > 100.0
+    assert lost == Led(np.inf, 0.0)
+    with time_limit(-1.0):
+
+        def ended(*of: Any) -> Any:
+            check_time()
+
+        swing.gls.seen.gram = lambda of: ended
+        assert swing.led(1.003) == Led(np.inf, 0.0)
+
+
+def test_an_end_that_may_still_fall_is_no_less_probable_than_where_the_next_step_leads(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    swing = Swing()
+    whole = swing.led(1.003)
+    monkeypatch.setattr(minima, "mode", partial(mode, effort=Effort(steps=1)))
+    cut = swing.led(1.003)
+    assert cut.nats < 0.5
+    assert cut.distance > whole.distance
 
 
 @pytest.mark.slow

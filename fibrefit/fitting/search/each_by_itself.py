@@ -30,9 +30,14 @@ class _End(NamedTuple):
     gap: float
 
     @property
+    def excess(self) -> float:
+        """That gap over that of a perfect model; infinite where a motion is lost."""
+        return self.gap / self.there.expected_gap if np.isfinite(self.gap) else np.inf
+
+    @property
     def is_noise(self) -> bool:
         """Whether no more is left than noise."""
-        return self.gap <= GAP_OF_NOISE * self.there.expected_gap
+        return self.excess <= GAP_OF_NOISE
 
 
 def each_by_itself(
@@ -49,7 +54,7 @@ def each_by_itself(
         Gap of each record where all have the same values. The one that these lose first by far is fitted first: what a
         model lacks it lacks in a record by itself, too, and then the others are not tried.
     thoroughly : bool
-        Whether they are all the same, as long as most of all are followed: one record may be a hard one.
+        Whether they are all the same; then at least half of all have to be followed, as one may be a hard one.
     """
     alone = [task.alone(record) for record in range(len(task.traces))]
     worst, *others = (int(record) for record in np.argsort(shared)[::-1])
@@ -82,14 +87,14 @@ def _end(one: Task, search: Callable[[Task], Starts]) -> _End | None:
     for values in (found.values[int(np.argmin(found.cost))], *found.others()):
         there = optimum(one, values)
         end = _End(there, total(evaluate(one, there.problem, there.local).gap))
-        best = end if best is None or end.gap < best.gap else best
+        best = end if best is None or end.excess < best.excess else best
         if best.is_noise:
             break
     return best
 
 
 def _follows(end: _End | None, alike: float) -> bool:
-    """Whether a record that shared values lose is no longer lost by itself."""
+    """Whether a record by itself is followed to its end, or at least is no longer lost as by shared values."""
     return end is not None and (end.is_noise or loses(alike, end.gap))
 
 

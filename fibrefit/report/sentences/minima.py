@@ -13,10 +13,10 @@ def second_solver_sentence(check: Check) -> str:
         return "A second solver was not run."
     gain, nats = check.facts["gain"], check.facts["nats"]
     if check.passed:
-        same = check.threshold is None or check.statistic <= check.threshold
-        other = f"in another minimum, which the likelihood holds for {nats:.3g} nats less probable"
-        return f"A second, independent solver ends {'at the same values' if same else other}."
-    if nats:
+        same = nats is None or check.threshold is None or check.statistic <= check.threshold
+        end = "at the same values" if same else f"in another minimum, which is {nats:.3g} nats less probable"
+        return f"A second, independent solver ends {end}."
+    if nats is not None:
         return (
             f"From where a second solver ends the likelihood leads {check.statistic:.2g} standard errors away, to what "
             f"is {abs(nats):.3g} nats {'less' if nats > 0 else 'more'} probable. The minimum is not a plain one."
@@ -43,14 +43,11 @@ def starts_sentence(check: Check) -> str:
         says += ": bounces or swings that are matched with others than their own make such minima."
     if (lost := facts["lost"]) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
+    if facts["nats"] is not None and (facts["noise"] or not check.passed):
+        return f"{says} {_followed(facts['nats'], facts['least'], check.passed)}"
     if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:
         another = f"a further start would find another minimum with a probability of {100 * (1 - facts['known']):.2g} %"
-        if facts["noise"] and facts["nats"]:
-            apart = f"the next is {facts['nats']:.3g} nats less probable"
-            says += (
-                f" Followed in the likelihood, {apart if math.isfinite(facts['nats']) else 'all lead to one place'}."
-            )
-        elif facts["noise"]:
+        if facts["noise"]:
             says += " The best one leaves only noise: none can lie below it."
         elif check.passed:
             says += f" All minima are taken to be known: {another}."
@@ -58,3 +55,11 @@ def starts_sentence(check: Check) -> str:
             says += f" At least {100 * check.threshold:.0f} % are expected, or that all minima are known: {another}. "
             says += "A better one may have been missed."
     return says
+
+
+def _followed(nats: float, least: float, passed: bool) -> str:
+    """What became of the best starts once their minima were followed to the end."""
+    if math.isinf(nats):
+        return "Followed on, the best of these minima lead to one place."
+    says = f"Followed on, the next of these minima is {abs(nats):.3g} nats {'less' if nats >= 0 else 'more'} probable"
+    return f"{says}." if passed else f"{says}; at least {least:g} less are expected. A better one may have been missed."
