@@ -133,12 +133,12 @@ def test_records_that_shared_values_lose_are_each_followed_by_themselves(
     task = task_of(study.model_copy(update={"records": tuple(study.records[i] for i in few)}))
     shared: list[float] = []
 
-    def apart(task: Task, starts: Starts, alike: Identification, *of: Any) -> Identification:
+    def each(task: Task, alike: Identification, *of: Any) -> Any:
         shared.append(total(alike.gap))
-        return own(task, starts, alike, *of)
+        return own(task, alike, *of)
 
-    own = identification._apart
-    monkeypatch.setattr(identification, "_apart", apart)
+    own = identification._each
+    monkeypatch.setattr(identification, "_each", each)
     found = identify(task, 2, 0, How(whiten=False, rivals=False))
     assert shared[0] > 2.0
     assert total(found.gap) < 1.3
@@ -206,17 +206,18 @@ def test_a_record_by_itself_is_followed_from_the_minimum_that_leaves_noise(
 ) -> None:
     task, asked, gaps = fitted_alone
     names = [trace.name for trace in task.traces]
-    # Where none leaves noise, the lowest counts; a third is not looked at where the second leaves noise.
-    gaps |= {name: [1.05] for name in names} | {names[1]: [2.9, 1.05, np.nan], names[2]: [1.4, 1.3, 1.35]}
+    gaps |= {name: [1.05] for name in names} | {names[1]: [2.9, 1.05, 0.5], names[2]: [np.nan, 1.3, 1.35]}
     assert alone(fitted_alone) is not None
-    ends = each_by_itself._end(
-        task.alone(2),
-        lambda one: SimpleNamespace(  # type: ignore[arg-type,return-value]
-            cost=np.zeros(1), values=np.zeros((1, 1)), others=lambda: [np.ones(1), np.full(1, 2.0)]
-        ),
-    )
-    assert ends is not None
-    assert (ends.gap, ends.is_noise) == (1.3, False)
+
+    def ends(one: Task) -> Any:
+        others = [np.ones(1), np.full(1, 2.0)]
+        return SimpleNamespace(cost=np.zeros(1), values=np.zeros((1, 1)), others=lambda: others)
+
+    # A third is not looked at where the second leaves noise; where none does, the lowest counts.
+    for record, left, noise in ((1, 1.05, True), (2, 1.3, False)):
+        end = each_by_itself._end(task.alone(record), ends)
+        assert end is not None
+        assert (end.gap, end.is_noise) == (left, noise)
     assert len(asked) == len(names)
 
 
