@@ -16,9 +16,9 @@ import numpy as np
 
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.error_bars import convergence_unit, error_bars
+from fibrefit.fitting.error_bars import convergence_unit
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
-from fibrefit.fitting.reported import Reported, reported
+from fibrefit.fitting.reported import Reported
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.each_by_itself import means
 from fibrefit.fitting.search.optimum import Optimum, optimum
@@ -120,33 +120,15 @@ class Minima:
         gls = self.best.gls if self.compared and self.plain.input_errors else None
         if gls is None or (check.passed and not self.plain.differ):
             return check
-        return judge.led_by_second_solver(*self._led(gls, self.second.values))
+        return judge.led_by_second_solver(*_led(gls, self.second.values))
 
     def _nats(self, gls: GlsEstimate, others: Sequence[np.ndarray]) -> float:
         """By how many nats the next place is less probable to which the likelihood leads from any of the best ends."""
         if not self.best.may_be_noise:
             return 0.0
-        led = [self._led(gls, end) for end in (self.starts.values[int(np.argmin(self.starts.cost))], *others)]
+        led = [_led(gls, end) for end in (self.starts.values[int(np.argmin(self.starts.cost))], *others)]
         # Ends that differ by less than their error bars say the same, but for one that the estimate has missed.
         return min((one.nats for one in led if one.distance > 1.0 or one.nats < -LESS_PROBABLE), default=np.inf)
-
-    def _led(self, gls: GlsEstimate, values: np.ndarray) -> Led:
-        """Where the likelihood leads from other values, which are as good where an estimate of theirs stands."""
-        led = _led(gls, values)
-        if led.distance <= 1.0 or led.nats <= LESS_PROBABLE:
-            return led
-        # Readings are linearised in the errors of the estimate; another minimum may have an estimate with its own.
-        return led._replace(nats=0.0) if self._stands(gls, values) else led
-
-    def _stands(self, gls: GlsEstimate, values: np.ndarray) -> bool:
-        """Whether other values lead to an estimate of the likelihood of their own that says something else."""
-        other = optimum(self.task, values)
-        bars = error_bars(other.problem, other.scores, self.task.rate)
-        there = reported(self.task, other, bars, True)
-        stands = (
-            there.gls is not None and there.sound.converged.passed and there.sound.like_noise and there.may_be_noise
-        )
-        return stands and _distance(gls, there.values, self.best.values) > 1.0
 
     def _nats_as_fitted(self) -> float:
         """The same where there is no likelihood: of the next minimum, errors of measured inputs taken off."""
@@ -163,7 +145,10 @@ class Minima:
 
 
 def _led(gls: GlsEstimate, values: np.ndarray) -> Led:
-    """Where the likelihood of an estimate leads from values ``(n_free,)``; not known where it leads nowhere."""
+    """Where the likelihood of an estimate leads from values ``(n_free,)``; not known where it leads nowhere.
+
+    Readings are linearised in the errors of inputs that the estimate has.
+    """
     found, layout = gls.evidence.mode, gls.seen.problem.layout
     unknowns, local = found.unknowns, np.asarray(layout.local(values))
     start, gram = place_of(unknowns, local), gls.seen.gram(unknowns)

@@ -37,7 +37,6 @@ def beside(
     """Minima of one shared value, which tells them apart; the likelihood leads from each to what is stated."""
     monkeypatch.setattr(minima, "_led", lambda gls, values: led[float(values[0])])
     monkeypatch.setattr(minima, "optimum", lambda task, values: Any)
-    monkeypatch.setattr(Minima, "_stands", lambda self, gls, values: float(values[0]) in facts.get("as_good", ()))
     monkeypatch.setattr(minima, "convergence_unit", lambda problem, bars: 1.0)
     of: Any = SimpleNamespace(
         sound=SimpleNamespace(gap=SimpleNamespace(passed=noise)), gls=gls or None, may_be_noise=facts.get("like", noise)
@@ -75,17 +74,6 @@ def test_starts_of_noisy_inputs_agree_where_the_likelihood_leads_from_them(
     assert not beside(monkeypatch, led, noise=False).starts_agree().passed
     # Nor are others followed in a search for effects.
     assert not beside(monkeypatch, led, compared=False).starts_agree().passed
-
-
-def test_a_minimum_of_which_an_estimate_stands_is_as_good(monkeypatch: pytest.MonkeyPatch) -> None:
-    led = {0.0: SAME, 1.0: WORSE, 2.0: SAME, 7.0: WORSE}
-    assert beside(monkeypatch, led).second_solver_agrees().passed
-    for check in (
-        beside(monkeypatch, led, as_good=(1.0,)).starts_agree(),
-        beside(monkeypatch, led, as_good=(7.0,)).second_solver_agrees(),
-    ):
-        assert not check.passed
-        assert check.facts["nats"] == 0.0
 
 
 def test_one_start_that_ended_alone_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
