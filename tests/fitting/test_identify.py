@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.fitting import identify as identifying
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.solve import gram_at
@@ -171,19 +168,3 @@ def test_noise_the_study_states_is_believed(tmp_path: Path) -> None:
     stated = identify(loud, starts=made.STARTS)
     assert total(stated.gap) == pytest.approx(0.5, abs=0.05)
     assert passed(stated)["the noise is known"]
-
-
-@pytest.mark.parametrize("lost", [False, True])
-def test_ends_are_compared_at_the_values_of_each_record(monkeypatch: pytest.MonkeyPatch, lost: bool) -> None:
-    """An end whose motion is lost, of which there are no numbers, is no better one."""
-    local = np.array([[1.0], [2.0]])
-    left = np.array([3.0, np.nan if lost else 4.0])
-    end: Any = SimpleNamespace(problem="the problem", local=local, coefficients={"drive": np.array([[1.0], [1.0]])})
-
-    def linearised(problem: str, at: np.ndarray) -> Any:
-        assert problem == "the problem"
-        assert at is local
-        return SimpleNamespace(residuals=left)
-
-    monkeypatch.setattr(identifying, "linearised", linearised)
-    assert identifying._objective(end) == (np.inf if lost else 27.0)

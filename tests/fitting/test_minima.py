@@ -111,6 +111,21 @@ def test_without_a_likelihood_the_next_minima_are_fitted_with_their_inputs(monke
     assert of.starts_agree().facts["nats"] == 15.0
 
 
+@pytest.mark.parametrize("lost", [False, True])
+def test_ends_are_compared_at_the_values_of_each_record(monkeypatch: pytest.MonkeyPatch, lost: bool) -> None:
+    """An end whose motion is lost, of which there are no numbers, is no better one."""
+    values, left = np.array([[1.0], [2.0]]), np.array([3.0, np.nan if lost else 4.0])
+
+    def linearised(problem: str, at: np.ndarray) -> Any:
+        assert problem == "the problem"
+        assert at is values
+        return SimpleNamespace(residuals=left)
+
+    monkeypatch.setattr(minima, "linearised", linearised)
+    waves = {"drive": np.array([[1.0], [1.0]])}
+    assert minima._objective("the problem", values, waves) == (np.inf if lost else 27.0)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("end", "passed"), [(SAME, True), (WORSE, True), (AS_GOOD, False), (MISSED, False), (LOST, False)]
 )

@@ -154,8 +154,8 @@ def test_values_of_each_record_stand_where_they_leave_noise_and_shared_ones_do_n
     own: str, alike: str, stands: bool
 ) -> None:
     def left(passed: str) -> Any:
-        size, structure = (SimpleNamespace(passed=what in passed) for what in ("size", "structure"))
-        return SimpleNamespace(sound=SimpleNamespace(gap=size, structure=(SimpleNamespace(passed=True), structure)))
+        good, *checks = (Check(name=what, passed=what in f"good {passed}") for what in ("good", "size", "structure"))
+        return SimpleNamespace(sound=last_step.Sound(good, good, checks[0], (good, checks[1])))
 
     assert last_step._fits_alone(left(alike), left(own)) is stands
 
