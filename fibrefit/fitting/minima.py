@@ -122,22 +122,28 @@ class Minima:
             return check
         return judge.led_by_second_solver(*_led(gls, self.second.values))
 
-    def _nats(self, gls: GlsEstimate, others: Sequence[np.ndarray]) -> float:
-        """By how many nats the next place is less probable to which the likelihood leads from any of the best ends."""
+    def _nats(self, gls: GlsEstimate, others: Sequence[np.ndarray]) -> float | None:
+        """By how many nats the next place is less probable to which the likelihood leads from any of the best ends.
+
+        None where more than noise is left, and something better is known to be missing.
+        """
         if not self.best.may_be_noise:
-            return 0.0
+            return None
         led = [_led(gls, end) for end in (self.starts.values[int(np.argmin(self.starts.cost))], *others)]
         # Ends that differ by less than their error bars say the same, but for one that the estimate has missed.
         return min((one.nats for one in led if one.distance > 1.0 or one.nats < -LESS_PROBABLE), default=np.inf)
 
-    def _nats_as_fitted(self) -> float:
-        """The same where there is no likelihood: of the next minimum, errors of measured inputs taken off."""
+    def _nats_as_fitted(self) -> float | None:
+        """The same where there is no likelihood: of the next minimum, errors of measured inputs taken off.
+
+        None where minima are not compared.
+        """
         starts, plain = self.starts, self.plain
         if not plain.input_errors:
             # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
             return 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / self.unit**2
         if not self.compared:
-            return 0.0
+            return None
         ends = [optimum(self.task, values) for values in starts.others()]
         away = [one for one in ends if np.any(np.abs(one.values - plain.values) > self.bars.errors[self.bars.method])]
         best, *others = (_objective(one.problem, one.local, one.coefficients) for one in (plain, *away))

@@ -119,6 +119,12 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         "the likelihood leads 3 standard errors away, to what is 9 nats less probable",
     ),
     (
+        "second led nowhere",
+        judge.led_by_second_solver(0.4, 1.0),
+        judge.led_by_second_solver(np.inf, 0.0),
+        "the likelihood leads nowhere",
+    ),
+    (
         "second led to better",
         judge.led_by_second_solver(0.4, -2.0),
         judge.led_by_second_solver(3.0, -2.0),

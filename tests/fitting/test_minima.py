@@ -72,6 +72,8 @@ def test_starts_of_noisy_inputs_agree_where_the_likelihood_leads_from_them(
     # Slow noise is louder than at rest; what has neither the size nor the structure of noise is none.
     assert beside(monkeypatch, led, noise=False, like=True).starts_agree().passed is passed
     assert not beside(monkeypatch, led, noise=False).starts_agree().passed
+    unknown = beside(monkeypatch, led, noise=False, differ=True).starts_agree()
+    assert (unknown.passed, unknown.facts["nats"]) == (False, None)
     # Nor are others followed in a search for effects.
     assert not beside(monkeypatch, led, compared=False).starts_agree().passed
 

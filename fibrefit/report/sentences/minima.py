@@ -16,6 +16,8 @@ def second_solver_sentence(check: Check) -> str:
         same = nats is None or check.threshold is None or check.statistic <= check.threshold
         end = "at the same values" if same else f"in another minimum, which is {nats:.3g} nats less probable"
         return f"A second, independent solver ends {end}."
+    if nats is not None and math.isinf(check.statistic):
+        return "From where a second solver ends the likelihood leads nowhere. The minimum is not a plain one."
     if nats is not None:
         return (
             f"From where a second solver ends the likelihood leads {check.statistic:.2g} standard errors away, to what "
