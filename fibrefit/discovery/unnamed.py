@@ -31,10 +31,10 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
-from fibrefit.laws.ports import PORTS, port_of, said_by
+from fibrefit.laws.ports import PORTS, port_of
 
 OF_ONE_QUANTITY = ("guide", "fibre")
-"""Ports whose laws change one quantity each; those of sensors change readings of several channels."""
+"""Ports whose laws change one force each; those of sensors change readings of several channels."""
 
 
 class Unnamed(NamedTuple):
@@ -90,7 +90,7 @@ def unnamed(
     if predicted or (_leaves_much(comparison, chosen, left) and not _another_promises(comparison, chosen, seen, left)):
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
-        # Two effects that change the same quantity may stand in for one law of it.
+        # Two effects that change the same force may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
     else:
         return None
@@ -203,11 +203,12 @@ def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirma
 
 
 def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:
-    """Ports of what is to be added where all effects of its parent change the same quantity there as it does."""
-    new = {(str(port_of(effect)), hook) for effect in chosen.effects[len(parent.effects) :] for hook in said_by(effect)}
-    old = [{(str(port_of(effect)), hook) for hook in said_by(effect)} & new for effect in parent.effects]
-    ports = frozenset(port for port, _ in set().union(*old)) & set(OF_ONE_QUANTITY)
-    return ports if all(old) else frozenset()
+    """The port of what is to be added where all effects of its parent act there, too; empty where they do not.
+
+    How an effect says it, as a friction, a viscosity or a force, makes no difference to the weight.
+    """
+    ports = frozenset(str(port_of(effect)) for effect in chosen.effects)
+    return ports & set(OF_ONE_QUANTITY) if parent.effects and len(ports) == 1 else frozenset()
 
 
 def _law_instead(

@@ -158,7 +158,9 @@ def test_a_planted_curve_gains_as_much_about_itself(
     """What is linear in its inputs is the same about any model: the gain is that over the model without the curve."""
     probes = (FrictionOfSpeed, TensionOfRate)
     monkeypatch.setattr(free_form, "PROBES", probes)
-    monkeypatch.setattr(free_form, "linearised_about", lambda search, fitted: About(search, fitted.supermodel))
+    monkeypatch.setattr(
+        free_form, "linearised_about", lambda search, fitted: About(search, fitted.supermodel, fitted.local)
+    )
     heights = 0.02 * np.sin(np.linspace(0.0, 2.0 * np.pi, FrictionOfSpeed.knots))
     search = begun_at(planted(task, found, FrictionOfSpeed, heights))
     parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)

@@ -33,6 +33,7 @@ from fibrefit.discovery.laws.propose import Proposal, proposed
 from fibrefit.discovery.laws.source import composed, effect_of_law, start_of_law
 from fibrefit.discovery.laws.told import described, holding, law_for, law_over_course
 from fibrefit.discovery.search import cross_validation
+from fibrefit.discovery.search.cross_validation import LeftOut
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
@@ -85,7 +86,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
 
     monkeypatch.setattr(propose, route, done_again)
     monkeypatch.setattr(type(search.inference), "with_curve", done_again)
-    monkeypatch.setattr(cross_validation, "_cv_residual", done_again)
+    monkeypatch.setattr(cross_validation, "_foreseen", done_again)
     resumed = proposed(search, parent, proposing(search, parent, found, tuple(PORTS)))
     assert resumed is not None
     assert [end.log for end, _ in resumed.ranked] == [end.log for end, _ in proposal.ranked]
@@ -94,29 +95,30 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     assert described(search, parent, kept).summary == law.summary
 
 
-def test_of_laws_that_are_not_distinguished_the_one_that_predicts_left_out_records_best_is_told(
+def test_of_laws_that_are_not_distinguished_the_one_that_foresees_most_of_left_out_records_is_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    told_of = {"parent": [2.0, 2.0], "first": [2.2, 2.0], "second": [1.5, 1.0], "far": [0.1, 0.1]}
-    assert _held(monkeypatch, told_of, {"first": 30.0, "second": 27.0, "far": 20.0}) == "second"
+    foreseen = {"parent": [-40.0, -60.0], "first": [-39.0, -50.0], "second": [-30.0, -50.0], "far": [-1.0, -1.0]}
+    assert _held(monkeypatch, foreseen, {"first": 30.0, "second": 27.0, "far": 20.0}) == "second"
 
 
-@pytest.mark.parametrize(("left", "there"), [(2.09, "first"), (2.11, None)])
+@pytest.mark.parametrize(("foreseen", "there"), [(-51.0, None), (-49.0, "first")])
 def test_a_law_that_does_not_hold_on_left_out_records_is_not_told(
-    monkeypatch: pytest.MonkeyPatch, left: float, there: str | None
+    monkeypatch: pytest.MonkeyPatch, foreseen: float, there: str | None
 ) -> None:
     """As of one record with a fault, which a law of one place imitates."""
-    assert _held(monkeypatch, {"parent": [2.0, 2.0], "first": [left, left]}, {"first": 30.0}) == there
+    assert _held(monkeypatch, {"parent": [-40.0, -60.0], "first": [-50.0, foreseen]}, {"first": 30.0}) == there
 
 
-def _held(monkeypatch: pytest.MonkeyPatch, left: dict[str, list[float]], logs: dict[str, float]) -> str | None:
-    """The law that is told, each with what it leaves of two records that are predicted from each other."""
-    monkeypatch.setattr(told, "cv_residuals", lambda search, model: np.array(left[model]))
+def _held(monkeypatch: pytest.MonkeyPatch, foreseen: dict[str, list[float]], logs: dict[str, float]) -> str | None:
+    """The law that is told, each with how it foresees two records, in nats."""
+    seen = {name: LeftOut(np.ones(2), np.array(nats)) for name, nats in foreseen.items()}
+    monkeypatch.setattr(told, "left_out", lambda search, one: seen[one.name])
     fits = [(SimpleNamespace(log=log, name=name), name) for name, log in logs.items()]
     proposal = Proposal(cast(Any, SimpleNamespace(log=0.0, name="parent")), cast(Any, fits), ())
     layout = SimpleNamespace(records=("one", "other"))
     task = SimpleNamespace(problem=SimpleNamespace(layout=layout))
-    found = holding(cast(Any, SimpleNamespace(task=task, plain=lambda one: one.name)), proposal)
+    found = holding(cast(Any, SimpleNamespace(task=task)), proposal)
     return None if found is None else str(found.law)
 
 

@@ -17,7 +17,6 @@ from fibrefit.discovery.design import thresholds as of_design
 from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
-from fibrefit.discovery.laws import told
 from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.search import inputs
 from fibrefit.fitting.checks import CONVERGED
@@ -373,7 +372,6 @@ CASES = (
     Bracket("APART", plan, lambda x: plan.probability_distinguished(x) > 0.5, 6.0, 4.0),
     Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
     Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
-    Bracket("LEFT_OUT_WORSE", told, lambda x: told.holds(1.0, x), 1.03, 1.08),
     Bracket("ACTS", free_form, lambda x: free_form.acting(np.repeat([x, 1.0], 5)) is not None, 0.15, 0.3),
     Bracket("VANISHES", priors, by_logarithm, 1.5e-6, 0.7e-6),
     *PLACES,

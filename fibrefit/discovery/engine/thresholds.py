@@ -30,9 +30,6 @@ coarse steps, gained 56 nats of five records and lost 17 and 5 in two."""
 LIKENESS = 0.1
 """Share of what an effect gains that it leaves, by the tests of the innovations, from which it may be but the likeness
 of a law that is not in the catalogue: of two that change the readings alike to 0.95 one leaves so much of the other."""
-LEFT_OUT_WORSE = 1.05
-"""Factor by which a law may leave more of records that were predicted from the others than no law does: where records
-differ, they are off by that, and a right law moves it a little (of a kink, 1 % apart, from 2.17 to 2.23)."""
 NOISE_LIKE = 1.045
 """Normalised residual RMS up to which a model leaves only noise; the noise itself is known to about two percent."""
 ALARM = 1e-4

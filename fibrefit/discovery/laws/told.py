@@ -13,12 +13,12 @@ from fibrefit.core.time_limit import beyond_limits, in_time
 from fibrefit.discovery.curves.free_form import Reading, proposing
 from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import APART, LEFT_OUT_WORSE
+from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal, proposed
 from fibrefit.discovery.laws.source import Composed, effect_of_law
 from fibrefit.discovery.laws.two_variables import price_of_second
 from fibrefit.discovery.model.law import LAWS, ProposedLaw
-from fibrefit.discovery.search.cross_validation import cv_residuals
+from fibrefit.discovery.search.cross_validation import left_out
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.ports import PORTS
@@ -38,12 +38,15 @@ class HeldLaw(NamedTuple):
     left_out : (float, float)
         Normalised residual RMS of records predicted from the others, without it and with it; nan where the time did not
         suffice to predict any, or there is but one.
+    foreseen : float
+        Log predictive density in nats of records left out, over that without it.
     """
 
     fit: LaplaceFit
     law: Composed
     proposal: Proposal
     left_out: tuple[float, float] = (np.nan, np.nan)
+    foreseen: float = np.inf
 
 
 def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
@@ -58,25 +61,22 @@ def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
     if len(search.task.problem.layout.records) == 1:
         return best
     found, came = in_time(partial(_by_left_out, search, proposal), best)
-    return found if not came or holds(*found.left_out) else None
-
-
-def holds(without: float, with_it: float) -> bool:
-    """Whether records that a law was not fitted to are predicted with it about as well as without it, or better."""
-    return with_it <= LEFT_OUT_WORSE * without
+    return found if not came or found.foreseen > 0.0 else None
 
 
 def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
+    """The law that foresees most of records left out, each with deviations of its own, as probable as they are.
+
+    What shared values leave of a record is mostly what it differs by: a law that is right moves that as it comes.
+    """
     near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
-    rms = lambda gaps: float(np.sqrt(np.mean(np.square(gaps))))  # noqa: E731
     with beyond_limits():
-        before, *models = (search.plain(one) for one in (proposal.parent, *(end for end, _ in near)))
-    without = rms(cv_residuals(search, before))
+        before, *seen = (left_out(search, one) for one in (proposal.parent, *(end for end, _ in near)))
     found = [
-        HeldLaw(end, law, proposal, (without, rms(cv_residuals(search, model))))
-        for (end, law), model in zip(near, models, strict=True)
+        HeldLaw(end, law, proposal, (before.gap, with_it.gap), float(np.sum(with_it.elpd - before.elpd)))
+        for (end, law), with_it in zip(near, seen, strict=True)
     ]
-    return min(found, key=lambda one: one.left_out[1])
+    return max(found, key=lambda one: one.foreseen)
 
 
 def law_for(
@@ -133,7 +133,7 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
     held : HeldLaw
         Its fit is that there.
     """
-    fit, law, proposal, (without, with_it) = held
+    fit, law, proposal, (without, with_it), _ = held
     knots = next(one.knots for one in proposal.readings if one.probe is law.probe)
     with beyond_limits():
         gaps = [search.gap(search.plain(one)) for one in (parent, fit)]

@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.time_limit import beyond_limits
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.refit import refit
+from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
 from fibrefit.discovery.search.search import Search
@@ -59,10 +60,13 @@ class About(NamedTuple):
     search : Search
     supermodel : Supermodel
         Of the hypothesis.
+    local : (n_record, n_local) in SI units
+        Its values, of that supermodel: about which readings were linearised.
     """
 
     search: Search
     supermodel: Supermodel
+    local: np.ndarray
 
 
 def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
@@ -70,11 +74,13 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
     if (coefficients := coefficients_of(search, fitted)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    sensitivities = _sensitivities_about(search, fitted, coefficients)
+    plain = _through_all_bounces(search, fitted)
+    sensitivities = _sensitivities_about(search, plain, coefficients)
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
-    noise = common_noise_of(own, search.inference.common_noise.noise, _steps_about(search, own, fitted))
+    local = transferred(own, plain.supermodel, plain.fit.local)
+    noise = common_noise_of(own, search.inference.common_noise.noise, _steps_about(search, own, local))
     inference = LaplaceInference(search.context, search.inference.reference, noise)
     anew = replace(
         search,
@@ -83,22 +89,38 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
         supermodels=[supermodel, own] if fitted.effects else [supermodel],
         lock=Lock(),
     )
-    return About(anew, own)
+    return About(anew, own, local)
 
 
-def _sensitivities_about(search: Search, fitted: LaplaceFit, coefficients: InputCoefficients) -> InputSensitivities:
+def _through_all_bounces(search: Search, fitted: LaplaceFit) -> Hypothesis:
+    """A hypothesis in plain squares; one that was held to what is before the first bounces alone is led on from there.
+
+    It leads through later ones if it is right, yet its values are not known well enough to meet them: as a first fit
+    it goes from horizon to horizon, the inputs as they were measured.
+    """
+    plain, known = search.plain(fitted), fitted.supermodel.sensitivities
+    if known is None or not known.far or search.gap(plain) > TOO_FAR:
+        return plain
+    whole, subset = supermodel_of(search.task, fitted.effects), search.context.descended(fitted.effects)
+    led = Refit(transferred(whole, fitted.supermodel, fitted.local), np.inf)
+    with beyond_limits():  # What was found is not lost for what it takes to say so.
+        for counts in search.context.counts:
+            led = refit(whole, subset, led.local, counts)
+    return Hypothesis(fitted.effects, led, whole)
+
+
+def _sensitivities_about(search: Search, plain: Hypothesis, coefficients: InputCoefficients) -> InputSensitivities:
     """How readings of a hypothesis react to errors of inputs: as those known do, where these predict its own readings.
 
     A chord step then: what readings are is simulated where the hypothesis is, their reactions are those of before.
     """
-    supermodel, known, plain = fitted.supermodel, fitted.supermodel.sensitivities, search.plain(fitted)
-    assert known is not None
-    far = search.gap(plain) > TOO_FAR
+    supermodel, known = plain.supermodel, plain.supermodel.sensitivities
     # Of what did not count, as bounces were out of reach, nothing was predicted.
-    if not (far or known.far):
+    far = known is not None and search.gap(plain) > TOO_FAR
+    if known is not None and not (far or known.far):
         as_before = known.about(coefficients)
         models = supermodel_of(search.task, supermodel.effects, as_before), supermodel
-        left, predicted = (np.asarray(residual_rows(one, fitted.local, search.context.whole)) for one in models)
+        left, predicted = (np.asarray(residual_rows(one, plain.fit.local, search.context.whole)) for one in models)
         if reacts_alike(left, predicted).all():
             return as_before
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
@@ -107,11 +129,11 @@ def _sensitivities_about(search: Search, fitted: LaplaceFit, coefficients: Input
     return anew
 
 
-def _steps_about(search: Search, own: Supermodel, fitted: LaplaceFit) -> StepLikelihood | None:
-    """Likelihood of readings in coarse steps about a hypothesis, where those of the search have one."""
+def _steps_about(search: Search, own: Supermodel, local: np.ndarray) -> StepLikelihood | None:
+    """Likelihood of readings in coarse steps about values, where those of the search have one."""
     if search.inference.common_noise.in_steps is None:
         return None
-    return steps_at(own, transferred(own, fitted.supermodel, fitted.local), search.context.whole)
+    return steps_at(own, local, search.context.whole)
 
 
 def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit] | None:
@@ -122,8 +144,7 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
     if (about := linearised_about(search, fitted)) is None:
         return None
     anew, own, old = about.search, about.supermodel, fitted.evidence.mode
-    local = transferred(own, fitted.supermodel, fitted.local)
-    found = anew.inference.fitted(own, fitted.effects, local, old.sigma, old.place.eta)
+    found = anew.inference.fitted(own, fitted.effects, about.local, old.sigma, old.place.eta)
     if motion_lost(search.gap(search.plain(fitted)), anew.gap(anew.plain(found))):
         return None
     return anew, found

@@ -10,12 +10,13 @@ import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.search.cross_validation import LeftOut, left_out
 from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.estimate.schur import solved
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
 from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of
-from fibrefit.series.together.left_out import LeftOut, left_out, own_left_out
+from fibrefit.series.together.left_out import own_left_out
 from fibrefit.series.together.models import PREFERRED, ThreeModels, three_models
 from fibrefit.series.together.speeds import span, speeds_of
 
