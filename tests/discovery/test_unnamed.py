@@ -24,7 +24,7 @@ from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.ports import port_of
 from tests.discovery.test_pairs import Model
 
-TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN = (
+TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN, DRIFT, VISCOUS, MAXWELL = (
     CATALOGUE[name]
     for name in (
         "fibre.toe_region",
@@ -33,6 +33,9 @@ TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN = (
         "guide.load_dependent_friction",
         "sensor.force_offset",
         "sensor.position_gain",
+        "guide.friction_drift",
+        "guide.viscous_friction",
+        "fibre.maxwell_branch",
     )
 )
 LAW: Any = type("Law", (), {"name": "fibre.law", "parameters": ("one",)})
@@ -242,6 +245,8 @@ def test_what_is_left_is_asked_where_readings_are_linearised_about_the_effect(mo
     [
         (TOE, HARDENING, {"fibre"}),
         (STRIBECK, LOAD, {"guide"}),
+        (DRIFT, VISCOUS, {"guide"}),
+        (MAXWELL, TOE, {"fibre"}),
         (TOE, STRIBECK, None),
         (OFFSET, GAIN, None),
     ],
