@@ -57,7 +57,7 @@ def believed(comparison: Comparison, choose: Choose | None = None) -> Believed:
         if choose is not None or (seen is None and _needs_no_confirmation(comparison, chosen)):
             return Believed(comparison, chosen, seen)
         if seen is not None and seen.gain > NAMED:
-            return _among_rivals(Believed(comparison, chosen, seen))
+            return among_rivals(Believed(comparison, chosen, seen))
         refused.add(chosen.names)
         less = chosen.with_log(comparison.parent.log + (0.0 if seen is None else seen.gain))
         others = [one for one in comparison.found if one is not chosen]
@@ -74,7 +74,7 @@ def _needs_no_confirmation(comparison: Comparison, chosen: LaplaceFit) -> bool:
     return chosen.supermodel.sensitivities is None or comparison.gain(chosen) > BEYOND_DOUBT
 
 
-def _among_rivals(found: Believed) -> Believed:
+def among_rivals(found: Believed) -> Believed:
     """The best where readings are linearised about itself, the others as seen from there.
 
     Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
@@ -118,7 +118,8 @@ def chosen_of(
         return None
     near = [one for one in followed if one.log > followed[0].log - SIMPLER]
     return min(
-        near, key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log)
+        near,
+        key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log),
     )
 
 

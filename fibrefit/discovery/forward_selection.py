@@ -27,6 +27,7 @@ from fibrefit.discovery.engine.thresholds import (
     NAMED,
 )
 from fibrefit.discovery.exchange import best_exchange
+from fibrefit.discovery.mistakes import mistaken
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import best_pair, incomplete, pruned
@@ -160,6 +161,11 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     """A selection after one more round, and whether an effect was added."""
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
+    if not at.best.effects and limits.choose is None:
+        mistake, _ = in_time(partial(mistaken, at.search, at.best), None)
+        if mistake is not None:
+            # Led there from afar, its readings are linearised once more about where that is.
+            return replace(_grown(at, mistake, mistake.comparison, before, limits), about=None), True
     what = f"trying each effect, round {len(at.steps) + 1}"
     comparison = comparison_of(at.search, at.best, what, at.singles, at.comparison)
     single, found = at.singles or comparison, believed(comparison, limits.choose)

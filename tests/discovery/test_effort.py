@@ -75,6 +75,7 @@ def overshot() -> float:
 
 CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
+    Bracket("LED", effort, lambda x: effort.leads_through(100.0 * x, 100.0), 0.45, 0.55),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("SETTLES", effort, lambda x: effort.settles(100.0, 100.0 * x), 0.4, 0.6),

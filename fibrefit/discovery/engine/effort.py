@@ -76,6 +76,9 @@ GLS_NEEDS = 0.3
 TOO_FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces: its readings
 are taken up to the first bounce alone, and what a candidate leaves is twice what noise does."""
+LED = 0.5
+"""Share of what a model with noisy inputs leaves of whole records in plain squares that one with a mistake of the study
+may leave to be asked about itself: errors of an input are in both, a bounce that is lost leaves a hundred times it."""
 HOPE = 3.0
 """Nats by which slopes may predict less than a curve then gains."""
 STEADY_LIMIT = 0.1
@@ -111,6 +114,11 @@ def noise_is_taken_again(turn: int, same: bool, settled: Callable[[], bool]) -> 
 def slopes_tell(gap: float) -> bool:
     """Whether a model with such a gap is near enough to what is missing for its slopes to lead there."""
     return gap <= NEARLY
+
+
+def leads_through(cost: float, before: float) -> bool:
+    """Whether what is led to whole records in plain squares may lead through bounces that the model before it loses."""
+    return cost < LED * before
 
 
 def motion_lost(before: float, after: float) -> bool:

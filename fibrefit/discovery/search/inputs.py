@@ -62,11 +62,14 @@ class About(NamedTuple):
         Of the hypothesis.
     local : (n_record, n_local) in SI units
         Its values, of that supermodel: about which readings were linearised.
+    led : bool
+        Whether these are other ones than it was found with, see `through_all_bounces`.
     """
 
     search: Search
     supermodel: Supermodel
     local: np.ndarray
+    led: bool = False
 
 
 def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
@@ -74,7 +77,10 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
     if (coefficients := coefficients_of(search, fitted)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    plain = _through_all_bounces(search, fitted)
+    plain = search.plain(fitted)
+    if led := _is_led_on(search, plain):
+        plain = through_all_bounces(search, plain)
+        coefficients = {name: np.zeros_like(wave) for name, wave in coefficients.items()}
     sensitivities = _sensitivities_about(search, plain, coefficients)
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
@@ -89,24 +95,28 @@ def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
         supermodels=[supermodel, own] if fitted.effects else [supermodel],
         lock=Lock(),
     )
-    return About(anew, own, local)
+    return About(anew, own, local, led)
 
 
-def _through_all_bounces(search: Search, fitted: LaplaceFit) -> Hypothesis:
-    """A hypothesis in plain squares; one that was held to what is before the first bounces alone is led on from there.
+def _is_led_on(search: Search, plain: Hypothesis) -> bool:
+    """Whether a hypothesis was held to what is before the first bounces alone, and leaves little of that."""
+    known = plain.supermodel.sensitivities
+    return known is not None and known.far and search.gap(plain) <= TOO_FAR
 
-    It leads through later ones if it is right, yet its values are not known well enough to meet them: as a first fit
-    it goes from horizon to horizon, the inputs as they were measured.
+
+def through_all_bounces(search: Search, plain: Hypothesis) -> Hypothesis:
+    """A hypothesis led from what is before the first bounces to whole records, in plain squares, inputs as measured.
+
+    If it is right it leads through them all, yet its values are not known well enough to meet the later ones, and what
+    was found of the inputs suits those values: as a first fit it goes from horizon to horizon.
     """
-    plain, known = search.plain(fitted), fitted.supermodel.sensitivities
-    if known is None or not known.far or search.gap(plain) > TOO_FAR:
-        return plain
-    whole, subset = supermodel_of(search.task, fitted.effects), search.context.descended(fitted.effects)
-    led = Refit(transferred(whole, fitted.supermodel, fitted.local), np.inf)
+    # That of its group is at hand, and a program takes long to compile.
+    supermodel, subset = supermodel_of(search.task, plain.supermodel.effects), search.context.descended(plain.effects)
+    led = Refit(transferred(supermodel, plain.supermodel, plain.fit.local), np.inf)
     with beyond_limits():  # What was found is not lost for what it takes to say so.
         for counts in search.context.counts:
-            led = refit(whole, subset, led.local, counts)
-    return Hypothesis(fitted.effects, led, whole)
+            led = refit(supermodel, subset, led.local, counts)
+    return Hypothesis(plain.effects, led, supermodel)
 
 
 def _sensitivities_about(search: Search, plain: Hypothesis, coefficients: InputCoefficients) -> InputSensitivities:
@@ -143,8 +153,10 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
     """
     if (about := linearised_about(search, fitted)) is None:
         return None
-    anew, own, old = about.search, about.supermodel, fitted.evidence.mode
-    found = anew.inference.fitted(own, fitted.effects, about.local, old.sigma, old.place.eta)
+    anew, old = about.search, fitted.evidence.mode
+    # What records differed by at other values says nothing at these.
+    differ = (None, None) if about.led else (old.sigma, old.place.eta)
+    found = anew.inference.fitted(about.supermodel, fitted.effects, about.local, *differ)
     if motion_lost(search.gap(search.plain(fitted)), anew.gap(anew.plain(found))):
         return None
     return anew, found

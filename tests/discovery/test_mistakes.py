@@ -1,0 +1,142 @@
+"""A mistake of the study that leads through the bounces which the model of a driven rig loses without it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fibrefit.core.progress import quiet
+from fibrefit.discovery import mistakes as module
+from fibrefit.discovery.engine.effort import LED
+from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.search import inputs
+from fibrefit.discovery.search.setup import prepared_search
+from fibrefit.fitting.identify import How, identify
+from fibrefit.laws.catalogue import CATALOGUE, find_effect
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import task_of
+from tests.discovery.test_pairs import Model
+from tests.validation.mistakes import mistakes
+
+CLOCK, SLOPE, MASS, DRAG = (
+    find_effect(name) for name in ("study.clock", "study.inclination", "study.weight_mass", "guide.quadratic_drag")
+)
+
+
+@dataclass(frozen=True)
+class Base(Model):
+    """The model a search begins with, as far from the records as it is told to be."""
+
+    far: bool = True
+
+    @property
+    def supermodel(self) -> Any:
+        return SimpleNamespace(sensitivities=SimpleNamespace(far=self.far))
+
+
+class Bench:
+    """Mistakes that lead to given costs, and gain what is told where readings are linearised about them."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **costs: float) -> None:
+        self.costs, self.gain, self.led, self.asked = costs, 100.0, list[str](), list[str]()
+        monkeypatch.setattr(module, "_led", self.lead)
+        monkeypatch.setattr(module, "confirmed", self.confirm)
+        monkeypatch.setattr(module, "among_rivals", lambda found: found)
+
+    def lead(self, search: Any, parent: Any, effects: tuple[Any, ...]) -> Any:
+        name = effects[0].name.partition(".")[2] if effects else "base"
+        self.led.append(name)
+        cost = self.costs.get(name, 1000.0)
+        return SimpleNamespace(effects=effects, supermodel="plain", fit=SimpleNamespace(cost=cost, local=None))
+
+    def confirm(self, search: Any, parent: Any, found: Model) -> Any:
+        self.asked += found.names
+        return SimpleNamespace(found=found, gain=self.gain)
+
+    def search(self, effects: Sequence[Any]) -> Any:
+        inference = SimpleNamespace(without_descent=lambda supermodel, effects, local, parent: Model(effects, 0.0))
+        return SimpleNamespace(
+            tell=lambda what, share: None,
+            extensions=lambda parent: effects,
+            inference=inference,
+            supermodel_for=lambda effect: "whole",
+        )
+
+    def found(self, monkeypatch: pytest.MonkeyPatch, effects: Sequence[Any] = (DRAG, CLOCK, SLOPE, MASS)) -> Any:
+        monkeypatch.setattr(module, "transferred", lambda *of: None)
+        return module.mistaken(cast(Any, self.search(effects)), cast(Any, Base((), 0.0)))
+
+
+def test_the_mistake_that_leaves_least_of_whole_records_is_asked_about(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch, base=1000.0, clock=400.0, inclination=20.0, weight_mass=900.0)
+    found = bench.found(monkeypatch)
+    assert bench.led == ["base", "clock", "inclination", "weight_mass"]
+    assert bench.asked == [SLOPE.name]
+    assert found.chosen.names == (SLOPE.name,)
+    # Nats of plain squares are not those of the place it is asked at: what is far behind is no rival there.
+    assert [one.names for one in found.comparison.found] == [(SLOPE.name,)]
+
+
+def test_mistakes_that_lead_to_the_same_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch, base=1000.0, inclination=20.0, weight_mass=21.0)
+    found = bench.found(monkeypatch)
+    assert {one.names for one in found.comparison.found} == {(SLOPE.name,), (MASS.name,)}
+
+
+@pytest.mark.parametrize(("share", "asked"), [(0.99 * LED, True), (1.01 * LED, False)])
+def test_a_mistake_that_leads_through_no_bounce_is_not_asked_about(
+    monkeypatch: pytest.MonkeyPatch, share: float, asked: bool
+) -> None:
+    bench = Bench(monkeypatch, base=1000.0, clock=1000.0 * share)
+    assert (bench.found(monkeypatch) is not None) is asked
+    assert bool(bench.asked) is asked
+
+
+@pytest.mark.parametrize(("gain", "there"), [(NAMED + 0.1, True), (NAMED, False)])
+def test_it_has_to_be_more_than_chance_about_itself(monkeypatch: pytest.MonkeyPatch, gain: float, there: bool) -> None:
+    bench = Bench(monkeypatch, base=1000.0, clock=10.0)
+    bench.gain = gain
+    assert (bench.found(monkeypatch) is not None) is there
+
+
+def test_a_mistake_in_one_record_alone_and_physics_are_none_of_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch, base=1000.0)
+    others = [effect for effect in CATALOGUE.values() if effect.family or not effect.name.startswith("study.")]
+    assert bench.found(monkeypatch, others) is None
+    assert bench.led == ["base"]
+
+
+@pytest.mark.parametrize("far", [False, None])
+def test_a_model_that_keeps_its_motion_or_has_exact_inputs_is_searched_as_ever(far: bool | None) -> None:
+    parent = Model((), 0.0) if far is None else Base((), 0.0, far=far)
+    assert module.mistaken(cast(Any, None), cast(Any, parent)) is None
+
+
+@pytest.mark.slow
+def test_a_slope_that_the_study_states_wrong_is_found_where_the_base_model_loses_its_motion(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two degrees, as of a series whose base model is in a minimum of other bounces."""
+    series = mistakes("2026-11-27p", "inclination", ("pulley_drive",))
+    next(one for one in series if one.index == 9).write(tmp_path)
+    study = load_study(tmp_path)
+    task = task_of(study.model_copy(update={"records": study.records[1:3]}))
+    before = identify(task, 2, 0, How(whiten=False, rivals=False))
+    search, base = prepared_search(task, before, (CLOCK, SLOPE, MASS), quiet)
+    known = base.supermodel.sensitivities
+    assert known is not None
+    assert known.far
+    found = module.mistaken(search, base)
+    assert found is not None
+    assert found.chosen is not None
+    assert found.chosen.names == (SLOPE.name,)
+    assert found.chosen.shared[f"{SLOPE.name}.error"] == pytest.approx(-np.radians(2.0), abs=np.radians(0.1))
+    # The negative control: linearised about what suits the first bounces, readings lose the later ones.
+    monkeypatch.setattr(inputs, "_is_led_on", lambda search, plain: False)
+    assert module.mistaken(search, base) is None
