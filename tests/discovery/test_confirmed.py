@@ -228,7 +228,7 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: first_round(moved))
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: (searched, there))
     monkeypatch.setattr(forward_selection, "alarms_of", lambda search, one: [])
-    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities="some"))
+    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities=SimpleNamespace(far=False)))
     tested: list[Any] = []
 
     def incomplete(ranked: Any, before: Any) -> tuple[bool, list[Any]]:
@@ -296,7 +296,7 @@ def test_a_model_that_a_test_objects_to_is_tested_about_itself(
 ) -> None:
     """What readings linearised in errors of their inputs miss looks like a change of the parameters."""
     first = first_round(moved)
-    parent: Any = SimpleNamespace(supermodel=SimpleNamespace(sensitivities="some"), names=())
+    parent: Any = SimpleNamespace(supermodel=SimpleNamespace(sensitivities=SimpleNamespace(far=False)), names=())
     first = replace(first, parent=parent)
     monkeypatch.setattr(forward_selection, "alarms_of", lambda search, one: [SimpleNamespace(nats=50.0)] * objects)
     monkeypatch.setattr(forward_selection, "relinearised", lambda search, one: ("there", one))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
+from fibrefit.discovery import forward_selection
 from fibrefit.discovery import mistakes as module
 from fibrefit.discovery.engine.effort import LED
 from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
@@ -140,3 +142,34 @@ def test_a_slope_that_the_study_states_wrong_is_found_where_the_base_model_loses
     # The negative control: linearised about what suits the first bounces, readings lose the later ones.
     monkeypatch.setattr(inputs, "_is_led_on", lambda search, plain: False)
     assert module.mistaken(search, base) is None
+
+
+@pytest.mark.parametrize("chosen_by_hand", [False, True])
+def test_what_it_leads_to_is_added_before_any_effect_is_tried_and_is_linearised_about_again(
+    monkeypatch: pytest.MonkeyPatch, chosen_by_hand: bool
+) -> None:
+    said = list[str]()
+
+    def mistaken(search: Any, parent: Any) -> Any:
+        return SimpleNamespace(comparison="of mistakes")
+
+    def grown(at: Any, found: Any, single: Any, before: Any, limits: Any) -> Any:
+        said.append(single)
+        return replace(at, best=Base((SLOPE,), 50.0), about=Base((SLOPE,), 50.0))
+
+    def compared(*of: Any) -> Any:
+        raise LookupError("effects are tried")
+
+    monkeypatch.setattr(forward_selection, "mistaken", mistaken)
+    monkeypatch.setattr(forward_selection, "_grown", grown)
+    monkeypatch.setattr(forward_selection, "comparison_of", compared)
+    begun = Selection(cast(Any, None), cast(Any, Base((), 0.0)))
+    limits = Limits(choose=(lambda ranking: None) if chosen_by_hand else None)
+    if chosen_by_hand:
+        with pytest.raises(LookupError):
+            forward_selection._further(begun, cast(Any, None), limits)
+        return
+    after, there = forward_selection._further(begun, cast(Any, None), limits)
+    assert there
+    assert said == ["of mistakes"]
+    assert after.about is None
