@@ -318,7 +318,7 @@ def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | N
 
 def _about(seen: Confirmation, other: LaplaceFit) -> LaplaceFit:
     """Another candidate where readings are linearised about the best one."""
-    found = fitted_about(seen.search, other)
+    found = fitted_about(seen.search, other, seen.led)
     return overdispersion_corrected(
         seen.parent, found, max(seen.overdispersion, overdispersion_of(seen.search.inference, seen.parent, found))
     )

@@ -164,8 +164,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if not at.best.effects and limits.choose is None:
         mistake, _ = in_time(partial(mistaken, at.search, at.best), None)
         if mistake is not None:
-            # Led there from afar, its readings are linearised once more about where that is.
-            return replace(_grown(at, mistake, mistake.comparison, before, limits), about=None), True
+            return _settled_there(_grown(at, mistake, mistake.comparison, before, limits)), True
     what = f"trying each effect, round {len(at.steps) + 1}"
     comparison = comparison_of(at.search, at.best, what, at.singles, at.comparison)
     single, found = at.singles or comparison, believed(comparison, limits.choose)
@@ -202,6 +201,12 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if found.chosen is not None:
         return _grown(at, found, single, before, limits), True
     return at, False
+
+
+def _settled_there(at: Selection) -> Selection:
+    """A selection with what was led there from afar: its readings are linearised once more about where it is."""
+    anew, _ = in_time(partial(relinearised, at.search, at.best), None)
+    return at if anew is None else replace(at, search=anew[0], best=anew[1], about=anew[1])
 
 
 def _ended_by(law: Unnamed, at: Selection) -> Selection:

@@ -7,6 +7,7 @@ takes a second, and the one that leaves least is what readings are linearised ab
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -15,10 +16,10 @@ from fibrefit.core.time_limit import in_time
 from fibrefit.discovery.choice import Believed, among_rivals
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred, with_values
-from fibrefit.discovery.engine.effort import is_near, leads_through
+from fibrefit.discovery.engine.effort import COMPARED, leads_through
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Refit
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.search.inputs import confirmed, through_all_bounces
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
@@ -41,16 +42,13 @@ def mistaken(search: Search, parent: LaplaceFit) -> Believed | None:
     before, *ends = fit_all(led, lambda done: None)
     if before is None:
         return None
-    found = [_as_found(search, parent, end, before) for end in ends if end is not None and _leads(end, before)]
-    if not found:
-        return None
-    found.sort(key=lambda one: -one.log)
-    # Nats of plain squares say which are as good as the best there, and nothing of the others where it is asked about.
-    found = [one for i, one in enumerate(found) if is_near(i, one.log - found[0].log)]
-    seen, _ = in_time(partial(confirmed, search, parent, found[0]), None)
-    if seen is None or seen.gain <= NAMED:
-        return None
-    return among_rivals(Believed(Comparison(search, parent, tuple(found)), found[0], seen))
+    found = [_as_found(search, parent, end) for end in _that_lead(before, [end for end in ends if end is not None])]
+    comparison = Comparison(search, parent, tuple(found))
+    for one in found:
+        seen, _ = in_time(partial(confirmed, search, parent, one, lead=True), None)
+        if seen is not None and seen.gain > NAMED:
+            return among_rivals(Believed(comparison, one, seen))
+    return None
 
 
 def _states(effect: type[Effect]) -> bool:
@@ -62,18 +60,25 @@ def _led(search: Search, parent: LaplaceFit, effects: tuple[type[Effect], ...]) 
     """A parent with effects, led through all bounces from where it is or else from what the data suggest."""
     supermodel = search.supermodel_for(effects[0]) if effects else parent.supermodel
     here = transferred(supermodel, parent.supermodel, parent.local)
-    starts = here, with_values(supermodel, here, search.context.data_start)
-    ends = [through_all_bounces(search, Hypothesis(effects, Refit(start, np.inf), supermodel)) for start in starts]
-    return min(ends, key=lambda end: end.fit.cost)
+
+    def best() -> tuple[np.ndarray, float]:
+        starts = here, with_values(supermodel, here, search.context.data_start)
+        ends = [through_all_bounces(search, Hypothesis(effects, Refit(start, np.inf), supermodel)) for start in starts]
+        end = min(ends, key=lambda end: end.fit.cost)
+        return transferred(supermodel, end.supermodel, end.fit.local), end.fit.cost
+
+    local, cost = search.recalled("led", parent, [effect.name for effect in effects], best)()
+    return Hypothesis(effects, Refit(local, cost), supermodel)
 
 
-def _leads(end: Hypothesis, before: Hypothesis) -> bool:
-    return leads_through(end.fit.cost, before.fit.cost)
+def _that_lead(before: Hypothesis, ends: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The mistakes that may lead through the bounces, those that leave least first, and no more than are compared."""
+    ranked = sorted((end for end in ends if np.isfinite(end.fit.cost)), key=lambda end: end.fit.cost)
+    leading = [end for end in ranked if leads_through(end.fit.cost, before.fit.cost)]
+    return [end for end in leading[:COMPARED] if not leads_through(leading[0].fit.cost, end.fit.cost)]
 
 
-def _as_found(search: Search, parent: LaplaceFit, end: Hypothesis, before: Hypothesis) -> LaplaceFit:
-    """Where a mistake led, as probable beside the parent as plain squares of whole records make it."""
-    supermodel = search.supermodel_for(end.effects[0])
-    local = transferred(supermodel, end.supermodel, end.fit.local)
-    there = search.inference.without_descent(supermodel, end.effects, local, parent)
-    return there.with_log(parent.log + 0.5 * (before.fit.cost - end.fit.cost))
+def _as_found(search: Search, parent: LaplaceFit, end: Hypothesis) -> LaplaceFit:
+    """Where a mistake led. Plain squares hold the errors of the input, and say no more than that it is likely."""
+    there = search.inference.without_descent(end.supermodel, end.effects, end.fit.local, parent)
+    return there.with_log(parent.log + BEYOND_DOUBT)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -133,9 +134,8 @@ def identify(
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
     if ended is None and _may_lose_bounces(task, found_all, how) and not stop():
-        tell("fitting each record by itself", 0.92)
         alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, schedule=schedule)
-        ended = _each(task, found_all, how, alone)
+        ended = _each(task, found_all, how, alone, tell)
         found_all = found_all if ended is None or stop() else _apart(task, found, second, found_all, how, ended)
     if how.profile:
         tell("profiles", 0.95)
@@ -165,9 +165,17 @@ TRIED_APART = ("not_noise", "not_converged", "loses_less", "louder")
 """Why an estimate is reported (see `Why`) beside which each record is fitted by itself."""
 
 
-def _each(task: Task, alike: Identification, how: How, search: Callable[[Task], Starts]) -> Ended | None:
+def _each(
+    task: Task, alike: Identification, how: How, search: Callable[[Task], Starts], tell: Progress
+) -> Ended | None:
+    number = count()
+
+    def told(one: Task) -> Starts:
+        tell("fitting each record by itself", 0.92 + 0.03 * next(number) / len(task.traces))
+        return search(one)
+
     shared = [total(gap) for gap in alike.record_gaps.values()]
-    return in_time(partial(each_by_itself, task, search, shared, how.rivals), None)[0]
+    return in_time(partial(each_by_itself, task, told, shared, how.rivals), None)[0]
 
 
 def _apart(

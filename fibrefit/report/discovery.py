@@ -188,6 +188,8 @@ def law_sentences(law: ProposedLawSummary) -> list[str]:
     if law.gap_left_out is not None and law.gap_left_out_before is not None:
         said += f"; records predicted from the others leave {law.gap_left_out:.3g}, without it "
         said += f"{law.gap_left_out_before:.3g}"
+        if law.elpd_left_out is not None:
+            said += f", and are {law.elpd_left_out:.3g} nats more probable with it"
     first, *second = law.variables
     where = f"x is the {first}"
     if law.valid_range is not None:

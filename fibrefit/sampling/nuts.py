@@ -90,7 +90,7 @@ def cross_check(posterior: Posterior, seed: int = 0, progress: Progress | None =
     for chain in range(CHAINS):
         if progress:
             progress("cross-check with NUTS", chain / CHAINS)
-        key = jax.random.key(seed * CHAINS + chain)
+        key = jax.random.fold_in(jax.random.key(seed), chain)
         found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, CHAIN_DRAWS, key)))
     points = np.stack([points for points, _ in found])
     return CrossCheck(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))

@@ -63,7 +63,7 @@ def confirmation(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, float]) -> li
 def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, float]]) -> None:
     """What others gain where readings are linearised about an effect; nothing where nothing is said."""
 
-    def about(search: Any, other: Model) -> Model:
+    def about(search: Any, other: Model, led: bool) -> Model:
         last = search.about[-1]
         return replace(other, log=search.parent.log + gains.get(last, {}).get(other.effects[-1], 0.0))
 
@@ -192,6 +192,23 @@ def test_gaps_seen_about_another_model_are_told_as_shares_of_the_gap(monkeypatch
     assert found is not None
     gaps = {one.names[0]: found.gap_of(one) for one in found.found}
     assert gaps == pytest.approx({A.name: 1.0, B.name: 1.1, C.name: 1.3 * 0.81 / 0.9})
+
+
+@pytest.mark.parametrize("led", [True, False])
+def test_rivals_are_led_where_the_one_they_are_held_against_was(monkeypatch: pytest.MonkeyPatch, led: bool) -> None:
+    """Where it was before the first bounces no rival meets the later ones, however right it is."""
+    said = list[bool]()
+
+    def about(search: Any, other: Model, led: bool) -> Model:
+        said.append(led)
+        return other
+
+    seen_from_there(monkeypatch, {})
+    monkeypatch.setattr(comparison, "fitted_about", about)
+    here = with_gaps(SimpleNamespace(inference=None), {})
+    seen = Confirmation(here, cast(Any, Model((A,), 30.0)), cast(Any, Model((), 0.0)), led=led)
+    comparison._about(seen, cast(Any, Model((B,), 20.0)))
+    assert said == [led]
 
 
 def test_two_that_each_win_about_the_other_are_not_asked_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:

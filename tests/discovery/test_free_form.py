@@ -159,7 +159,7 @@ def test_a_planted_curve_gains_as_much_about_itself(
     probes = (FrictionOfSpeed, TensionOfRate)
     monkeypatch.setattr(free_form, "PROBES", probes)
     monkeypatch.setattr(
-        free_form, "linearised_about", lambda search, fitted: About(search, fitted.supermodel, fitted.local)
+        free_form, "linearised_about", lambda search, fitted, lead: About(search, fitted.supermodel, fitted.local)
     )
     heights = 0.02 * np.sin(np.linspace(0.0, 2.0 * np.pi, FrictionOfSpeed.knots))
     search = begun_at(planted(task, found, FrictionOfSpeed, heights))

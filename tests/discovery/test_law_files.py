@@ -68,6 +68,7 @@ def with_law(task: Task, law: Composed) -> Finding:
         gap_after=1.02,
         gap_left_out_before=1.4,
         gap_left_out=1.1,
+        elpd_left_out=60.0,
         runners_up=(OtherLaw(name="guide.other", says="Another.", evidence=-9.0),),
     )
     after = identified(task, (effect,))

@@ -14,10 +14,11 @@ import pytest
 from fibrefit.core.progress import quiet
 from fibrefit.discovery import forward_selection
 from fibrefit.discovery import mistakes as module
-from fibrefit.discovery.engine.effort import LED
+from fibrefit.discovery.engine.effort import LED, TOO_FAR
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.search import inputs
+from fibrefit.discovery.search.inputs import confirmed
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
@@ -33,7 +34,7 @@ CLOCK, SLOPE, MASS, DRAG = (
 
 @dataclass(frozen=True)
 class Base(Model):
-    """The model a search begins with, as far from the records as it is told to be."""
+    """A model as far from the records as it is told to be."""
 
     far: bool = True
 
@@ -46,7 +47,8 @@ class Bench:
     """Mistakes that lead to given costs, and gain what is told where readings are linearised about them."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **costs: float) -> None:
-        self.costs, self.gain, self.led, self.asked = costs, 100.0, list[str](), list[str]()
+        self.costs, self.led, self.asked = costs, list[str](), list[str]()
+        self.gains = dict[str, float]()
         monkeypatch.setattr(module, "_led", self.lead)
         monkeypatch.setattr(module, "confirmed", self.confirm)
         monkeypatch.setattr(module, "among_rivals", lambda found: found)
@@ -57,9 +59,10 @@ class Bench:
         cost = self.costs.get(name, 1000.0)
         return SimpleNamespace(effects=effects, supermodel="plain", fit=SimpleNamespace(cost=cost, local=None))
 
-    def confirm(self, search: Any, parent: Any, found: Model) -> Any:
+    def confirm(self, search: Any, parent: Any, found: Model, lead: bool) -> Any:
+        assert lead
         self.asked += found.names
-        return SimpleNamespace(found=found, gain=self.gain)
+        return SimpleNamespace(found=found, gain=self.gains.get(found.names[0], 100.0))
 
     def search(self, effects: Sequence[Any]) -> Any:
         inference = SimpleNamespace(without_descent=lambda supermodel, effects, local, parent: Model(effects, 0.0))
@@ -81,14 +84,28 @@ def test_the_mistake_that_leaves_least_of_whole_records_is_asked_about(monkeypat
     assert bench.led == ["base", "clock", "inclination", "weight_mass"]
     assert bench.asked == [SLOPE.name]
     assert found.chosen.names == (SLOPE.name,)
-    # Nats of plain squares are not those of the place it is asked at: what is far behind is no rival there.
+    # What leaves ten times as much is no rival.
     assert [one.names for one in found.comparison.found] == [(SLOPE.name,)]
 
 
-def test_mistakes_that_lead_to_the_same_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mistakes_that_lead_to_like_places_are_compared_and_the_next_is_asked_where_the_first_is_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Plain squares hold errors of the drive: which of two is the right one they do not say."""
     bench = Bench(monkeypatch, base=1000.0, inclination=20.0, weight_mass=21.0)
+    bench.gains = {SLOPE.name: 0.0}
     found = bench.found(monkeypatch)
+    assert bench.asked == [SLOPE.name, MASS.name]
+    assert found.chosen.names == (MASS.name,)
     assert {one.names for one in found.comparison.found} == {(SLOPE.name,), (MASS.name,)}
+
+
+def test_a_base_model_without_any_motion_leaves_all_to_the_mistakes(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch, base=np.inf, clock=np.inf, inclination=20.0, weight_mass=np.inf)
+    assert bench.found(monkeypatch).chosen.names == (SLOPE.name,)
+    assert (
+        Bench(monkeypatch, base=np.inf, clock=np.inf, inclination=np.inf, weight_mass=np.inf).found(monkeypatch) is None
+    )
 
 
 @pytest.mark.parametrize(("share", "asked"), [(0.99 * LED, True), (1.01 * LED, False)])
@@ -103,7 +120,7 @@ def test_a_mistake_that_leads_through_no_bounce_is_not_asked_about(
 @pytest.mark.parametrize(("gain", "there"), [(NAMED + 0.1, True), (NAMED, False)])
 def test_it_has_to_be_more_than_chance_about_itself(monkeypatch: pytest.MonkeyPatch, gain: float, there: bool) -> None:
     bench = Bench(monkeypatch, base=1000.0, clock=10.0)
-    bench.gain = gain
+    bench.gains = {CLOCK.name: gain}
     assert (bench.found(monkeypatch) is not None) is there
 
 
@@ -140,7 +157,7 @@ def test_a_slope_that_the_study_states_wrong_is_found_where_the_base_model_loses
     assert found.chosen.names == (SLOPE.name,)
     assert found.chosen.shared[f"{SLOPE.name}.error"] == pytest.approx(-np.radians(2.0), abs=np.radians(0.1))
     # The negative control: linearised about what suits the first bounces, readings lose the later ones.
-    monkeypatch.setattr(inputs, "_is_led_on", lambda search, plain: False)
+    monkeypatch.setattr(module, "confirmed", lambda *of, lead: confirmed(*of, lead=False))
     assert module.mistaken(search, base) is None
 
 
@@ -160,6 +177,8 @@ def test_what_it_leads_to_is_added_before_any_effect_is_tried_and_is_linearised_
     def compared(*of: Any) -> Any:
         raise LookupError("effects are tried")
 
+    anew: Any = Base((SLOPE,), 60.0)
+    monkeypatch.setattr(forward_selection, "relinearised", lambda search, best: ("a search about it", anew))
     monkeypatch.setattr(forward_selection, "mistaken", mistaken)
     monkeypatch.setattr(forward_selection, "_grown", grown)
     monkeypatch.setattr(forward_selection, "comparison_of", compared)
@@ -172,4 +191,15 @@ def test_what_it_leads_to_is_added_before_any_effect_is_tried_and_is_linearised_
     after, there = forward_selection._further(begun, cast(Any, None), limits)
     assert there
     assert said == ["of mistakes"]
-    assert after.about is None
+    assert after.best is after.about is anew
+
+
+@pytest.mark.parametrize(
+    ("known", "gap", "led"),
+    [(True, TOO_FAR, True), (True, 1.01 * TOO_FAR, False), (False, 1.0, False), (None, 1.0, False)],
+)
+def test_what_leaves_little_before_the_first_bounces_is_led_on(known: bool | None, gap: float, led: bool) -> None:
+    sensitivities = None if known is None else SimpleNamespace(far=known)
+    plain = SimpleNamespace(supermodel=SimpleNamespace(sensitivities=sensitivities))
+    search = SimpleNamespace(gap=lambda one: gap)
+    assert inputs._is_led_on(cast(Any, search), cast(Any, plain)) is led

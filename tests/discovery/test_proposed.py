@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.progress import quiet
+from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.free_form import proposing
 from fibrefit.discovery.curves.probes import (
@@ -102,7 +103,7 @@ def test_of_laws_that_are_not_distinguished_the_one_that_foresees_most_of_left_o
     assert _held(monkeypatch, foreseen, {"first": 30.0, "second": 27.0, "far": 20.0}) == "second"
 
 
-@pytest.mark.parametrize(("foreseen", "there"), [(-51.0, None), (-49.0, "first")])
+@pytest.mark.parametrize(("foreseen", "there"), [(-51.0, None), (-49.0, "first"), (np.nan, None), (np.inf, None)])
 def test_a_law_that_does_not_hold_on_left_out_records_is_not_told(
     monkeypatch: pytest.MonkeyPatch, foreseen: float, there: str | None
 ) -> None:
@@ -110,10 +111,19 @@ def test_a_law_that_does_not_hold_on_left_out_records_is_not_told(
     assert _held(monkeypatch, {"parent": [-40.0, -60.0], "first": [-50.0, foreseen]}, {"first": 30.0}) == there
 
 
-def _held(monkeypatch: pytest.MonkeyPatch, foreseen: dict[str, list[float]], logs: dict[str, float]) -> str | None:
+def test_a_law_that_no_time_was_left_to_foresee_records_with_is_told_without(monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(*of: Any) -> None:
+        raise OutOfTimeError
+
+    assert _held(monkeypatch, {"parent": [], "first": []}, {"first": 30.0}, late) == "first"
+
+
+def _held(
+    monkeypatch: pytest.MonkeyPatch, foreseen: dict[str, list[float]], logs: dict[str, float], left_out: Any = None
+) -> str | None:
     """The law that is told, each with how it foresees two records, in nats."""
     seen = {name: LeftOut(np.ones(2), np.array(nats)) for name, nats in foreseen.items()}
-    monkeypatch.setattr(told, "left_out", lambda search, one: seen[one.name])
+    monkeypatch.setattr(told, "left_out", left_out or (lambda search, one, tell: seen[one.name]))
     fits = [(SimpleNamespace(log=log, name=name), name) for name, log in logs.items()]
     proposal = Proposal(cast(Any, SimpleNamespace(log=0.0, name="parent")), cast(Any, fits), ())
     layout = SimpleNamespace(records=("one", "other"))

@@ -192,7 +192,8 @@ class _End(NamedTuple):
 
 def _gain_about_itself(search: Search, parent: LaplaceFit, probes: Sequence[type[Curve]], end: _End) -> float | None:
     """What a curve gains where readings are linearised about it, see `confirmed`; None without noisy inputs."""
-    if (about := linearised_about(search, end.fitted)) is None:
+    # Heights that no walk holds, and a range that is free, lead nowhere.
+    if (about := linearised_about(search, end.fitted, lead=False)) is None:
         return None
     supermodel = supermodel_of(search.task, (*parent.effects, *probes), about.supermodel.sensitivities)
     inference, old = about.search.inference, parent.evidence.mode

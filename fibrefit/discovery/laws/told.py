@@ -24,6 +24,8 @@ from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.ports import PORTS
 from fibrefit.study.summaries.discovery import LawParameter, OtherLaw, ProposedLawSummary
 
+FORESEEING = "predicting each record from the others"
+
 
 class HeldLaw(NamedTuple):
     """A law that is told.
@@ -39,14 +41,14 @@ class HeldLaw(NamedTuple):
         Normalised residual RMS of records predicted from the others, without it and with it; nan where the time did not
         suffice to predict any, or there is but one.
     foreseen : float
-        Log predictive density in nats of records left out, over that without it.
+        Log predictive density in nats of records left out, over that without it; nan as before.
     """
 
     fit: LaplaceFit
     law: Composed
     proposal: Proposal
     left_out: tuple[float, float] = (np.nan, np.nan)
-    foreseen: float = np.inf
+    foreseen: float = np.nan
 
 
 def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
@@ -61,7 +63,7 @@ def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
     if len(search.task.problem.layout.records) == 1:
         return best
     found, came = in_time(partial(_by_left_out, search, proposal), best)
-    return found if not came or found.foreseen > 0.0 else None
+    return found if not came or 0.0 < found.foreseen < np.inf else None
 
 
 def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
@@ -70,8 +72,11 @@ def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
     What shared values leave of a record is mostly what it differs by: a law that is right moves that as it comes.
     """
     near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
-    with beyond_limits():
-        before, *seen = (left_out(search, one) for one in (proposal.parent, *(end for end, _ in near)))
+    number = 1 + len(near)
+    before, *seen = (
+        left_out(search, one, lambda share, i=i: search.tell(FORESEEING, (i + share) / number))  # type: ignore[misc]
+        for i, one in enumerate((proposal.parent, *(end for end, _ in near)))
+    )
     found = [
         HeldLaw(end, law, proposal, (before.gap, with_it.gap), float(np.sum(with_it.elpd - before.elpd)))
         for (end, law), with_it in zip(near, seen, strict=True)
@@ -133,7 +138,7 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
     held : HeldLaw
         Its fit is that there.
     """
-    fit, law, proposal, (without, with_it), _ = held
+    fit, law, proposal, (without, with_it), foreseen = held
     knots = next(one.knots for one in proposal.readings if one.probe is law.probe)
     with beyond_limits():
         gaps = [search.gap(search.plain(one)) for one in (parent, fit)]
@@ -156,6 +161,7 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
             gap_after=gaps[1],
             gap_left_out_before=without,
             gap_left_out=with_it,
+            elpd_left_out=foreseen,
             runners_up=tuple(
                 OtherLaw(name=other.name, says=other.says, evidence=end.log - first.log)
                 for end, other in proposal.ranked

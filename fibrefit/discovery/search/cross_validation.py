@@ -27,7 +27,7 @@ from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.estimate.evidence import laplace
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace
 from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
 from fibrefit.problem.estimate.normal_equations import arranged, local_grams
 from fibrefit.study.summaries.discovery import HeldOut
@@ -62,34 +62,34 @@ def left_out(search: Search, found: LaplaceFit, tell: Callable[[float], None] = 
     number, said, at = len(found.local), list[tuple[float, float]](), found.evidence.mode
     seen = search.inference.common_noise.whitened(found.supermodel)
     grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
+    whole = _evidence(search.inference, found, grams, np.ones(number, dtype=bool)).log
     for r in range(number):
         tell(r / number)
-        foresee = partial(_foreseen, search, found, grams, r)
+        foresee = partial(_foreseen, search, found, grams, r, whole)
         said.append(search.recalled("foreseen", found, r, foresee, found.supermodel)())
     gaps, elpd = np.array(said).T
     return LeftOut(gaps, elpd)
 
 
-def _foreseen(search: Search, found: LaplaceFit, grams: np.ndarray, record: int) -> tuple[float, float]:
+def _foreseen(search: Search, found: LaplaceFit, grams: np.ndarray, record: int, whole: float) -> tuple[float, float]:
     """Gap of a record as the others predict it, and the logarithm of its predictive density."""
-    shared, without = _without(search.inference, found, grams, record)
-    local = found.local.copy()
-    local[:, found.evidence.mode.unknowns.shared] = shared
-    return gap_of_record(search, found.supermodel, local, record), found.evidence.log - without
+    others = _evidence(search.inference, found, grams, np.arange(len(grams)) != record)
+    local, unknowns = found.local.copy(), found.evidence.mode.unknowns
+    local[:, unknowns.shared] = unknowns.value(others.mean)
+    return gap_of_record(search, found.supermodel, local, record), whole - others.log
 
 
-def _without(
-    inference: LaplaceInference, found: LaplaceFit, grams: np.ndarray, record: int
-) -> tuple[np.ndarray, float]:
-    """Shared values ``(n_shared,)`` in SI units and the evidence, one record saying nothing.
+def _evidence(
+    inference: LaplaceInference, found: LaplaceFit, grams: np.ndarray, kept: np.ndarray
+) -> MarginalLikelihood:
+    """Evidence where only records that are `kept` say something; of all and of some it is found in the same way.
 
-    The matrices of the others at the mode of all tell where they lead; only what these predict much of is followed.
+    The matrices of these at the mode of all tell where they lead; only what these predict much of is followed.
     """
-    kept, at = np.arange(len(grams)) != record, found.evidence.mode
+    at = found.evidence.mode
     start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))
     gram = SecantGram(inference.common_noise.whitened(found.supermodel), np.where(kept, inference.context.whole, 0))
-    evidence = laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
-    return at.unknowns.value(evidence.mean), evidence.log
+    return laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
 
 
 def gap_of_record(search: Search, supermodel: Supermodel, local: np.ndarray, record: int) -> float:

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import beyond_limits
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
@@ -72,15 +71,25 @@ class About(NamedTuple):
     led: bool = False
 
 
-def linearised_about(search: Search, fitted: LaplaceFit) -> About | None:
-    """Readings linearised in the errors of inputs, about what suits a hypothesis best; None without such inputs."""
+def linearised_about(search: Search, fitted: LaplaceFit, lead: bool | None = None) -> About | None:
+    """Readings linearised in the errors of inputs, about what suits a hypothesis best; None without such inputs.
+
+    Parameters
+    ----------
+    search : Search
+    fitted : LaplaceFit
+    lead : bool, optional
+        Whether it is led on from before the first bounces, see `through_all_bounces`; by default one that was held to
+        what is before them, leaves little there, and leaves more of whole records than where it is led to.
+    """
     if (coefficients := coefficients_of(search, fitted)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
     plain = search.plain(fitted)
-    if led := _is_led_on(search, plain):
-        plain = through_all_bounces(search, plain)
-        coefficients = {name: np.zeros_like(wave) for name, wave in coefficients.items()}
+    ahead = through_all_bounces(search, plain) if lead or (lead is None and _is_led_on(search, plain)) else None
+    if led := ahead is not None and (bool(lead) or _leaves_less(search, ahead, plain)):
+        assert ahead is not None
+        plain, coefficients = ahead, {name: np.zeros_like(wave) for name, wave in coefficients.items()}
     sensitivities = _sensitivities_about(search, plain, coefficients)
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
@@ -104,6 +113,12 @@ def _is_led_on(search: Search, plain: Hypothesis) -> bool:
     return known is not None and known.far and search.gap(plain) <= TOO_FAR
 
 
+def _leaves_less(search: Search, ahead: Hypothesis, plain: Hypothesis) -> bool:
+    """Whether less of whole records is left where a hypothesis was led to than where it was, inputs as measured."""
+    there = transferred(ahead.supermodel, plain.supermodel, plain.fit.local)
+    return ahead.fit.cost < float(ahead.supermodel.costs(there, search.context.whole).sum())
+
+
 def through_all_bounces(search: Search, plain: Hypothesis) -> Hypothesis:
     """A hypothesis led from what is before the first bounces to whole records, in plain squares, inputs as measured.
 
@@ -113,9 +128,8 @@ def through_all_bounces(search: Search, plain: Hypothesis) -> Hypothesis:
     # That of its group is at hand, and a program takes long to compile.
     supermodel, subset = supermodel_of(search.task, plain.supermodel.effects), search.context.descended(plain.effects)
     led = Refit(transferred(supermodel, plain.supermodel, plain.fit.local), np.inf)
-    with beyond_limits():  # What was found is not lost for what it takes to say so.
-        for counts in search.context.counts:
-            led = refit(supermodel, subset, led.local, counts)
+    for counts in search.context.counts:
+        led = refit(supermodel, subset, led.local, counts)
     return Hypothesis(plain.effects, led, supermodel)
 
 
@@ -151,7 +165,15 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
 
     None without such inputs, and where a motion is lost there.
     """
-    if (about := linearised_about(search, fitted)) is None:
+    found = _relinearised(search, fitted)
+    return None if found is None else found[:2]
+
+
+def _relinearised(
+    search: Search, fitted: LaplaceFit, lead: bool | None = None
+) -> tuple[Search, LaplaceFit, bool] | None:
+    """The same, and whether the hypothesis was led on from before the first bounces."""
+    if (about := linearised_about(search, fitted, lead)) is None:
         return None
     anew, old = about.search, fitted.evidence.mode
     # What records differed by at other values says nothing at these.
@@ -159,7 +181,7 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
     found = anew.inference.fitted(about.supermodel, fitted.effects, about.local, *differ)
     if motion_lost(search.gap(search.plain(fitted)), anew.gap(anew.plain(found))):
         return None
-    return anew, found
+    return anew, found, about.led
 
 
 def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit]:
@@ -198,12 +220,15 @@ class Confirmation:
         The more probable of what it is without what was added, and of its parent from where that was.
     overdispersion : float
         By which its gain was divided.
+    led : bool
+        Whether it was led there from before the first bounces, as others are then.
     """
 
     search: Search
     found: LaplaceFit
     parent: LaplaceFit
     overdispersion: float = 1.0
+    led: bool = False
 
     @property
     def gain(self) -> float:
@@ -245,28 +270,42 @@ def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion
     return one.with_log(parent.log + (gain + cost) / overdispersion - cost)
 
 
-def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit) -> Confirmation | None:
+def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit, lead: bool | None = None) -> Confirmation | None:
     """What a hypothesis gains over its parent where readings are linearised about itself; None without noisy inputs.
 
     Readings linearised about its parent say little of a place that is far from it: a bounce that comes elsewhere meets
     other errors of the inputs. What is gained there by going far is none if it is gone once one is there.
+
+    Parameters
+    ----------
+    search : Search
+    parent, found : LaplaceFit
+    lead : bool, optional
+        See `linearised_about`.
     """
-    if (anew := relinearised(search, found)) is None:
+    if (anew := _relinearised(search, found, lead)) is None:
         return None
-    there, own = anew
-    local = transferred(own.supermodel, parent.supermodel, parent.local)
-    old = parent.evidence.mode
+    there, own, led = anew
     lesser = (
         there.inference.without(own, parent.effects),
-        there.inference.fitted(own.supermodel, parent.effects, local, old.sigma, old.place.eta),
+        _fitted_in(there, own.supermodel, parent, led),
     )
     best = max(lesser, key=lambda one: one.log)
     overdispersion = overdispersion_of(there.inference, best, own)
-    return Confirmation(there, overdispersion_corrected(best, own, overdispersion), best, overdispersion)
+    return Confirmation(there, overdispersion_corrected(best, own, overdispersion), best, overdispersion, led)
 
 
-def fitted_about(about: Search, other: LaplaceFit) -> LaplaceFit:
-    """A hypothesis where readings are linearised about another one, from where it is."""
-    supermodel, old = about.supermodel_with(other.supermodel.effects), other.evidence.mode
-    local = transferred(supermodel, other.supermodel, other.local)
+def fitted_about(about: Search, other: LaplaceFit, led: bool = False) -> LaplaceFit:
+    """A hypothesis where readings are linearised about another one, from where it is, or is `led` as that one was."""
+    return _fitted_in(about, about.supermodel_with(other.supermodel.effects), other, led)
+
+
+def _fitted_in(about: Search, supermodel: Supermodel, other: LaplaceFit, led: bool) -> LaplaceFit:
+    """The same in a supermodel that holds it."""
+    if led:
+        ahead = through_all_bounces(about, about.plain(other))
+        return about.inference.fitted(
+            supermodel, other.effects, transferred(supermodel, ahead.supermodel, ahead.fit.local)
+        )
+    local, old = transferred(supermodel, other.supermodel, other.local), other.evidence.mode
     return about.inference.fitted(supermodel, other.effects, local, old.sigma, old.place.eta)

@@ -218,6 +218,10 @@ class ProposedLawSummary(Part):
     gap_after: float
     gap_left_out_before: Known = None
     gap_left_out: Known = Field(default=None, description="Rms over the records, each predicted from the others.")
+    elpd_left_out: Known = Field(
+        default=None,
+        description="Log predictive density of records left out in turn, over that without the law; decides on it.",
+    )
     runners_up: tuple[OtherLaw, ...] = ()
 
 
