@@ -30,7 +30,7 @@ from fibrefit.discovery.exchange import best_exchange
 from fibrefit.discovery.mistakes import mistaken
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import best_pair, incomplete, pruned
+from fibrefit.discovery.pairs import PAIRING, best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
@@ -162,7 +162,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
     if not at.best.effects and limits.choose is None:
-        mistake, _ = in_time(partial(mistaken, at.search, at.best), None)
+        mistake, _ = in_time(partial(mistaken, at.search, at.best), None, PAIRING * time_left())
         if mistake is not None:
             return _settled_there(_grown(at, mistake, mistake.comparison, before, limits)), True
     what = f"trying each effect, round {len(at.steps) + 1}"

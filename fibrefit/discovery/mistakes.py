@@ -2,12 +2,13 @@
 
 Up to the first bounces little speaks for a slope or a clock that is wrong; beyond them, where readings linearised in
 errors of the inputs say nothing, all does. Each mistake is led from there through whole records in plain squares, which
-takes a second, and the one that leaves least is what readings are linearised about.
+takes a second, and those that leave least are asked about themselves, until one is more than chance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -20,7 +21,7 @@ from fibrefit.discovery.engine.effort import COMPARED, leads_through
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
-from fibrefit.discovery.search.inputs import confirmed, through_all_bounces
+from fibrefit.discovery.search.inputs import Confirmation, confirmed, through_all_bounces
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 
@@ -43,12 +44,21 @@ def mistaken(search: Search, parent: LaplaceFit) -> Believed | None:
     if before is None:
         return None
     found = [_as_found(search, parent, end) for end in _that_lead(before, [end for end in ends if end is not None])]
-    comparison = Comparison(search, parent, tuple(found))
-    for one in found:
+    for i, one in enumerate(found):
         seen, _ = in_time(partial(confirmed, search, parent, one, lead=True), None)
         if seen is not None and seen.gain > NAMED:
-            return among_rivals(Believed(comparison, one, seen))
+            return _believed(Comparison(search, parent, tuple(found)), one, seen)
+        found[i] = one.with_log(parent.log + (0.0 if seen is None else seen.gain))
     return None
+
+
+def _believed(comparison: Comparison, one: LaplaceFit, seen: Confirmation) -> Believed:
+    """What is believed of mistakes that lead: one alone, with what it gains, where no time is left for the others."""
+    found = among_rivals(Believed(comparison, one, seen))
+    if found.comparison is not comparison:
+        return found
+    alone = one.with_log(comparison.parent.log + seen.gain)
+    return Believed(replace(comparison, found=(alone,)), alone, seen)
 
 
 def _states(effect: type[Effect]) -> bool:

@@ -103,7 +103,7 @@ def identify(
     seed : int
         Of the scatter of starts.
     progress : callable, optional
-        Called with what is being done and the share that is finished.
+        Called with what is being done and the share that is finished, now and then from another thread.
     stop : callable
         Called now and then: whether to conclude with what there is; the result then fails a check that says so.
 

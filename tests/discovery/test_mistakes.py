@@ -14,8 +14,10 @@ import pytest
 from fibrefit.core.progress import quiet
 from fibrefit.discovery import forward_selection
 from fibrefit.discovery import mistakes as module
+from fibrefit.discovery.engine.candidates import Hypothesis
 from fibrefit.discovery.engine.effort import LED, TOO_FAR
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.refit import Refit
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.inputs import confirmed
@@ -51,7 +53,8 @@ class Bench:
         self.gains = dict[str, float]()
         monkeypatch.setattr(module, "_led", self.lead)
         monkeypatch.setattr(module, "confirmed", self.confirm)
-        monkeypatch.setattr(module, "among_rivals", lambda found: found)
+        self.compared = True
+        monkeypatch.setattr(module, "among_rivals", self.rivals)
 
     def lead(self, search: Any, parent: Any, effects: tuple[Any, ...]) -> Any:
         name = effects[0].name.partition(".")[2] if effects else "base"
@@ -64,6 +67,11 @@ class Bench:
         self.asked += found.names
         return SimpleNamespace(found=found, gain=self.gains.get(found.names[0], 100.0))
 
+    def rivals(self, found: Any) -> Any:
+        if not self.compared:
+            return found
+        return found._replace(comparison=replace(found.comparison, moved=True))
+
     def search(self, effects: Sequence[Any]) -> Any:
         inference = SimpleNamespace(without_descent=lambda supermodel, effects, local, parent: Model(effects, 0.0))
         return SimpleNamespace(
@@ -73,14 +81,13 @@ class Bench:
             supermodel_for=lambda effect: "whole",
         )
 
-    def found(self, monkeypatch: pytest.MonkeyPatch, effects: Sequence[Any] = (DRAG, CLOCK, SLOPE, MASS)) -> Any:
-        monkeypatch.setattr(module, "transferred", lambda *of: None)
+    def found(self, effects: Sequence[Any] = (DRAG, CLOCK, SLOPE, MASS)) -> Any:
         return module.mistaken(cast(Any, self.search(effects)), cast(Any, Base((), 0.0)))
 
 
 def test_the_mistake_that_leaves_least_of_whole_records_is_asked_about(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, base=1000.0, clock=400.0, inclination=20.0, weight_mass=900.0)
-    found = bench.found(monkeypatch)
+    found = bench.found()
     assert bench.led == ["base", "clock", "inclination", "weight_mass"]
     assert bench.asked == [SLOPE.name]
     assert found.chosen.names == (SLOPE.name,)
@@ -94,18 +101,27 @@ def test_mistakes_that_lead_to_like_places_are_compared_and_the_next_is_asked_wh
     """Plain squares hold errors of the drive: which of two is the right one they do not say."""
     bench = Bench(monkeypatch, base=1000.0, inclination=20.0, weight_mass=21.0)
     bench.gains = {SLOPE.name: 0.0}
-    found = bench.found(monkeypatch)
+    found = bench.found()
     assert bench.asked == [SLOPE.name, MASS.name]
     assert found.chosen.names == (MASS.name,)
-    assert {one.names for one in found.comparison.found} == {(SLOPE.name,), (MASS.name,)}
+    # What was refused is no rival any more.
+    logs = {one.names[0]: one.log for one in found.comparison.found}
+    assert logs == {SLOPE.name: 0.0, MASS.name: BEYOND_DOUBT}
+
+
+def test_what_no_time_was_left_to_compare_is_told_alone_with_what_it_gains(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That plain squares lead somewhere is worth no number."""
+    bench = Bench(monkeypatch, base=1000.0, inclination=20.0, weight_mass=21.0)
+    bench.compared, bench.gains = False, {SLOPE.name: 30.0}
+    found = bench.found()
+    assert [(one.names, one.log) for one in found.comparison.found] == [((SLOPE.name,), 30.0)]
+    assert found.chosen is found.comparison.found[0]
 
 
 def test_a_base_model_without_any_motion_leaves_all_to_the_mistakes(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, base=np.inf, clock=np.inf, inclination=20.0, weight_mass=np.inf)
-    assert bench.found(monkeypatch).chosen.names == (SLOPE.name,)
-    assert (
-        Bench(monkeypatch, base=np.inf, clock=np.inf, inclination=np.inf, weight_mass=np.inf).found(monkeypatch) is None
-    )
+    assert bench.found().chosen.names == (SLOPE.name,)
+    assert Bench(monkeypatch, base=np.inf, clock=np.inf, inclination=np.inf, weight_mass=np.inf).found() is None
 
 
 @pytest.mark.parametrize(("share", "asked"), [(0.99 * LED, True), (1.01 * LED, False)])
@@ -113,7 +129,7 @@ def test_a_mistake_that_leads_through_no_bounce_is_not_asked_about(
     monkeypatch: pytest.MonkeyPatch, share: float, asked: bool
 ) -> None:
     bench = Bench(monkeypatch, base=1000.0, clock=1000.0 * share)
-    assert (bench.found(monkeypatch) is not None) is asked
+    assert (bench.found() is not None) is asked
     assert bool(bench.asked) is asked
 
 
@@ -121,13 +137,13 @@ def test_a_mistake_that_leads_through_no_bounce_is_not_asked_about(
 def test_it_has_to_be_more_than_chance_about_itself(monkeypatch: pytest.MonkeyPatch, gain: float, there: bool) -> None:
     bench = Bench(monkeypatch, base=1000.0, clock=10.0)
     bench.gains = {CLOCK.name: gain}
-    assert (bench.found(monkeypatch) is not None) is there
+    assert (bench.found() is not None) is there
 
 
 def test_a_mistake_in_one_record_alone_and_physics_are_none_of_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, base=1000.0)
     others = [effect for effect in CATALOGUE.values() if effect.family or not effect.name.startswith("study.")]
-    assert bench.found(monkeypatch, others) is None
+    assert bench.found(others) is None
     assert bench.led == ["base"]
 
 
@@ -203,3 +219,19 @@ def test_what_leaves_little_before_the_first_bounces_is_led_on(known: bool | Non
     plain = SimpleNamespace(supermodel=SimpleNamespace(sensitivities=sensitivities))
     search = SimpleNamespace(gap=lambda one: gap)
     assert inputs._is_led_on(cast(Any, search), cast(Any, plain)) is led
+
+
+@pytest.mark.parametrize(("led_to", "led"), [(9.0, True), (11.0, False), (np.inf, False)])
+def test_a_hypothesis_is_led_where_that_leaves_less_of_whole_records(
+    monkeypatch: pytest.MonkeyPatch, led_to: float, led: bool
+) -> None:
+    supermodel: Any = SimpleNamespace(costs=lambda local, counts: np.array([4.0, 6.0]))
+    monkeypatch.setattr(inputs, "transferred", lambda supermodel, source, local: local)
+    monkeypatch.setattr(
+        inputs, "through_all_bounces", lambda search, plain: Hypothesis((), Refit(np.ones((2, 1)), led_to), supermodel)
+    )
+    search: Any = SimpleNamespace(context=SimpleNamespace(whole=None))
+    there, moved = inputs._ahead(search, Hypothesis((), Refit(np.zeros((2, 1)), 3.0), supermodel))
+    assert moved is led
+    assert there.fit.cost == (led_to if led else 10.0)
+    np.testing.assert_array_equal(there.fit.local, float(led))

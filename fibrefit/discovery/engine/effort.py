@@ -78,7 +78,8 @@ TOO_FAR = 1.4
 are taken up to the first bounce alone, and what a candidate leaves is twice what noise does."""
 LED = 0.5
 """Share of what a model with noisy inputs leaves of whole records in plain squares that one with a mistake of the study
-may leave to be asked about itself: errors of an input are in both, a bounce that is lost leaves a hundred times it."""
+may leave to be asked about itself, and the best of several of another one: errors of an input are in all of them, and a
+bounce that is lost leaves a hundred times as much."""
 HOPE = 3.0
 """Nats by which slopes may predict less than a curve then gains."""
 STEADY_LIMIT = 0.1

@@ -81,7 +81,7 @@ def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
         HeldLaw(end, law, proposal, (before.gap, with_it.gap), float(np.sum(with_it.elpd - before.elpd)))
         for (end, law), with_it in zip(near, seen, strict=True)
     ]
-    return max(found, key=lambda one: one.foreseen)
+    return max(found, key=lambda one: one.foreseen if np.isfinite(one.foreseen) else -np.inf)
 
 
 def law_for(

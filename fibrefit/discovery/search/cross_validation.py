@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -59,20 +59,28 @@ class LeftOut:
 
 def left_out(search: Search, found: LaplaceFit, tell: Callable[[float], None] = lambda share: None) -> LeftOut:
     """Predictions of a model whose parameters all records share."""
-    number, said, at = len(found.local), list[tuple[float, float]](), found.evidence.mode
-    seen = search.inference.common_noise.whitened(found.supermodel)
-    grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
-    whole = _evidence(search.inference, found, grams, np.ones(number, dtype=bool)).log
+    number, said = len(found.local), list[tuple[float, float]]()
+    known = cache(partial(_known, search, found))  # Where all is in the journal, nothing is simulated.
     for r in range(number):
         tell(r / number)
-        foresee = partial(_foreseen, search, found, grams, r, whole)
-        said.append(search.recalled("foreseen", found, r, foresee, found.supermodel)())
+        foresee = partial(_foreseen, search, found, known, r)
+        said.append(search.recalled("elpd", found, r, foresee, found.supermodel)())
     gaps, elpd = np.array(said).T
     return LeftOut(gaps, elpd)
 
 
-def _foreseen(search: Search, found: LaplaceFit, grams: np.ndarray, record: int, whole: float) -> tuple[float, float]:
+def _known(search: Search, found: LaplaceFit) -> tuple[np.ndarray, float]:
+    """Matrices of all records at the mode of a model, and its evidence of them."""
+    at, seen = found.evidence.mode, search.inference.common_noise.whitened(found.supermodel)
+    grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
+    return grams, _evidence(search.inference, found, grams, np.ones(len(grams), dtype=bool)).log
+
+
+def _foreseen(
+    search: Search, found: LaplaceFit, known: Callable[[], tuple[np.ndarray, float]], record: int
+) -> tuple[float, float]:
     """Gap of a record as the others predict it, and the logarithm of its predictive density."""
+    grams, whole = known()
     others = _evidence(search.inference, found, grams, np.arange(len(grams)) != record)
     local, unknowns = found.local.copy(), found.evidence.mode.unknowns
     local[:, unknowns.shared] = unknowns.value(others.mean)

@@ -85,10 +85,11 @@ def linearised_about(search: Search, fitted: LaplaceFit, lead: bool | None = Non
     if (coefficients := coefficients_of(search, fitted)) is None:
         return None
     search.tell("finding what errors of inputs do to the better model", None)
-    plain = search.plain(fitted)
-    ahead = through_all_bounces(search, plain) if lead or (lead is None and _is_led_on(search, plain)) else None
-    if led := ahead is not None and (bool(lead) or _leaves_less(search, ahead, plain)):
-        assert ahead is not None
+    plain, led = search.plain(fitted), False
+    if lead or (lead is None and _is_led_on(search, plain)):
+        ahead, moved = _ahead(search, plain)
+        led = moved or bool(lead)
+    if led:
         plain, coefficients = ahead, {name: np.zeros_like(wave) for name, wave in coefficients.items()}
     sensitivities = _sensitivities_about(search, plain, coefficients)
     supermodel = supermodel_of(search.task, (), sensitivities)
@@ -113,10 +114,12 @@ def _is_led_on(search: Search, plain: Hypothesis) -> bool:
     return known is not None and known.far and search.gap(plain) <= TOO_FAR
 
 
-def _leaves_less(search: Search, ahead: Hypothesis, plain: Hypothesis) -> bool:
-    """Whether less of whole records is left where a hypothesis was led to than where it was, inputs as measured."""
-    there = transferred(ahead.supermodel, plain.supermodel, plain.fit.local)
-    return ahead.fit.cost < float(ahead.supermodel.costs(there, search.context.whole).sum())
+def _ahead(search: Search, plain: Hypothesis) -> tuple[Hypothesis, bool]:
+    """A hypothesis where it leaves less of whole records, inputs as measured: led, or as it is; whether it is led."""
+    led = through_all_bounces(search, plain)
+    here = transferred(led.supermodel, plain.supermodel, plain.fit.local)
+    cost = float(led.supermodel.costs(here, search.context.whole).sum())
+    return (led, True) if led.fit.cost < cost else (Hypothesis(plain.effects, Refit(here, cost), led.supermodel), False)
 
 
 def through_all_bounces(search: Search, plain: Hypothesis) -> Hypothesis:
@@ -179,7 +182,9 @@ def _relinearised(
     # What records differed by at other values says nothing at these.
     differ = (None, None) if about.led else (old.sigma, old.place.eta)
     found = anew.inference.fitted(about.supermodel, fitted.effects, about.local, *differ)
-    if motion_lost(search.gap(search.plain(fitted)), anew.gap(anew.plain(found))):
+    before = search.gap(search.plain(fitted))
+    # Of what comes before the first bounces errors of the inputs may take more than noise leaves of all.
+    if motion_lost(max(before, 1.0) if about.led else before, anew.gap(anew.plain(found))):
         return None
     return anew, found, about.led
 
@@ -303,7 +308,7 @@ def fitted_about(about: Search, other: LaplaceFit, led: bool = False) -> Laplace
 def _fitted_in(about: Search, supermodel: Supermodel, other: LaplaceFit, led: bool) -> LaplaceFit:
     """The same in a supermodel that holds it."""
     if led:
-        ahead = through_all_bounces(about, about.plain(other))
+        ahead, _ = _ahead(about, about.plain(other))
         return about.inference.fitted(
             supermodel, other.effects, transferred(supermodel, ahead.supermodel, ahead.fit.local)
         )
