@@ -24,6 +24,7 @@ REASONS: dict[str, dict[str, str]] = {
     "core.programs.kept": {"MOST_ON_DISK": WORK, "SETTLED_SECONDS": WORK, "MOST_IN_MEMORY": WORK},
     "core.units": {"100.0": PAGE, "10.0": PAGE, "0.0001": PAGE, "10000000.0": PAGE, "1e-12": ROUNDING},
     "discovery.engine.candidates": {"MANY": STEP, "RETIMED": STEP},
+    "discovery.laws.relaxation": {"UNSEEN": ROUNDING},
     "discovery.engine.refit": {"ARRIVED": ENDS, "0.0001": ENDS, "1000000.0": ENDS},
     "discovery.residuals.eigenvalues": {"EXACT": WORK},
     "fitting.gls": {"ROUNDS": STEP},

@@ -13,7 +13,7 @@ import numpy as np
 from fibrefit.core.time_limit import beyond_limits, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, compared_about
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, PRICE, SIMPLER, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, LIKENESS, NAMED, PRICE, SIMPLER, false_alarm, occam
 from fibrefit.discovery.search.inputs import Confirmation, confirmed
 from fibrefit.study.summaries.discovery import Candidate
 from fibrefit.study.summaries.summaries import ParameterSummary
@@ -112,7 +112,11 @@ def chosen_of(
         name = choose(candidates(comparison)[:LISTED])
         return next((one for one in comparison.found[:LISTED] if name in one.names), None)
     # What was not followed says nothing but what slopes predict of it.
-    followed = [one for one in comparison.found if one.evidence.mode.steps and one.names not in refused]
+    followed = [
+        one
+        for one in comparison.found
+        if one.evidence.mode.steps and one.names not in refused and not _takes_up_a_likeness(comparison, one)
+    ]
     # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
     if not followed or comparison.gain(followed[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
         return None
@@ -121,6 +125,16 @@ def chosen_of(
         near,
         key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log),
     )
+
+
+def _takes_up_a_likeness(comparison: Comparison, one: LaplaceFit) -> bool:
+    """Whether it adds an instant of one record that says no more than what a law leaves by being near the true one.
+
+    Of what such a law leaves, something comes at once in some record: a step there takes it up.
+    """
+    new = [effect for effect in one.effects if effect not in comparison.parent.effects]
+    little = 0.0 < comparison.gain(one) <= LIKENESS * comparison.gained
+    return little and any(effect.sudden and effect.record is not None for effect in new)
 
 
 def _new(one: LaplaceFit, comparison: Comparison) -> bool:

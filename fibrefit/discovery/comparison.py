@@ -58,6 +58,8 @@ class Comparison:
         the gap that the parent left there. Their own gap is counted in another noise.
     seconds : float
         Time it took, in s.
+    gained : float
+        Nats that the parent's effects gained when they were found, the most of any.
     """
 
     search: Search
@@ -68,6 +70,7 @@ class Comparison:
     moved: bool = False
     shares: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     seconds: float = 0.0
+    gained: float = 0.0
 
     def gap_of(self, one: LaplaceFit) -> float:
         """Gap that one of them leaves, as the parent's is counted: Rms of residuals over the noise."""

@@ -166,7 +166,7 @@ def _left_beside(
 ) -> tuple[list[Alarm], LaplaceFit, tuple[LaplaceFit, ProposedLaw] | None, list[Reading]]:
     """Tests that object to what was selected, that or what a curve does better, and a law and free curves beside it.
 
-    The law is over a state or else over the course of a record.
+    The law is over a state, or over the course of a record where there is none or a test objects to it.
     """
     search, best, law = at.search, at.best, at.law
     search.tell("testing the innovations", None)
@@ -180,9 +180,9 @@ def _left_beside(
         best, readings = instead or (best, readings)
     if readings:
         law = parts.take("law", partial(law_for, search, best, before, readings), None)
-    if law is None and "law" not in parts.undone:
+    if (law is None or alarms_of(search, law[0])) and "law" not in parts.undone:
         over_course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
-        law, readings = over_course or (None, readings)
+        law, readings = over_course or (law, readings)
     return alarms, best, law, readings
 
 

@@ -37,7 +37,7 @@ from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import coefficients_of, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
-from fibrefit.discovery.unnamed import Unnamed, nameless, unnamed
+from fibrefit.discovery.unnamed import Unnamed, foreseen, nameless, unnamed
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -100,8 +100,8 @@ class Selection:
         A law of no name that accounts for all that the best model lacks.
     undone : tuple of str
         What the last round's time did not suffice for.
-    gained : float
-        Nats by which what was added last is more probable than the model it was added to.
+    gained : tuple of float
+        Nats by which each that was added is more probable than the model it was added to.
     """
 
     search: Search
@@ -116,7 +116,7 @@ class Selection:
     paired: bool = False
     law: tuple[LaplaceFit, ProposedLaw] | None = None
     undone: tuple[str, ...] = ()
-    gained: float = np.inf
+    gained: tuple[float, ...] = ()
 
     def took(self, what: str, came: bool) -> Selection:
         """With a part of the round as not done, unless it came in time."""
@@ -165,8 +165,12 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         mistake, _ = in_time(partial(mistaken, at.search, at.best), None, PAIRING * time_left())
         if mistake is not None:
             return _settled_there(_grown(at, mistake, mistake.comparison, before, limits)), True
+        law_first, _ = in_time(partial(foreseen, at.search, at.best, before), None)
+        if law_first is not None:
+            return _ended_by(law_first[0], replace(at, comparison=law_first[1])), False
     what = f"trying each effect, round {len(at.steps) + 1}"
     comparison = comparison_of(at.search, at.best, what, at.singles, at.comparison)
+    comparison = replace(comparison, gained=max(at.gained, default=0.0))
     single, found = at.singles or comparison, believed(comparison, limits.choose)
     at, found = _where_it_is(
         replace(at, undone=(), search=comparison.search, best=comparison.parent, comparison=found.comparison), found
@@ -270,7 +274,7 @@ def _doubtful(at: Selection) -> bool:
 
     That is asked last: an exchange tells it sooner, and a third effect is sooner found.
     """
-    return len(at.best.effects) == 2 and at.gained < BEYOND_DOUBT
+    return len(at.best.effects) == 2 and at.gained[-1] < BEYOND_DOUBT
 
 
 def _grown(at: Selection, found: Believed, single: Comparison, before: Identification, limits: Limits) -> Selection:
@@ -289,7 +293,7 @@ def _grown(at: Selection, found: Believed, single: Comparison, before: Identific
             rivals=(*at.rivals, *rivals_of(comparison, chosen)),
             curves=None,
             about=best,
-            gained=comparison.gain(chosen),
+            gained=(*at.gained, comparison.gain(chosen)),
         )
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, in_same_noise
+from fibrefit.discovery.comparison import LOOKING, Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
@@ -27,7 +27,8 @@ from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import Confirmation, fitted_about
-from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.search import Search, Tried
+from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
@@ -54,6 +55,35 @@ class Unnamed(NamedTuple):
     parent: LaplaceFit
     curves: Sequence[Reading]
     law: tuple[LaplaceFit, ProposedLaw]
+
+
+def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tuple[Unnamed, Comparison] | None:
+    """A law of which slopes predict far more than of any effect, and the effects held against it; None for none.
+
+    It is sooner composed than all effects are followed, of which none does half as much. Those that may come near it
+    are followed then; where one does as well, or no law leaves nothing, the round goes on as ever.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+        The model the search began with.
+    before : Identification
+        Of it.
+    """
+    swift = [effect for effect in search.extensions(parent) if not is_costly(effect)]
+    gains = search.predicted_gains(parent, search.inference.slopes(parent), swift, "looking for what slopes promise")
+    most = max((one.gain for one in gains.values()), default=np.inf)
+    if may_do_better(most, max(predicted_gain(search, parent, before), 0.0)):
+        return None
+    curves = partial(proposing, search, parent, before, tuple(PORTS))
+    found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, LOOKING * time_left())
+    if found is None:
+        return None
+    tried = _tried_against(found, found.parent, found.search.extensions(found.parent))
+    if _does_as_well(found, tried):
+        return None
+    return found, Comparison(found.search, found.parent, tuple(tried.found), untried=tried.untried)
 
 
 def unnamed(
@@ -168,13 +198,25 @@ def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
 
     Two effects of the catalogue are no less likely than one law that nobody has seen.
     """
-    search, worth = found.search, found.law[0].log - PRICE_OF_LOOKS - NAMED
-    first = search.inference.again(chosen)
-    swift = [effect for effect in search.extensions(first) if not is_costly(effect)]
-    # An effect of which slopes predict less than half of what is needed is not followed.
-    least = PROMISING * (worth - first.log)
-    tried = search.tried(first, swift, "trying a further effect against a law", least)
-    return any(one.log >= worth for one in tried.found if one.evidence.mode.steps)
+    first = found.search.inference.again(chosen)
+    swift = [effect for effect in found.search.extensions(first) if not is_costly(effect)]
+    return _does_as_well(found, _tried_against(found, first, swift))
+
+
+def _tried_against(found: Unnamed, first: LaplaceFit, effects: Sequence[type[Effect]]) -> Tried:
+    """Effects on top of a hypothesis, of which slopes predict half of what they need to come near a law."""
+    least = PROMISING * (_worth(found) - first.log)
+    return found.search.tried(first, effects, "trying further effects against a law", least)
+
+
+def _does_as_well(found: Unnamed, tried: Tried) -> bool:
+    """Whether one of the effects tried makes the records as probable as a law does."""
+    return any(one.log >= _worth(found) for one in tried.found if one.evidence.mode.steps)
+
+
+def _worth(found: Unnamed) -> float:
+    """Evidence from which an effect is no less likely than a law, whose forms are paid for."""
+    return found.law[0].log - PRICE_OF_LOOKS - NAMED
 
 
 def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> bool:

@@ -17,7 +17,7 @@ from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.test_pairs import Model, round_of
 
-A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abc")
+A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",), "sudden": False}) for letter in "abc")
 FIRST: dict[Any, float] = {A: 60.0, B: 40.0, C: 2.0}
 
 
@@ -253,6 +253,7 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
         return False, []
 
     monkeypatch.setattr(forward_selection, "incomplete", incomplete)
+    monkeypatch.setattr(forward_selection, "foreseen", lambda *of: None)
     monkeypatch.setattr(forward_selection, "unnamed", lambda ranked, *of: tested.append(ranked.parent))
     monkeypatch.setattr(forward_selection, "nameless", lambda *of: None)
     ranked = first_round()

@@ -27,7 +27,8 @@ PLACES = np.linspace(-0.02, 0.01, FINE_KNOTS)
 
 
 def reading(heights: np.ndarray) -> Reading:
-    return Reading(FrictionOfPosition, PLACES, heights, np.ones(len(heights)), cast(Any, None), 10.0)
+    none = cast(Any, None)
+    return Reading(FrictionOfPosition, PLACES, heights, np.ones(len(heights)), none, 10.0, 10.0, none, none)
 
 
 def said_of(heights: np.ndarray) -> str:

@@ -35,6 +35,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.families import of_each, of_record
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import discovery_sentence
@@ -290,7 +291,9 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
         SimpleNamespace(log=log, effects=(effect,), names=(effect.name,), evidence=FOLLOWED)
         for effect, log in ((STRIBECK, 20.0), (VISCOUS, 20.0 - behind))
     )
-    ranked = SimpleNamespace(found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,))
+    ranked = SimpleNamespace(
+        found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,), gained=0.0
+    )
     chosen = chosen_of(cast(Any, ranked), None)
     assert chosen is not None
     assert chosen.effects == (taken,)
@@ -302,9 +305,34 @@ def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_do
 ) -> None:
     found = (SimpleNamespace(log=gain, effects=(VISCOUS,), names=(VISCOUS.name,), evidence=FOLLOWED),)
     ranked = SimpleNamespace(
-        found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=()
+        found=found, parent=SimpleNamespace(log=0.0, effects=()), gain=lambda one: one.log, compared=(), gained=0.0
     )
     assert (chosen_of(cast(Any, ranked), None) is not None) == named
+
+
+STEP = CATALOGUE["guide.friction_step"]
+
+
+@pytest.mark.parametrize(
+    ("effect", "gain", "named"),
+    [
+        (of_record(STEP, 2), 9.9, False),
+        (of_record(STEP, 2), 10.1, True),
+        (of_each(STEP, 5), 9.9, True),
+        (DRAG, 9.9, True),
+    ],
+    ids=("instant_little", "instant_much", "in_all", "no_instant"),
+)
+def test_an_instant_of_one_record_says_more_than_a_likeness_leaves(
+    effect: type[Effect], gain: float, named: bool
+) -> None:
+    """Beside an effect that gained 100 nats."""
+    one = SimpleNamespace(log=gain, effects=(VISCOUS, effect), names=(VISCOUS.name, effect.name), evidence=FOLLOWED)
+    parent = SimpleNamespace(log=0.0, effects=(VISCOUS,))
+    ranked = SimpleNamespace(
+        found=(one,), parent=parent, gain=lambda other: other.log, compared=(one.names,), gained=100.0
+    )
+    assert (chosen_of(cast(Any, ranked), None) is not None) is named
 
 
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:

@@ -25,8 +25,6 @@ from fibrefit.discovery.curves.free_form import (
     _looks,
     _Predicted,
     _prepared,
-    _range,
-    in_motion,
     probe_all,
 )
 from fibrefit.discovery.curves.probes import (
@@ -38,6 +36,7 @@ from fibrefit.discovery.curves.probes import (
     PositionErrorOfPosition,
     TensionOfRate,
 )
+from fibrefit.discovery.curves.variables import in_motion, range_of
 from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.priors import Heights
@@ -94,7 +93,7 @@ def planted(task: Task, found: Identification, probe: type[Curve], heights: np.n
     """The records a model with a curve would make, with white noise."""
     base = begun_at(task, (probe,)).base
     layout, local = base.supermodel.problem.layout, base.fit.local.copy()
-    ends = _range(probe.variable, in_motion(found)[probe.variable][0])
+    ends = range_of(probe.variable, in_motion(found)[probe.variable][0])
     for name, value in zip(("low", "high", *probe.heights), (*ends, *heights), strict=True):
         local[:, layout.names.index(f"{probe.name}.{name}")] = value
     return measured_of(task, base.supermodel, local, 4)
@@ -199,7 +198,7 @@ def test_slopes_of_the_parent_predict_what_simulated_ones_do(task: Task, found: 
     parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     supermodel = supermodel_of(search.task, PROBES)
     start = _prepared(
-        supermodel, parent, PROBES, {name: _range(name, of) for name, (of, _) in in_motion(found).items()}
+        supermodel, parent, PROBES, {name: range_of(name, of) for name, (of, _) in in_motion(found).items()}
     )
     names = tuple(f"{probe.name}.{height}" for height in probe.heights)
     known, simulated = (

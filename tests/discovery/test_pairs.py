@@ -21,7 +21,7 @@ from fibrefit.discovery.search.search import Tried
 
 own_pruned = pairs.pruned
 EFFECTS: tuple[Any, ...] = tuple(
-    type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",)}) for letter in "abcdefghijk"
+    type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",), "sudden": False}) for letter in "abcdefghijk"
 )
 A, B, C, D, E = EFFECTS[:5]
 
@@ -225,13 +225,14 @@ def after_a_look(
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, ["curve"]))
+    monkeypatch.setattr(forward_selection, "foreseen", lambda *of: None)
     monkeypatch.setattr(forward_selection, "unnamed", Mock(side_effect=[law]))
     monkeypatch.setattr(forward_selection, "nameless", lambda *of: instead)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda inference, best: best)
     monkeypatch.setattr(forward_selection, "best_exchange", lambda single, last, found: exchanged)
-    at = Selection(first.search, best, singles=first, comparison=first, paired=paired, gained=gained)
+    at = Selection(first.search, best, singles=first, comparison=first, paired=paired, gained=(gained,))
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
 

@@ -12,6 +12,7 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import OutOfTimeError
+from fibrefit.discovery import conclusion
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.free_form import proposing
 from fibrefit.discovery.curves.probes import (
@@ -212,3 +213,24 @@ def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
         assert abs(value.value - change) < 4.0 * value.std_error
         assert "(1 + d y)" in summary.expression
         assert "changes with the direction" in summary.says
+
+
+@pytest.mark.parametrize(
+    ("of_state", "objects", "told"),
+    [(None, False, "course"), ("state", False, "state"), ("state", True, "course")],
+)
+def test_a_law_over_the_course_is_looked_for_where_a_test_objects_to_one_over_a_state(
+    monkeypatch: pytest.MonkeyPatch, of_state: str | None, objects: bool, told: str
+) -> None:
+    best: Any = SimpleNamespace(effects=())
+    law: Any = None if of_state is None else (of_state, "told")
+    monkeypatch.setattr(
+        conclusion, "alarms_of", lambda search, one: ["objects"] if one is best or (one == "state" and objects) else []
+    )
+    monkeypatch.setattr(conclusion, "law_for", lambda *of: law)
+    monkeypatch.setattr(conclusion, "law_over_course", lambda *of: (("course", "told"), ["course curve"]))
+    parts = conclusion._Parts(cast(Any, SimpleNamespace(left=100.0)))
+    at = SimpleNamespace(search=SimpleNamespace(tell=quiet), best=best, law=None, curves=["curve"])
+    _, _, found, _ = conclusion._left_beside(parts, cast(Any, at), best, cast(Any, None))
+    assert found is not None
+    assert found[0] == told

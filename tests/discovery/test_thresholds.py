@@ -111,7 +111,9 @@ def effect(parameters: int) -> Any:
 def chosen(*gains: tuple[float, int]) -> Any:
     """What is added of candidates of such gains, in nats, and numbers of parameters."""
     found = [fitted(gain, (effect(number),)) for gain, number in gains]
-    ranked: Any = SimpleNamespace(found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",))
+    ranked: Any = SimpleNamespace(
+        found=found, gain=lambda one: one.log, parent=fitted(0.0), compared=("all",), gained=0.0
+    )
     return choice.chosen_of(ranked, None)
 
 

@@ -14,12 +14,12 @@ from fibrefit.discovery import unnamed as module
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import PROMISING
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
 from fibrefit.discovery.laws.told import HeldLaw
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
-from fibrefit.discovery.unnamed import unnamed
+from fibrefit.discovery.unnamed import foreseen, unnamed
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.ports import port_of
 from tests.discovery.test_pairs import Model
@@ -75,7 +75,7 @@ class Bench:
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
-    def curves(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any) -> list[str]:
+    def curves(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any = PROBES) -> list[str]:
         if probes is COURSES:
             return list(self.courses)
         self.ports.append(set(ports))
@@ -88,7 +88,7 @@ class Bench:
     def tried(self, parent: Model, effects: Any, what: str, least: float) -> Any:
         """A second effect beside the first."""
         self.least.append(least)
-        return SimpleNamespace(found=[Model((*parent.effects, *effects), self.second)])
+        return SimpleNamespace(found=[Model((*parent.effects, *effects), self.second)], untried=())
 
     def search(self) -> Any:
         """Whose slopes predict of further effects what they are told to."""
@@ -184,6 +184,39 @@ def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkey
     bench = Bench(monkeypatch, base=30.0)
     assert bench.asked(BASE, None) is None
     assert bench.ports == []
+
+
+@pytest.mark.parametrize(
+    ("curve", "effect", "there"),
+    [(BEYOND_DOUBT + 20.0, 59.0, True), (BEYOND_DOUBT + 20.0, 61.0, False), (BEYOND_DOUBT, 0.0, False)],
+)
+def test_a_law_of_which_slopes_promise_twice_as_much_is_composed_before_effects_are_followed(
+    monkeypatch: pytest.MonkeyPatch, curve: float, effect: float, there: bool
+) -> None:
+    """And only where that is beyond doubt: of little, the effects are soon asked."""
+    bench = Bench(monkeypatch)
+    bench.predicted, bench.slopes = curve, {HARDENING: effect, TOE: -4.0}
+    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    assert (found is not None) is there
+    assert bool(bench.ports) is there
+
+
+@pytest.mark.parametrize(
+    ("effect", "there"), [(WORTH - PRICE_OF_LOOKS - NAMED, False), (WORTH - PRICE_OF_LOOKS - NAMED - 0.1, True)]
+)
+def test_effects_that_come_near_a_law_are_asked_before_it_is_told(
+    monkeypatch: pytest.MonkeyPatch, effect: float, there: bool
+) -> None:
+    """Those that slopes promise too little of are not: half of what they need is asked of them."""
+    bench = Bench(monkeypatch)
+    bench.predicted, bench.second = 500.0, effect
+    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    assert (found is not None) is there
+    assert bench.least == [pytest.approx(PROMISING * (WORTH - PRICE_OF_LOOKS - NAMED))]
+    if found is not None:
+        law, comparison = found
+        assert law.law[0].log == WORTH
+        assert [one.log for one in comparison.found] == [effect]
 
 
 @pytest.mark.parametrize(("left", "gap"), [(4.0, FAR), (60.0, 1.0)])

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import SI
-from fibrefit.discovery.curves.free_form import Reading, acting, in_motion, shape_of
+from fibrefit.discovery.curves.free_form import Reading, acting, shape_of
+from fibrefit.discovery.curves.variables import in_motion
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.fitting.result import Identification
 from fibrefit.study.summaries.discovery import FreeCurve

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import FORCES, HELD, HISTORY, SI
+from fibrefit.core.roles import SI
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.curves.probes import PROBES, Curve
+from fibrefit.discovery.curves.variables import in_motion, range_of
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
-from fibrefit.discovery.engine.effort import may_be_worth
+from fibrefit.discovery.engine.effort import PROMISING, may_be_worth
 from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
@@ -25,11 +26,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
-from fibrefit.laws.moment import FORGETS, FORGOTTEN_AFTER, loading
 from fibrefit.laws.ports import PORTS, port_of
-
-FROM_ZERO = ("speed", "tension", "stretch", *HISTORY)
-"""Variables whose range begins at zero."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +39,12 @@ class Reading:
     knots, heights, errors : (n_knot,) in SI units
         Errors are those of the shape, see `shape_errors`.
     hypothesis : Hypothesis
-    gain : float
-        Logarithm of the Bayes factor over the model without the curve.
+    gain, predicted : float
+        Logarithm of the Bayes factor over the model without the curve, and what slopes predicted of it.
+    fitted : LaplaceFit
+        The model with it.
+    walk : Heights
+        What is believed of its heights beforehand.
     """
 
     probe: type[Curve]
@@ -52,6 +53,14 @@ class Reading:
     errors: np.ndarray
     hypothesis: Hypothesis
     gain: float
+    predicted: float
+    fitted: LaplaceFit
+    walk: Heights
+
+    @property
+    def foretold(self) -> bool:
+        """Whether slopes predicted what it gains, as far as they have to for others to be left: they lead there."""
+        return PROMISING * self.predicted <= self.gain and PROMISING * self.gain <= self.predicted
 
 
 WALKS = (0.03, 0.3)
@@ -78,7 +87,7 @@ def probe_all(
     looks = _looks(search, parent, found, tuple(PORTS))
     worthy = _worthy(search, parent, looks, worth, worth if least is None else least)
     held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
-    return [_read(search, end, parent.log + looks.price, looks.ranges) for end in held]
+    return [_read(search, end, parent.log, looks) for end in held]
 
 
 def proposing(
@@ -106,7 +115,7 @@ def proposing(
     looks = _looks(search, parent, found, ports, probes)
     worthy = _worthy(search, parent, looks, NAMED, NAMED)
     check_time()
-    return [_read(search, end, parent.log + looks.price, looks.ranges) for end in worthy]
+    return [_read(search, end, parent.log, looks) for end in worthy]
 
 
 def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:
@@ -141,7 +150,7 @@ def _looks(
     asked: Sequence[type[Curve]] = PROBES,
 ) -> _Looks:  # fmt: skip
     """What slopes of a hypothesis predict of free curves on top of it."""
-    ranges = {variable: _range(variable, values) for variable, (values, _) in in_motion(found).items()}
+    ranges = {variable: range_of(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     # Where a variable keeps its value nearly always, as the speed of a drive that rests, there is no curve over it.
     ranges = {variable: (low, high) for variable, (low, high) in ranges.items() if high > low}
@@ -183,11 +192,12 @@ def _held(ends: Sequence[_End], worth: float, gain: Callable[[_End], float | Non
 
 
 class _End(NamedTuple):
-    """Where a probe led, and what was taken of its heights beforehand."""
+    """Where a probe led, what was taken of its heights beforehand, and what slopes predicted that it gains, in nats."""
 
     probe: type[Curve]
     fitted: LaplaceFit
     curve: Heights
+    predicted: float = np.nan
 
 
 def _gain_about_itself(search: Search, parent: LaplaceFit, probes: Sequence[type[Curve]], end: _End) -> float | None:
@@ -296,7 +306,9 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[_Predicted
             for one in now
         ]  # fmt: skip
         ends = fit_all(jobs, lambda done: None)
-        found += [_End(one.probe, end, one.curve) for one, end in zip(now, ends, strict=True) if end is not None]
+        found += [
+            _End(one.probe, end, one.curve, one.gain) for one, end in zip(now, ends, strict=True) if end is not None
+        ]
         search.tell("probing for what has no name", 1.0 - len(left) / len(predicted))
         gain = max((end.fitted.log - parent.log for end in found), default=0.0)
         left = [one for one in left if may_do_better(one.gain, gain)]
@@ -315,13 +327,14 @@ def _prepared(
     return values
 
 
-def _read(search: Search, end: _End, before: float, ranges: dict[str, tuple[float, float]]) -> Reading:
-    probe, fitted, _ = end
+def _read(search: Search, end: _End, before: float, looks: _Looks) -> Reading:
+    probe, fitted, walk, predicted = end
     shared, n = fitted.shared, len(probe.heights)
     heights = np.array([shared[f"{probe.name}.{height}"] for height in probe.heights])
     errors = shape_errors(probe.size**2 * fitted.evidence.spread[-n:, -n:])
-    knots = np.linspace(*ranges[probe.variable], n)
-    return Reading(probe, knots, heights, errors, search.plain(fitted), fitted.log - before)
+    knots = np.linspace(*looks.ranges[probe.variable], n)
+    gain, predicted = fitted.log - before - looks.price, predicted - looks.price
+    return Reading(probe, knots, heights, errors, search.plain(fitted), gain, predicted, fitted, walk)
 
 
 def shape_errors(spread: np.ndarray) -> np.ndarray:
@@ -337,57 +350,3 @@ def shape_errors(spread: np.ndarray) -> np.ndarray:
     seen = 1.0 / np.maximum(np.diag(spread), 1e-300)
     without_level = np.eye(len(seen)) - seen / seen.sum()
     return np.sqrt(np.abs(np.diag(without_level @ spread @ without_level.T)))
-
-
-def in_motion(found: Identification) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Every variable the rig has while it moves in the simulated motion, in SI units, and the time it stays there in s.
-
-    Returns
-    -------
-    dict of str to ((n_sample,), (n_sample,))
-    """
-    times = np.asarray(found.problem.observations.experiment.times)
-    counts = np.asarray(found.problem.observations.experiment.count)
-    moving = (found.motion.phase != HELD) & (np.arange(times.shape[1]) < counts[:, None])
-    steps = np.diff(times, append=times[:, -1:])[moving]
-    states = found.motion.states
-    speed = np.abs(states["speed"])
-    known = states | {"speed": speed, "time": times - times[:, :1]}
-    ahead = np.where(found.motion.phase[:, :-1] != HELD, speed[:, :-1] * np.diff(times, axis=1), 0.0)
-    known["path"] = np.cumsum(np.pad(ahead, ((0, 0), (1, 0))), axis=1)
-    known["time at rest"] = _rested(speed, found.motion.phase != HELD, np.diff(times, axis=1))
-    if "stretch" in states:
-        # A slack fibre has neither.
-        taut = states["stretch"] > 0.0
-        known |= {name: np.where(taut, states[name], 0.0) for name in ("stretch", "stretch rate")}
-        borne = np.asarray(loading(states["stretch"], states["stretch rate"]))[:, :-1] * np.diff(times, axis=1)
-        known["load cycles"] = np.cumsum(np.pad(np.maximum(borne, 0.0), ((0, 0), (1, 0))), axis=1)
-    there = {variable: (values[moving], steps) for variable, values in known.items()}
-    forces = [values[moving] for channel, values in found.readings.items() if channel in FORCES]
-    if found.motion.driven is not None:
-        rates = np.asarray(found.problem.observations.experiment.inputs["drive"].slopes)
-        there["drive speed"] = np.abs(rates)[moving], steps
-    if forces:
-        there["force"] = np.concatenate(forces), np.tile(steps, len(forces))
-    return there
-
-
-def _rested(speed: np.ndarray, begun: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """How long the weight of each record has been at rest at each instant, in s: `resting` from step to step."""
-    rest = np.zeros(speed.shape)
-    for n in range(steps.shape[1]):
-        fades = np.minimum(speed[:, n] / FORGOTTEN_AFTER, 1.0 / FORGETS) * steps[:, n]
-        # The solution of a linear equation over the step; without motion it is the step itself.
-        grown = np.where(fades > 0.0, -np.expm1(-fades) / np.where(fades > 0.0, fades, 1.0), 1.0)
-        rest[:, n + 1] = np.where(begun[:, n], rest[:, n] * np.exp(-fades) + grown * steps[:, n], 0.0)
-    return rest
-
-
-def _range(variable: str, values: np.ndarray) -> tuple[float, float]:
-    """Range of a variable, in SI units."""
-    if variable == "stretch rate":
-        fast = float(np.quantile(np.abs(values), 0.995))
-        return -fast, fast
-    # Rates of a measured drive are noisy.
-    most = float(np.quantile(values, 0.995)) if variable == "drive speed" else float(values.max())
-    return 0.0 if variable in FROM_ZERO else float(values.min()), most

@@ -26,7 +26,7 @@ from fibrefit.laws.law import (
     quantity,
 )
 
-KNOTS, FINE_KNOTS = 10, 40
+KNOTS, FINE_KNOTS = 10, 80
 """Knots of a curve; of one over the position, where a guide may repeat itself every few millimetres."""
 
 

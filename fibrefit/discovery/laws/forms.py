@@ -1,7 +1,7 @@
 """The forms a law may have, and which of them a free curve has: fast regressions that propose, and decide nothing.
 
-Each form is linear in its heights and not in its shape. The heights, and what base parameters take up of any curve, are
-eliminated; the shape is looked for on a grid and then to the bottom.
+Each form is linear in its heights and not in its shape. The heights are eliminated, as base parameters are before them
+(`relaxation`); the shape is looked for on a grid and then to the bottom.
 
 Source
 ------
@@ -108,7 +108,7 @@ _SLOPE = Term("slope", "change over the variable", "slope", "a")
 _KNEE = Term("knee", "place from which it acts", "place", "b")
 _PLACES = tuple(np.linspace(0.05, 0.95, 37))
 _LENGTHS = tuple(np.geomspace(0.02, 3.0, 24))
-_PERIODS = tuple(np.geomspace(0.05, 2.0, 240))
+_PERIODS = tuple(np.geomspace(0.025, 2.0, 700))
 
 
 def _one(values: np.ndarray) -> np.ndarray:
@@ -208,36 +208,47 @@ class FittedForm(NamedTuple):
     score: float
 
 
-def forms_of(
-    knots: np.ndarray, heights: np.ndarray, errors: np.ndarray, absorbed: int, signed: bool = False
-) -> list[FittedForm]:
+class Quadratic(NamedTuple):
+    """What a law costs by the records, to second order: ``|half @ values - target|^2`` in twice nats.
+
+    Parameters
+    ----------
+    knots : (n_knot,) in SI units
+        Of its free curve.
+    places : (n_place,) in SI units
+        Of the values of the law.
+    half : (n_seen, n_place) in inverse SI units
+    target : (n_seen,)
+    """
+
+    knots: np.ndarray
+    places: np.ndarray
+    half: np.ndarray
+    target: np.ndarray
+
+
+def forms_of(quadratic: Quadratic, signed: bool = False) -> list[FittedForm]:
     """Every form at its best for a curve, the best first.
 
     Parameters
     ----------
-    knots, heights, errors : (n_knot,) in SI units
-    absorbed : int
-        Degree of the polynomial in the variable that base parameters take up of any curve.
+    quadratic : Quadratic
     signed : bool
         Whether the variable has two signs, so that a form which begins at its null is odd about zero.
     """
-    weight = 1.0 / np.maximum(errors, 1e-3 * float(np.max(errors)) + 1e-300)
-    places = (knots - knots[0]) / (knots[-1] - knots[0])
-    level = places[:, None] ** np.arange(absorbed + 1)
     forms = [form for form in FORMS if not (signed and form.begins) or form.odd]
-    found = [_fit(form, knots, heights, weight, level, signed) for form in forms]
+    found = [_fit(form, quadratic, signed) for form in forms]
     return sorted((one for one in found if one is not None), key=lambda one: one.score)
 
 
-def _fit(
-    form: Form, knots: np.ndarray, heights: np.ndarray, weight: np.ndarray, level: np.ndarray, signed: bool
-) -> FittedForm | None:
+def _fit(form: Form, quadratic: Quadratic, signed: bool) -> FittedForm | None:
+    knots = quadratic.knots
     ends = form.ends(float(knots[0]), float(knots[-1]), signed)
 
     def left(shape: Shape) -> tuple[float, np.ndarray]:
-        columns = np.column_stack([form.columns_at(knots, shape, ends, signed), level]) * weight[:, None]
-        found = np.linalg.lstsq(columns, heights * weight, rcond=1e-10)[0]
-        return float(np.sum((heights * weight - columns @ found) ** 2)), found
+        columns = quadratic.half @ form.columns_at(quadratic.places, shape, ends, signed)
+        found = np.linalg.lstsq(columns, quadratic.target, rcond=1e-10)[0]
+        return float(np.sum((quadratic.target - columns @ found) ** 2)), found
 
     grid = form.resolved_grid((knots - knots[0]) / (knots[-1] - knots[0]))
 
@@ -251,10 +262,7 @@ def _fit(
     if shape:
         shape = tuple(minimize(inside, shape, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-6}).x)
     squares, found = left(shape)
-    columns = form.columns_at(knots, shape, ends, signed)
-    number = len(found) + len(shape)
-    identifiable = np.linalg.matrix_rank(np.column_stack([columns, level])) == len(found)
-    if len(knots) <= number + 1 or not np.isfinite(squares) or not identifiable:
+    number, seen = len(found) + len(shape), len(quadratic.target)
+    if seen <= number + 1 or not np.isfinite(squares):
         return None
-    score = len(knots) * np.log(max(squares, 1e-12) / len(knots)) + number * np.log(len(knots))
-    return FittedForm(form, form.named(found[: columns.shape[1]], shape, *ends), float(score))
+    return FittedForm(form, form.named(found, shape, *ends), squares + number * float(np.log(seen)))

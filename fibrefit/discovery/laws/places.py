@@ -21,8 +21,6 @@ class PortPlace(NamedTuple):
         Signature and body of the method, ``VALUE`` for the law and ``VARIABLE`` for the variable.
     variable : str
         Of the curve, as the method knows it.
-    absorbed : int
-        Degree of the polynomial in the variable that base parameters take up.
     more : str
         A further line of the class; empty for most.
     signed : bool
@@ -33,7 +31,6 @@ class PortPlace(NamedTuple):
     base: str
     hook: str
     variable: str
-    absorbed: int = 0
     more: str = ""
     signed: bool = False
 
@@ -157,8 +154,8 @@ PLACES: dict[str, PortPlace] = {
     ),
     "probe.friction_of_speed": PortPlace("guide", "GuideLaw", _method(_FRICTION), "jnp.abs(velocity)"),
     "probe.friction_of_tension": PortPlace("guide", "GuideLaw", _method(_FRICTION), "tension"),
-    "probe.tension_of_stretch": PortPlace("fibre", "FibreLaw", _method(_TENSION), "stretch", 1),
-    "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", 1, signed=True),
+    "probe.tension_of_stretch": PortPlace("fibre", "FibreLaw", _method(_TENSION), "stretch"),
+    "probe.tension_of_rate": PortPlace("fibre", "FibreLaw", _method(_TENSION), "rate", signed=True),
     "probe.damping_of_stretch": PortPlace(
         "fibre", "FibreLaw",
         _method(("damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array",
@@ -170,13 +167,13 @@ PLACES: dict[str, PortPlace] = {
         "sensor", "SensorLaw",
         _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of force."""'),
                 "of_force(channels, lambda force: force + self._at(force))"),
-        "force", 1, _ON.format("FIBRE"),
+        "force", _ON.format("FIBRE"),
     ),
     "probe.position_error_of_position": PortPlace(
         "sensor", "SensorLaw",
         _method(("measure(self, channels: Channels, times: jax.Array) -> Channels", '"""Readings of position."""'),
                 'channels | {"position": channels["position"] + self._at(channels["position"])}'),
-        "position", 1, _ON.format("PLACE"),
+        "position", _ON.format("PLACE"),
     ),
     "probe.friction_of_time": PortPlace("guide", "GuideLaw", _method(_FRICTION, NOW), "time", more=_TIMED),
     "probe.friction_of_path": PortPlace(

@@ -8,33 +8,29 @@ distinguished: it says as much in fewer numbers.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.time_limit import in_time, time_left
-from fibrefit.discovery.curves.free_form import Reading, shape_of
+from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.engine.candidates import (
-    BLOWN,
-    GENTLER,
     SMALL,
     Hypothesis,
     fit_all,
-    strengthened,
-    transferred,
     trial_of,
 )
-from fibrefit.discovery.engine.effort import FAR_BEHIND
+from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.refit import predictor_step
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.laws.forms import FORMS, forms_of
 from fibrefit.discovery.laws.places import PLACES
-from fibrefit.discovery.laws.source import Composed, composed, effect_of_law, start_of_law
+from fibrefit.discovery.laws.relaxation import beside, places_along, quadratic_of
+from fibrefit.discovery.laws.source import Composed, composed, effect_of_law, heights_of, start_of_law
 from fibrefit.discovery.laws.two_variables import Ranked, with_second_variables
 from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.search import Search
@@ -95,19 +91,9 @@ def proposed(
     laws = _composed(search, parent, readings)
     if not laws:
         return None
-    search.tell("fitting laws to the free curves", None)
     effects = [effect_of_law(law) for law in laws]
     supermodel = supermodel_of(search.task, (*parent.effects, *effects), parent.supermodel.sensitivities)
-    plain = search.plain(parent)
-    near = little_is_missing(search.gap(plain), readings[0].gain)
-    follow = partial(_near, search, supermodel, parent) if near else partial(_far, search, supermodel, parent, plain)
-    sources = [law.source for law in laws]
-    jobs = [search.recalled("law", parent, (sources, law.name, near), partial(follow, law), supermodel) for law in laws]
-    ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(jobs)))
-    ranked: Ranked = sorted(
-        ((end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)),
-        key=lambda pair: -pair[0].log,
-    )
+    ranked = _ranked(search, supermodel, parent, readings, laws)
     # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers. The forms
     # that were looked at are paid for where something is said to be there, not once more against the curve.
     enough = parent.log + max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED)
@@ -115,6 +101,30 @@ def proposed(
         look = partial(with_second_variables, search, before, parent, ranked, readings)
         ranked, _ = in_time(look, ranked, SECOND_LOOK * time_left())
     return Proposal(parent, ranked, readings) if ranked and ranked[0][0].log > enough else None
+
+
+def _ranked(
+    search: Search, supermodel: Supermodel, parent: LaplaceFit, readings: Sequence[Reading], laws: Sequence[Composed]
+) -> Ranked:
+    """A parent with each law, from where its curve is or from afar, the most probable first.
+
+    The gap is that of slow noise as well: though it is large, slopes that foretell what a curve gains lead to its law.
+    """
+    near = partial(_near, search, supermodel, parent, {reading.probe: reading for reading in readings})
+    far = partial(_far, search, supermodel, parent, search.plain(parent))
+    little = little_is_missing(search.gap(search.plain(parent)), readings[0].gain)
+    ranked, sources = list[tuple[LaplaceFit, Composed]](), [law.source for law in laws]
+    ways = {"near": near} if little else {"near": near, "far": far} if readings[0].foretold else {"far": far}
+    for way, follow in ways.items():
+        about = sources, way
+        jobs = [search.recalled("law", parent, (*about, law.name), partial(follow, law), supermodel) for law in laws]
+        ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(laws)))
+        ranked += [(end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)]
+        ranked.sort(key=lambda pair: -pair[0].log)
+        if ranked and ranked[0][0].log > parent.log + PROMISING * readings[0].gain:
+            break
+    best = {law.name: (end, law) for end, law in reversed(ranked)}
+    return sorted(best.values(), key=lambda pair: -pair[0].log)
 
 
 def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> list[Composed]:
@@ -125,7 +135,7 @@ def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -
     found, taken = [], {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
     for reading in [one for one in readings[:CURVES] if one.gain > readings[0].gain - FAR_BEHIND]:
         place = PLACES[reading.probe.name]
-        forms = forms_of(reading.knots, shape_of(reading), reading.errors, place.absorbed, place.signed)
+        forms = forms_of(quadratic_of(reading), place.signed)
         found.append([composed(reading.probe, form, reading.knots, taken) for form in forms[:TRIED]])
     # The best form of each curve comes before the second of any.
     turns = [law for turn in range(TRIED) for laws in found for law in laws[turn : turn + 1]]
@@ -147,32 +157,18 @@ def _far(search: Search, supermodel: Supermodel, parent: LaplaceFit, plain: Hypo
     return search.inference.fitted(supermodel, (*parent.effects, effect), end.fit.local, contains=contains)
 
 
-def _near(search: Search, supermodel: Supermodel, parent: LaplaceFit, law: Composed) -> LaplaceFit:
-    """A parent with a law where little is missing, as far as it may be worth more than the parent it contains."""
-    effects, found = (*parent.effects, effect_of_law(law)), parent.evidence.mode
-    start = _start(search, supermodel, parent, law)
-    return search.inference.fitted(supermodel, effects, start, found.sigma, found.place.eta, found.objective)
+def _near(
+    search: Search, supermodel: Supermodel, parent: LaplaceFit, curves: Mapping[type[Curve], Reading], law: Composed
+) -> LaplaceFit:
+    """A parent with a law from where its free curve is, as far as it may be worth more than the parent it contains.
 
-
-def _start(search: Search, supermodel: Supermodel, parent: LaplaceFit, law: Composed) -> np.ndarray:
-    """A law as the regression left it, base parameters moved so that least changes; weaker where motions would be lost.
-
-    What base parameters take up of a curve was eliminated there: with the law alone, bounces come at other times.
+    Base parameters that were moved for the curve stay near: with the law alone bounces come at other times.
     """
-    effect, names = effect_of_law(law), supermodel.names
-    before = transferred(supermodel, parent.supermodel, parent.local)
-    goal = before.copy()
+    reading = curves[law.probe]
+    effects, there = (*parent.effects, effect_of_law(law)), reading.fitted.evidence.mode
+    start = beside(reading, heights_of(law, places_along(reading.knots)), supermodel)
     for name, value in start_of_law(law).items():
-        declared, column = supermodel.declared[name], names.index(name)
-        goal[:, column] = np.clip(value, declared.lower, declared.upper)
-        if name.rpartition(".")[2] not in effect.strength:
-            before[:, column] = goal[:, column]
-    held = search.context.subset(parent.effects)
-    whole = replace(held, shared=(*held.shared, *(f"{effect.name}.{strength}" for strength in effect.strength)))
-    most, counts = BLOWN * supermodel.costs(before, search.context.whole).sum(), search.context.whole
-    for _ in range(GENTLER):
-        start = predictor_step(supermodel, held, whole, before, goal, counts)
-        if supermodel.costs(start, counts).sum() <= most:
-            break
-        goal = strengthened(supermodel, goal, [effect], SMALL)
-    return start
+        declared = supermodel.declared[name]
+        start[:, supermodel.names.index(name)] = np.clip(value, declared.lower, declared.upper)
+    contains = parent.evidence.mode.objective
+    return search.inference.fitted(supermodel, effects, start, there.sigma, there.place.eta, contains)

@@ -6,11 +6,12 @@ import hashlib
 import math
 import sys
 import types
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from itertools import count
 from textwrap import indent
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.roles import SI
@@ -253,3 +254,9 @@ def start_of_law(law: Composed) -> dict[str, float]:
     """Values the regression found, by the names of the effect's parameters, in SI units."""
     values = (*law.fitted.values, 0.0)[: len(law.terms)]
     return {f"{law.name}.{term.name}": value for term, value in zip(law.terms, values, strict=True)}
+
+
+def heights_of(law: Composed, places: np.ndarray, values: Sequence[float] | None = None) -> np.ndarray:
+    """A law at places along its variable, as the regression found it unless values are given; all in SI units."""
+    values = list(start_of_law(law).values()) if values is None else values
+    return np.asarray(effect_of_law(law)(*map(jnp.asarray, values))._at(jnp.asarray(places)))  # type: ignore[attr-defined]

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.time_limit import beyond_limits, in_time
@@ -15,7 +14,7 @@ from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import APART
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal, proposed
-from fibrefit.discovery.laws.source import Composed, effect_of_law
+from fibrefit.discovery.laws.source import Composed, heights_of
 from fibrefit.discovery.laws.two_variables import price_of_second
 from fibrefit.discovery.model.law import LAWS, ProposedLaw
 from fibrefit.discovery.search.cross_validation import left_out
@@ -217,5 +216,5 @@ def _values(law: Composed, fit: LaplaceFit) -> list[float]:
 
 def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
     """The law at places along its variable, without the median."""
-    found = np.asarray(effect_of_law(law)(*map(jnp.asarray, values))._at(jnp.asarray(knots)))  # type: ignore[attr-defined]
+    found = heights_of(law, knots, values)
     return found - np.median(found)

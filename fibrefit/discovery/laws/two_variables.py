@@ -13,7 +13,8 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.discovery.curves.free_form import Reading, in_motion
+from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.variables import in_motion
 from fibrefit.discovery.engine.candidates import fit_all, transferred
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import supermodel_of
