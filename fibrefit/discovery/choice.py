@@ -112,18 +112,15 @@ def chosen_of(
         name = choose(candidates(comparison)[:LISTED])
         return next((one for one in comparison.found[:LISTED] if name in one.names), None)
     # What was not followed says nothing but what slopes predict of it.
-    followed = [
-        one
-        for one in comparison.found
-        if one.evidence.mode.steps and one.names not in refused and not _takes_up_a_likeness(comparison, one)
-    ]
+    followed = [one for one in comparison.found if one.evidence.mode.steps and one.names not in refused]
     # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
     if not followed or comparison.gain(followed[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
         return None
     near = [one for one in followed if one.log > followed[0].log - SIMPLER]
     return min(
-        near,
+        [one for one in near if not _takes_up_a_likeness(comparison, one)],
         key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log),
+        default=None,
     )
 
 
@@ -133,7 +130,7 @@ def _takes_up_a_likeness(comparison: Comparison, one: LaplaceFit) -> bool:
     Of what such a law leaves, something comes at once in some record: a step there takes it up.
     """
     new = [effect for effect in one.effects if effect not in comparison.parent.effects]
-    little = 0.0 < comparison.gain(one) <= LIKENESS * comparison.gained
+    little = comparison.gain(one) <= min(LIKENESS * comparison.gained, BEYOND_DOUBT)
     return little and any(effect.sudden and effect.record is not None for effect in new)
 
 

@@ -99,7 +99,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     kept_for_law = 0.0 if law is None else before.seconds + _takes_longer(search, law[0], before)
     complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=kept_for_law)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
-    cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at))
+    cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at) or at.law)
     verdict, reason = _of_whole_records(*_verdict(best, alarms, readings, cut, tried), after)
     verdict, reason = _after_refusal(verdict, reason, best is not wanted)
     law = None if verdict == "not_trusted" else law
@@ -166,12 +166,11 @@ def _left_beside(
 ) -> tuple[list[Alarm], LaplaceFit, tuple[LaplaceFit, ProposedLaw] | None, list[Reading]]:
     """Tests that object to what was selected, that or what a curve does better, and a law and free curves beside it.
 
-    The law is over a state, or over the course of a record where there is none or a test objects to it.
+    Where a test objects to a law over a state, one over the course of a record may be more probable.
     """
     search, best, law = at.search, at.best, at.law
     search.tell("testing the innovations", None)
-    alarms = alarms_of(search, best)
-    draw = partial(curves_beyond, search, best, before)
+    alarms, draw = alarms_of(search, best), partial(curves_beyond, search, best, before)
     readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
     if law is not None or not (alarms or readings):
         return alarms, best, law, readings
@@ -181,8 +180,9 @@ def _left_beside(
     if readings:
         law = parts.take("law", partial(law_for, search, best, before, readings), None)
     if (law is None or alarms_of(search, law[0])) and "law" not in parts.undone:
-        over_course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
-        law, readings = over_course or (law, readings)
+        course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
+        if course is not None and (law is None or course[0][1].summary.evidence > law[1].summary.evidence):
+            law, readings = course
     return alarms, best, law, readings
 
 

@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
-from fibrefit.discovery.comparison import LOOKING, Comparison, in_same_noise
+from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
 from fibrefit.discovery.curves.probes import COURSES, PROBES
-from fibrefit.discovery.engine.effort import PROMISING, slopes_tell
+from fibrefit.discovery.engine.effort import HARDLY, PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
@@ -60,8 +60,9 @@ class Unnamed(NamedTuple):
 def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tuple[Unnamed, Comparison] | None:
     """A law of which slopes predict far more than of any effect, and the effects held against it; None for none.
 
-    It is sooner composed than all effects are followed, of which none does half as much. Those that may come near it
-    are followed then; where one does as well, or no law leaves nothing, the round goes on as ever.
+    It is sooner composed than all effects are followed. Then those are of which slopes predict more than hardly any
+    of what it gains, and another one beside the best where that does half of it. Where these do as well, or no law
+    leaves nothing, the round goes on as ever.
 
     Parameters
     ----------
@@ -77,12 +78,20 @@ def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tupl
     if may_do_better(most, max(predicted_gain(search, parent, before), 0.0)):
         return None
     curves = partial(proposing, search, parent, before, tuple(PORTS))
-    found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, LOOKING * time_left())
+    found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, PAIRING * time_left())
     if found is None:
         return None
-    tried = _tried_against(found, found.parent, found.search.extensions(found.parent))
+    effects = found.search.extensions(found.parent)
+    job = partial(_tried_against, found, found.parent, effects, HARDLY)
+    # What the time does not suffice to ask is told, and a law that was found is not lost with it.
+    tried, _ = in_time(job, Tried([], effects))
     if _does_as_well(found, tried):
         return None
+    best = max((one for one in tried.found if one.evidence.mode.steps), key=lambda one: one.log, default=found.parent)
+    if best.log - found.parent.log > PROMISING * (_worth(found) - found.parent.log):
+        explained, _ = in_time(partial(_second_does_as_well, found, best), False, PAIRING * time_left())
+        if explained:
+            return None
     return found, Comparison(found.search, found.parent, tuple(tried.found), untried=tried.untried)
 
 
@@ -200,12 +209,12 @@ def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
     """
     first = found.search.inference.again(chosen)
     swift = [effect for effect in found.search.extensions(first) if not is_costly(effect)]
-    return _does_as_well(found, _tried_against(found, first, swift))
+    return _does_as_well(found, _tried_against(found, first, swift, PROMISING))
 
 
-def _tried_against(found: Unnamed, first: LaplaceFit, effects: Sequence[type[Effect]]) -> Tried:
-    """Effects on top of a hypothesis, of which slopes predict half of what they need to come near a law."""
-    least = PROMISING * (_worth(found) - first.log)
+def _tried_against(found: Unnamed, first: LaplaceFit, effects: Sequence[type[Effect]], share: float) -> Tried:
+    """Effects on top of a hypothesis, of which slopes predict a share of what they need to come near a law."""
+    least = share * (_worth(found) - first.log)
     return found.search.tried(first, effects, "trying further effects against a law", least)
 
 

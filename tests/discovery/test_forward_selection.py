@@ -335,6 +335,33 @@ def test_an_instant_of_one_record_says_more_than_a_likeness_leaves(
     assert (chosen_of(cast(Any, ranked), None) is not None) is named
 
 
+@pytest.mark.parametrize(("behind", "named"), [(0.9 * SIMPLER, True), (1.1 * SIMPLER, False)])
+def test_what_is_less_probable_than_an_instant_that_is_not_named_does_not_take_its_place(
+    behind: float, named: bool
+) -> None:
+    instant, drag = (VISCOUS, of_record(STEP, 2)), (VISCOUS, DRAG)
+    found = tuple(
+        SimpleNamespace(log=log, effects=effects, names=tuple(one.name for one in effects), evidence=FOLLOWED)
+        for log, effects in ((9.9, instant), (9.9 - behind, drag))
+    )
+    parent = SimpleNamespace(log=0.0, effects=(VISCOUS,))
+    ranked: Any = SimpleNamespace(
+        found=found, parent=parent, gain=lambda other: other.log, compared=(found[0].names,), gained=100.0
+    )
+    chosen = chosen_of(ranked, None)
+    assert (None if chosen is None else chosen.effects) == (drag if named else None)
+
+
+def test_an_instant_beyond_doubt_is_named_whatever_else_gained() -> None:
+    effects = (VISCOUS, of_record(STEP, 2))
+    one = SimpleNamespace(log=BEYOND_DOUBT + 1.0, effects=effects, names=("a", "b"), evidence=FOLLOWED)
+    parent = SimpleNamespace(log=0.0, effects=(VISCOUS,))
+    ranked: Any = SimpleNamespace(
+        found=(one,), parent=parent, gain=lambda other: other.log, compared=(one.names,), gained=5000.0
+    )
+    assert chosen_of(ranked, None) is one
+
+
 def test_records_are_predicted_from_the_others_better_with_what_was_hidden(case: Callable[..., Case]) -> None:
     made = case(PLAIN)
     best = made.search.plain(selected(made).best)

@@ -216,21 +216,29 @@ def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
 
 
 @pytest.mark.parametrize(
-    ("of_state", "objects", "told"),
-    [(None, False, "course"), ("state", False, "state"), ("state", True, "course")],
+    ("of_state", "objects", "course", "told"),
+    [
+        (None, False, 20.0, "course"),
+        (30.0, False, 40.0, "state"),
+        (30.0, True, 40.0, "course"),
+        (30.0, True, 20.0, "state"),
+    ],
 )
-def test_a_law_over_the_course_is_looked_for_where_a_test_objects_to_one_over_a_state(
-    monkeypatch: pytest.MonkeyPatch, of_state: str | None, objects: bool, told: str
+def test_a_more_probable_law_over_the_course_is_looked_for_where_a_test_objects_to_one_over_a_state(
+    monkeypatch: pytest.MonkeyPatch, of_state: float | None, objects: bool, course: float, told: str
 ) -> None:
+    def law(name: str, evidence: float) -> Any:
+        return name, SimpleNamespace(summary=SimpleNamespace(evidence=evidence))
+
     best: Any = SimpleNamespace(effects=())
-    law: Any = None if of_state is None else (of_state, "told")
     monkeypatch.setattr(
         conclusion, "alarms_of", lambda search, one: ["objects"] if one is best or (one == "state" and objects) else []
     )
-    monkeypatch.setattr(conclusion, "law_for", lambda *of: law)
-    monkeypatch.setattr(conclusion, "law_over_course", lambda *of: (("course", "told"), ["course curve"]))
+    monkeypatch.setattr(conclusion, "law_for", lambda *of: None if of_state is None else law("state", of_state))
+    monkeypatch.setattr(conclusion, "law_over_course", lambda *of: (law("course", course), ["course curve"]))
     parts = conclusion._Parts(cast(Any, SimpleNamespace(left=100.0)))
     at = SimpleNamespace(search=SimpleNamespace(tell=quiet), best=best, law=None, curves=["curve"])
-    _, _, found, _ = conclusion._left_beside(parts, cast(Any, at), best, cast(Any, None))
+    _, _, found, readings = conclusion._left_beside(parts, cast(Any, at), best, cast(Any, None))
     assert found is not None
     assert found[0] == told
+    assert readings == (["course curve"] if told == "course" else ["curve"])

@@ -13,7 +13,7 @@ from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import unnamed as module
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.curves.probes import COURSES, PROBES
-from fibrefit.discovery.engine.effort import PROMISING
+from fibrefit.discovery.engine.effort import HARDLY, PROMISING
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
 from fibrefit.discovery.laws.told import HeldLaw
@@ -207,16 +207,44 @@ def test_a_law_of_which_slopes_promise_twice_as_much_is_composed_before_effects_
 def test_effects_that_come_near_a_law_are_asked_before_it_is_told(
     monkeypatch: pytest.MonkeyPatch, effect: float, there: bool
 ) -> None:
-    """Those that slopes promise too little of are not: half of what they need is asked of them."""
+    """Of one slopes predicted a fifth of what it gained: those are not asked of which they predict hardly anything."""
     bench = Bench(monkeypatch)
     bench.predicted, bench.second = 500.0, effect
+    monkeypatch.setattr(module, "_second_does_as_well", lambda found, best: False)
     found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
     assert (found is not None) is there
-    assert bench.least == [pytest.approx(PROMISING * (WORTH - PRICE_OF_LOOKS - NAMED))]
+    assert bench.least == [pytest.approx(HARDLY * (WORTH - PRICE_OF_LOOKS - NAMED))]
     if found is not None:
         law, comparison = found
         assert law.law[0].log == WORTH
         assert [one.log for one in comparison.found] == [effect]
+
+
+@pytest.mark.parametrize(("share", "asked"), [(0.9 * PROMISING, False), (1.1 * PROMISING, True)])
+@pytest.mark.parametrize("second", [False, True])
+def test_a_further_effect_beside_one_that_does_half_of_a_law_is_asked_before_it_is_told(
+    monkeypatch: pytest.MonkeyPatch, share: float, asked: bool, second: bool
+) -> None:
+    bench, beside = Bench(monkeypatch), list[float]()
+    monkeypatch.setattr(module, "_second_does_as_well", lambda found, best: (beside.append(best.log), second)[1])
+    bench.predicted, bench.second = 500.0, share * (WORTH - PRICE_OF_LOOKS - NAMED)
+    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    assert (found is None) is (asked and second)
+    assert beside == [bench.second] * asked
+
+
+def test_a_law_is_not_lost_with_the_time_that_effects_against_it_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are told as not tried."""
+
+    def no_time(*of: Any) -> Any:
+        raise OutOfTimeError
+
+    bench = Bench(monkeypatch)
+    bench.predicted = 500.0
+    monkeypatch.setattr(bench, "tried", no_time)
+    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    assert found is not None
+    assert found[1].untried == [HARDENING]
 
 
 @pytest.mark.parametrize(("left", "gap"), [(4.0, FAR), (60.0, 1.0)])

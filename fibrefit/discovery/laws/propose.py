@@ -23,7 +23,7 @@ from fibrefit.discovery.engine.candidates import (
     fit_all,
     trial_of,
 )
-from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING
+from fibrefit.discovery.engine.effort import FAR_BEHIND
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
@@ -93,10 +93,10 @@ def proposed(
         return None
     effects = [effect_of_law(law) for law in laws]
     supermodel = supermodel_of(search.task, (*parent.effects, *effects), parent.supermodel.sensitivities)
-    ranked = _ranked(search, supermodel, parent, readings, laws)
     # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers. The forms
     # that were looked at are paid for where something is said to be there, not once more against the curve.
     enough = parent.log + max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED)
+    ranked = _ranked(search, supermodel, parent, readings, laws, enough)
     if before is not None and ranked and (ranked[0][0].log <= enough or alarms_of(search, ranked[0][0])):
         look = partial(with_second_variables, search, before, parent, ranked, readings)
         ranked, _ = in_time(look, ranked, SECOND_LOOK * time_left())
@@ -104,9 +104,10 @@ def proposed(
 
 
 def _ranked(
-    search: Search, supermodel: Supermodel, parent: LaplaceFit, readings: Sequence[Reading], laws: Sequence[Composed]
-) -> Ranked:
-    """A parent with each law, from where its curve is or from afar, the most probable first.
+    search: Search, supermodel: Supermodel, parent: LaplaceFit, readings: Sequence[Reading], laws: Sequence[Composed],
+    enough: float,
+) -> Ranked:  # fmt: skip
+    """A parent with each law, from where its curve is, or from afar where that is not enough; most probable first.
 
     The gap is that of slow noise as well: though it is large, slopes that foretell what a curve gains lead to its law.
     """
@@ -121,7 +122,7 @@ def _ranked(
         ends = fit_all(jobs, lambda done: search.tell("fitting laws to the free curves", done / len(laws)))
         ranked += [(end, law) for end, law in zip(ends, laws, strict=True) if end is not None and np.isfinite(end.log)]
         ranked.sort(key=lambda pair: -pair[0].log)
-        if ranked and ranked[0][0].log > parent.log + PROMISING * readings[0].gain:
+        if ranked and ranked[0][0].log > enough:
             break
     best = {law.name: (end, law) for end, law in reversed(ranked)}
     return sorted(best.values(), key=lambda pair: -pair[0].log)

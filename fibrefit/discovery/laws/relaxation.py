@@ -45,12 +45,12 @@ def quadratic_of(reading: Reading) -> Quadratic:
     ----------
     reading : Reading
     """
-    n, size = len(reading.knots), reading.walk.size
-    posterior = np.linalg.inv(reading.fitted.evidence.spread[-n:, -n:])
-    # Of the posterior of the heights, which are where precision and pull are in balance, the prior is taken off.
+    n, size, evidence = len(reading.knots), reading.walk.size, reading.fitted.evidence
+    posterior = np.linalg.inv(evidence.spread[-n:, -n:])
+    # Of the posterior of the heights, at whose mean precision and pull are in balance, the prior is taken off.
     seen, directions = np.linalg.eigh(posterior - reading.walk.precision())
     kept = seen > UNSEEN * seen[-1]
-    pull = directions[:, kept].T @ (posterior @ (reading.heights / size))
+    pull = directions[:, kept].T @ (posterior @ evidence.mean[-n:])
     root = np.sqrt(seen[kept])
     half = root[:, None] * directions[:, kept].T / size
     return Quadratic(reading.knots, places_along(reading.knots), half @ nearest_curve(reading.knots), pull / root)
@@ -72,9 +72,9 @@ def beside(reading: Reading, values: np.ndarray, supermodel: Supermodel) -> np.n
     found, n = reading.fitted.evidence, len(reading.knots)
     spread, place = found.spread, found.mode.place
     heights = nearest_curve(reading.knots) @ values
-    away = np.linalg.solve(spread[-n:, -n:], (heights - reading.heights) / reading.walk.size)
+    away = np.linalg.solve(spread[-n:, -n:], heights / reading.walk.size - found.mean[-n:])
     z = place.z.copy()
-    z[:-n] += spread[:-n, -n:] @ away
+    z[:-n] = found.mean[:-n] + spread[:-n, -n:] @ away
     unknowns = found.mode.unknowns
     z = np.clip(z, unknowns.lower, unknowns.upper)
     return transferred(supermodel, reading.fitted.supermodel, local_of(unknowns, place._replace(z=z)))
