@@ -51,8 +51,8 @@ that record may bounce as it does with less of the effect, and hold it there. Of
 where those from 1.3 to 2.2 times that place end; from three times it motions are lost."""
 HARDLY = 0.05
 """Share of what another effect gains that slopes have to predict of one where that is not beyond doubt, too: in four
-driven searches that were traced no effect gained more than 2.1 times what they predicted; one since then gained five times as
-much."""
+driven searches that were traced no effect gained more than 2.1 times what they predicted; one since then gained
+five times as much."""
 REFITTED = 4
 """Candidates that always are."""
 WIDELY = 4
