@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import click
 
-from fibrefit.cli.failure import explain_fault, report_error, report_interruption
+from fibrefit.cli.failure import INTERRUPTED, explain_fault, report_error, report_interruption
 from fibrefit.cli.terminal import say
 from fibrefit.core.errors import FibrefitError, UsageError, did_you_mean
 from fibrefit.core.paths import shown_path
@@ -208,6 +208,10 @@ def main() -> None:
         # Whoever read our output has stopped reading, or it has no room: what remains is of no use to anybody, and that
         # something is lost has been said.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if code == INTERRUPTED:
+        # All is said and kept. A thread that compiles cannot be ended: the interpreter would wait for it, or abort.
+        sys.stderr.flush()
+        os._exit(code)
     # To look through all of them for garbage once more, at the very end, took as long as to load the packages.
     gc.freeze()
     sys.exit(code)

@@ -92,7 +92,7 @@ def test_options_reach_the_batch(
     ("words", "says"),
     [
         (("--shard", "5/3"), "--shard 5/3: not a part of a whole; expected i/n with i from 1 to n."),
-        (("--shard", "9/9999"), "--shard 9/9999: 1 records; expected as many parts at the most."),
+        (("--shard", "9/9999"), "--shard 9/9999: 1 record; expected as many parts at the most."),
         (("--each", "year"), "'year' is not one of 'record', 'study'"),
     ],
 )

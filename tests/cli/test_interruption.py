@@ -127,3 +127,22 @@ def test_what_was_not_drawn_is_said(tmp_path: Path, fits: list[Fit]) -> None:
     assert "Not all figures were drawn." in remarks
     assert json.loads((out / "summary.json").read_text())["parameters"]
     assert not list((out / "figures").glob("*")) if (out / "figures").exists() else True
+
+
+@pytest.mark.parametrize(("code", "waits"), [(130, False), (0, True)])
+def test_an_interrupted_command_does_not_wait_for_its_threads(code: int, waits: bool) -> None:
+    # A thread that compiles cannot be ended. Any other command waits for its own.
+    program = f"""
+import threading, time
+from fibrefit.cli import main
+def run(args):
+    threading.Thread(target=lambda: (time.sleep(1.0), print("thread ended"))).start()
+    print("said")
+    return {code}
+main.run = run
+main.main()
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=LONGEST)
+    assert ended.returncode == code
+    assert ended.stdout.startswith("said")
+    assert ("thread ended" in ended.stdout) == waits

@@ -34,21 +34,20 @@ def goes_on_after(steps: int) -> bool:
     return effort.warm_start()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
 
 
-def differing(place: float, sigma: float) -> Any:
-    """A hypothesis of one record that differs."""
-    at = SimpleNamespace(z=np.zeros(1), eta=np.array([[place * sigma]]))
-    unknowns = SimpleNamespace(scattering=np.array([0]))
-    return SimpleNamespace(
-        evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.array([sigma]), place=at, unknowns=unknowns))
-    )
+def differing(log: float) -> Any:
+    """A hypothesis of records that differ, so probable."""
+    return SimpleNamespace(log=log, evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.ones(1))))
 
 
-def linearised(times: int, move: float = 1.0) -> bool:
-    """Whether readings of records that move so far each time are linearised as often as that."""
+def linearised(times: int) -> bool:
+    """Whether readings that go on to make a hypothesis more probable are linearised as often as that."""
     search: Any = SimpleNamespace(gap=lambda _: 1.0, plain=lambda one: one)
-    ends = [(search, differing(move * i, 2.0)) for i in range(1, 20)]
-    with patch.object(inputs, "relinearised", Mock(side_effect=ends)) as relinearised:
-        inputs.linearised_where_records_differ(cast(Any, None), differing(0.0, 2.0))
+    ends = [(search, differing(100.0 * i)) for i in range(1, 20)]
+    with (
+        patch.object(inputs, "relinearised", Mock(side_effect=ends)) as relinearised,
+        patch.object(inputs, "horizon_by_horizon", lambda *of: None),
+    ):
+        inputs.linearised_where_records_differ(cast(Any, None), differing(0.0))
     return relinearised.call_count >= times
 
 
@@ -87,7 +86,6 @@ CASES = (
     Bracket("WARM_START_STEPS", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
     Bracket("CONTINUATION_STEPS", effort, lambda x: len(effort.continuation_steps()) >= x, 3.0, 4.0),
     Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 6.0, 7.0),
-    Bracket("AT_REST", inputs, lambda x: not linearised(2, x), 0.2, 0.3),
     Bracket("NOISES", effort, lambda x: effort.noise_is_taken_again(int(x), False, lambda: True), 1.0, 2.0),
     Bracket("NOISES_OF_STEPS", effort, lambda x: effort.noise_is_taken_again(int(x), True, lambda: False), 4.0, 5.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),

@@ -36,8 +36,6 @@ record is at values of the others."""
 SETTLES = 0.5
 """Share of the nats that a test objects by to which linearising readings anew has to bring them for it to be done once
 more: an error of linearisation falls by far more each time, what is missing stays."""
-AT_REST = 0.25
-"""Standard deviations between records by which values of a record move where linearising anew says no more."""
 NOISES = 2
 """Times the noise of a round is taken from what its best candidate leaves."""
 NOISES_OF_STEPS = 5

@@ -11,15 +11,14 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
-from fibrefit.discovery.engine.effort import AT_REST, LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, OBJECTS, occam
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, OBJECTS, occam
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.search.with_input_errors import reacts_alike
-from fibrefit.problem.estimate.normal_equations import PosteriorMode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, sensitivities_of
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood
@@ -71,7 +70,9 @@ class About(NamedTuple):
     led: bool = False
 
 
-def linearised_about(search: Search, fitted: LaplaceFit, lead: bool | None = None) -> About | None:
+def linearised_about(
+    search: Search, fitted: LaplaceFit, lead: bool | None = None, counts: np.ndarray | None = None
+) -> About | None:
     """Readings linearised in the errors of inputs, about what suits a hypothesis best; None without such inputs.
 
     Parameters
@@ -81,6 +82,8 @@ def linearised_about(search: Search, fitted: LaplaceFit, lead: bool | None = Non
     lead : bool, optional
         Whether it is led on from before the first bounces, see `through_all_bounces`; by default one that was held to
         what is before them, leaves little there, and leaves more of whole records than where it is led to.
+    counts : (n_record,) int, optional
+        Samples of each record that count, see `horizon_by_horizon`; all by default.
     """
     if (coefficients := coefficients_of(search, fitted)) is None:
         return None
@@ -91,7 +94,7 @@ def linearised_about(search: Search, fitted: LaplaceFit, lead: bool | None = Non
         led = moved or bool(lead)
     if led:
         plain, coefficients = ahead, {name: np.zeros_like(wave) for name, wave in coefficients.items()}
-    sensitivities = _sensitivities_about(search, plain, coefficients)
+    sensitivities = _sensitivities_about(search, plain, coefficients, counts)
     supermodel = supermodel_of(search.task, (), sensitivities)
     own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
     base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
@@ -136,7 +139,9 @@ def through_all_bounces(search: Search, plain: Hypothesis) -> Hypothesis:
     return Hypothesis(plain.effects, led, supermodel)
 
 
-def _sensitivities_about(search: Search, plain: Hypothesis, coefficients: InputCoefficients) -> InputSensitivities:
+def _sensitivities_about(
+    search: Search, plain: Hypothesis, coefficients: InputCoefficients, counts: np.ndarray | None = None
+) -> InputSensitivities:
     """How readings of a hypothesis react to errors of inputs: as those known do, where these predict its own readings.
 
     A chord step then: what readings are is simulated where the hypothesis is, their reactions are those of before.
@@ -144,7 +149,7 @@ def _sensitivities_about(search: Search, plain: Hypothesis, coefficients: InputC
     supermodel, known = plain.supermodel, plain.supermodel.sensitivities
     # Of what did not count, as bounces were out of reach, nothing was predicted.
     far = known is not None and search.gap(plain) > TOO_FAR
-    if known is not None and not (far or known.far):
+    if known is not None and counts is None and not (far or known.far):
         as_before = known.about(coefficients)
         models = supermodel_of(search.task, supermodel.effects, as_before), supermodel
         left, predicted = (np.asarray(residual_rows(one, plain.fit.local, search.context.whole)) for one in models)
@@ -153,7 +158,7 @@ def _sensitivities_about(search: Search, plain: Hypothesis, coefficients: InputC
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
     anew = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, far)
     assert anew is not None
-    return anew
+    return anew if counts is None else anew.until(counts)
 
 
 def _steps_about(search: Search, own: Supermodel, local: np.ndarray) -> StepLikelihood | None:
@@ -173,10 +178,10 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
 
 
 def _relinearised(
-    search: Search, fitted: LaplaceFit, lead: bool | None = None
+    search: Search, fitted: LaplaceFit, lead: bool | None = None, counts: np.ndarray | None = None
 ) -> tuple[Search, LaplaceFit, bool] | None:
     """The same, and whether the hypothesis was led on from before the first bounces."""
-    if (about := linearised_about(search, fitted, lead)) is None:
+    if (about := linearised_about(search, fitted, lead, counts)) is None:
         return None
     anew, old = about.search, fitted.evidence.mode
     # What records differed by at other values says nothing at these.
@@ -193,23 +198,37 @@ def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple
     """Search and hypothesis with readings linearised at each record's own values, if these differ.
 
     A first fit takes records for alike, and what they differ by for errors of their inputs: what is learnt of the one
-    by a linearisation unlearns the other in the next, until values of all records stay where they are.
+    by a linearisation unlearns the other in the next, until it gains no more. Where that does not come soon, bounces of
+    a record are lost, and all are led through them.
     """
-    for _ in range(LINEARISED_ANEW):
+    led = False
+    for turn in range(LINEARISED_ANEW):
         if not fitted.evidence.mode.sigma.any() or (anew := relinearised(search, fitted)) is None:
             break
-        before, (search, fitted) = fitted.evidence.mode, anew
+        gained, (search, fitted) = anew[1].log - fitted.log, anew
+        if abs(gained) <= NAMED:
+            break
+        if not led and (turn or not slopes_tell(search.gap(search.plain(fitted)))):
+            led, (search, fitted) = True, horizon_by_horizon(search, fitted) or (search, fitted)
         # What a model lacks makes records differ, too, and then their values come to no rest.
-        if farthest_move(before, fitted.evidence.mode) < AT_REST or not slopes_tell(search.gap(search.plain(fitted))):
+        if not slopes_tell(search.gap(search.plain(fitted))):
             break
     return search, fitted
 
 
-def farthest_move(before: PosteriorMode, after: PosteriorMode) -> float:
-    """Farthest that a value of a record that differs has moved, in standard deviations between records."""
-    sigma = np.maximum(before.sigma, after.sigma)
-    at = [one.place.z[one.unknowns.scattering] + one.place.eta for one in (before, after)]
-    return float(np.max(np.abs(at[1] - at[0])[:, sigma > 0.0] / sigma[sigma > 0.0], initial=0.0))
+def horizon_by_horizon(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit] | None:
+    """Search and hypothesis led through all bounces, errors of inputs and differences between records eliminated.
+
+    A linearisation follows a bounce only as far as it comes near it: beyond one that is met elsewhere, values of a
+    record suit nothing, and creep. So readings count from horizon to horizon, and are linearised anew for each. None
+    where a motion is lost at one of them.
+    """
+    before = search.gap(search.plain(fitted))
+    for counts in search.context.counts:
+        if (anew := _relinearised(search, fitted, counts=counts)) is None:
+            return None
+        search, fitted, _ = anew
+    return None if motion_lost(before, search.gap(search.plain(fitted))) else (search, fitted)
 
 
 @dataclass(frozen=True)

@@ -251,7 +251,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "drift": _drift,
     "jump": _jump,
     "rest": _rest,
-    "no_effect": lambda facts: "A gap is left that no effect of the catalogue, alone or with others, accounts for.",
+    "no_effect": lambda facts: "A gap is left that no effect of the catalogue that was tried accounts for.",
     "none_tried": lambda facts: (
         "A gap is left that no effect that was tried accounts for, and the time ended before all was tried."
     ),

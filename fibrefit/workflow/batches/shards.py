@@ -49,7 +49,8 @@ def part_of(whole: Path, jobs: Sequence[Piece], shard: tuple[int, int] | None) -
     number, count = _refuse_no_part("{}/{}".format(*shard), shard)
     mine = list(jobs[number - 1 :: count])
     if not mine:
-        raise UsageError(f"--shard {number}/{count}", f"{len(jobs)} records", "as many parts at the most", "")
+        got = f"{len(jobs)} record{'s' * (len(jobs) != 1)}"
+        raise UsageError(f"--shard {number}/{count}", got, "as many parts at the most", "")
     return whole.with_name(f"{whole.name}.shard-{number}-of-{count}"), mine
 
 

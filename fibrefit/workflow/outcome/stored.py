@@ -277,7 +277,8 @@ class StoredSimulation(Shown):
 
     def _card(self) -> Card:
         rows = [(name, str(len(frame))) for name, frame in self.records.items()]
-        return Card(f"Simulation in {self.folder}", f"{len(rows)} records", ("record", "samples"), rows)
+        number = f"{len(rows)} record{'s' * (len(rows) != 1)}"
+        return Card(f"Simulation in {self.folder}", number, ("record", "samples"), rows)
 
 
 def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSimulation:

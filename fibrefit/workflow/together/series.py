@@ -212,7 +212,7 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
     if len(study.records) < SHORTEST_SERIES:
         do = "Add records; of a single one, fit says what it holds."
         wanted = f"a series of {SHORTEST_SERIES} or more"
-        raise StudyError(str(study.source), f"{len(study.records)} records", wanted, do)
+        raise StudyError(str(study.source), f"{len(study.records)} record{'s' * (len(study.records) != 1)}", wanted, do)
     tell("reading records", None)
     task = task_of(study, read_records(study))
     model = task.problem.model
