@@ -158,7 +158,7 @@ def _sensitivities_about(
     # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
     anew = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, far)
     assert anew is not None
-    return anew if counts is None else anew.until(counts)
+    return anew if counts is None else anew.until(counts.tolist())
 
 
 def _steps_about(search: Search, own: Supermodel, local: np.ndarray) -> StepLikelihood | None:
