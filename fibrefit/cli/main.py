@@ -10,6 +10,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, cast
 
 import click
@@ -210,7 +211,8 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if code == INTERRUPTED:
         # All is said and kept. A thread that compiles cannot be ended: the interpreter would wait for it, or abort.
-        sys.stderr.flush()
+        with suppress(OSError, ValueError):
+            sys.stderr.flush()
         os._exit(code)
     # To look through all of them for garbage once more, at the very end, took as long as to load the packages.
     gc.freeze()

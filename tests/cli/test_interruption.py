@@ -23,7 +23,7 @@ SLOW = """
 import importlib, os, signal, sys, time
 # A job script may have its children ignore the signal that is tested here.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from fibrefit.cli.main import run
+from fibrefit.cli.main import main
 name, wait = sys.argv[1:3]
 module, _, function = name.rpartition(".")
 module = importlib.import_module(module)
@@ -33,7 +33,8 @@ def slowly(*given, **more):
     time.sleep(float(wait))
     return plain(*given, **more)
 setattr(module, function, slowly)
-sys.exit(run(sys.argv[3:]))
+sys.argv[1:] = sys.argv[3:]
+main()
 """
 
 

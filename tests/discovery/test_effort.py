@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 from unittest.mock import Mock, patch
@@ -34,21 +35,28 @@ def goes_on_after(steps: int) -> bool:
     return effort.warm_start()["effort"].goes_on(SimpleNamespace(steps=steps, objective=0.0), ())
 
 
-def differing(log: float) -> Any:
-    """A hypothesis of records that differ, so probable."""
-    return SimpleNamespace(log=log, evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.ones(1))))
+def differing(log: float, samples: float = 1e4) -> Any:
+    """A hypothesis of records that differ, so probable by so many samples."""
+    supermodel = SimpleNamespace(samples=np.array([samples]))
+    return SimpleNamespace(
+        log=log, supermodel=supermodel, evidence=SimpleNamespace(mode=SimpleNamespace(sigma=np.ones(1)))
+    )
+
+
+def linearised_anew(ends: Sequence[Any], gap: float = 1.0, led: Any = None) -> tuple[int, int, Any]:
+    """How often readings are linearised anew and led, and where that ends, if it comes to these one after another."""
+    search: Any = SimpleNamespace(gap=lambda _: gap, plain=lambda one: one)
+    with (
+        patch.object(inputs, "relinearised", Mock(side_effect=[(search, end) for end in ends])) as relinearised,
+        patch.object(inputs, "horizon_by_horizon", Mock(return_value=led and (search, led))) as leads,
+    ):
+        _, end = inputs.linearised_where_records_differ(search, differing(0.0))
+    return relinearised.call_count, leads.call_count, end
 
 
 def linearised(times: int) -> bool:
     """Whether readings that go on to make a hypothesis more probable are linearised as often as that."""
-    search: Any = SimpleNamespace(gap=lambda _: 1.0, plain=lambda one: one)
-    ends = [(search, differing(100.0 * i)) for i in range(1, 20)]
-    with (
-        patch.object(inputs, "relinearised", Mock(side_effect=ends)) as relinearised,
-        patch.object(inputs, "horizon_by_horizon", lambda *of: None),
-    ):
-        inputs.linearised_where_records_differ(cast(Any, None), differing(0.0))
-    return relinearised.call_count >= times
+    return linearised_anew([differing(100.0 * i) for i in range(1, 20)])[0] >= times
 
 
 def follows_bounces(gap: float) -> bool:
@@ -112,6 +120,57 @@ def test_a_search_turns_there(case: Bracket, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_no_number_is_without_a_case() -> None:
     assert thresholds(effort) == {case.name for case in CASES}
+
+
+@pytest.mark.parametrize(
+    ("gains", "gap", "often"),
+    [
+        ((4.0,), 1.0, (1, 0)),  # at rest
+        ((-400.0,), 1.0, (1, 0)),
+        ((100.0, 4.0), 1.0, (2, 0)),
+        ((100.0, 100.0, 4.0), 1.0, (3, 1)),  # led the second time, and once
+        ((100.0, 100.0, 100.0, 4.0), 1.0, (4, 1)),
+        ((100.0,), 1.2, (1, 1)),  # at once where much is left, which is the end of it
+        ((4.0,), 1.2, (1, 0)),
+    ],
+)
+def test_readings_are_linearised_until_that_gains_no_more(
+    gains: Sequence[float], gap: float, often: tuple[int, int]
+) -> None:
+    ends = [differing(float(log)) for log in np.cumsum(gains)]
+    assert linearised_anew(ends, gap) == (*often, ends[-1])
+
+
+def test_samples_that_count_no_more_are_no_gain() -> None:
+    # A hundred samples less: noise costs half a nat for each.
+    ends = [differing(50.0, 1e4 - 100.0)]
+    assert linearised_anew(ends) == (1, 0, ends[0])
+
+
+def test_where_a_lead_ends_is_gone_on_from() -> None:
+    there = differing(1000.0)
+    ends = [differing(100.0), differing(200.0), differing(1004.0)]
+    assert linearised_anew(ends, led=there) == (3, 1, ends[-1])
+    # Without it, the third would have gained.
+    assert linearised_anew([*ends, differing(1005.0)])[0] == 4
+
+
+@pytest.mark.parametrize(
+    ("logs", "taken"), [((1.0, 2.0, 101.0), True), ((1.0, 200.0, 99.0), False), ((1.0, None), False)]
+)
+def test_a_lead_is_taken_where_it_is_more_probable_in_the_end(logs: Sequence[float | None], taken: bool) -> None:
+    far, near = SimpleNamespace(far=True), SimpleNamespace(far=False)
+    counts = np.arange(1, 1 + len(logs))[:, None]
+    search: Any = SimpleNamespace(gap=lambda _: 1.0, plain=lambda one: one, context=SimpleNamespace(counts=counts))
+    begun = differing(100.0)
+    begun.supermodel.sensitivities = near
+    ends = [None if log is None else (search, differing(log), False) for log in logs]
+    with patch.object(inputs, "_relinearised", Mock(side_effect=ends)) as anew:
+        found = inputs.horizon_by_horizon(search, begun)
+        assert [int(call.kwargs["counts"][0]) for call in anew.call_args_list] == list(range(1, 1 + len(logs)))
+        assert (found is not None) == taken
+        begun.supermodel.sensitivities = far
+        assert inputs.horizon_by_horizon(search, begun) is None
 
 
 def test_a_candidate_behind_one_without_a_name_is_not_compared_again() -> None:

@@ -6,6 +6,7 @@ import re
 from types import SimpleNamespace
 from typing import Any, cast
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -183,6 +184,22 @@ def test_a_law_of_two_variables_is_an_effect_and_without_the_second_one_it_is_th
     assert law.expression == f"({plain.expression}) (1 + d y)"
     assert f"y the {second.variable} in {second.unit}" in " ".join((effect.__doc__ or "").split())
     assert not [error for error in violations(effect, CONDITIONS) if "changes nothing" not in str(error)]
+
+
+def test_an_error_of_a_gauge_changes_with_the_time_in_a_record() -> None:
+    gauges = [(probe, second) for probe, second in CHANGING if PLACES[probe.name].port == "sensor"]
+    timed = [(probe, second) for probe, second in gauges if second.variable == "time"]
+    assert len(timed) == len({probe for probe, _ in gauges})
+    channels = {"force": jnp.full(3, 4.0), "position": jnp.full(3, 0.05)}
+    times = jnp.array([2.0, 2.5, 3.0])
+    for probe, second in timed:
+        law = composed(probe, FittedForm(BY_NAME["peak"], TRUE["peak"], 0.0), KNOTS, (), second, 2.0)
+        values = {name.rpartition(".")[2]: value for name, value in start_of_law(law).items()}
+        steady = effect_of_law(law)(**values).measure(channels, times)
+        growing = effect_of_law(law)(**values | {SECOND.name: 0.5}).measure(channels, times)
+        (role,) = [role for role in channels if not np.allclose(steady[role], channels[role])]
+        ratio = (growing[role] - channels[role]) / (steady[role] - channels[role])
+        np.testing.assert_allclose(ratio, [1.0, 1.25, 1.5], rtol=1e-9)
 
 
 def test_every_second_variable_is_known_somewhere() -> None:

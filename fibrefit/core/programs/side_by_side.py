@@ -15,13 +15,14 @@ THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 
 
 @contextmanager
 def threads(number: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads that begin nothing more once the block is left by an exception, such as a second Ctrl-C."""
-    with ThreadPoolExecutor(number) as pool:
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    """Threads that begin nothing more once the block is left by an exception; by Ctrl-C, they are not waited for."""
+    pool = ThreadPoolExecutor(number)
+    try:
+        yield pool
+    except BaseException as error:
+        pool.shutdown(wait=not isinstance(error, KeyboardInterrupt), cancel_futures=True)
+        raise
+    pool.shutdown()
 
 
 def for_each(job: Callable[..., R], *of: Iterable[Any]) -> list[R]:

@@ -110,6 +110,7 @@ SECOND_VARIABLES: tuple[SecondVariable, ...] = (
     SecondVariable("stretch", "m", "stretch", "stretch"),
     SecondVariable("stretch rate", "m/s", "rate", "rate"),
     SecondVariable("time", "s", "", "moment.time", _BY_THEN, _TIMED),
+    SecondVariable("time", "s", "times", "(times - times[0])"),
     SecondVariable("path", "m", "", "moment.path", _BY_THEN, _OVER.format("path")),
     SecondVariable("time at rest", "s", "", "moment.rest", _BY_THEN, _OVER.format("rest")),
     SecondVariable("load cycles", "-", "", "moment.cycles", _BY_THEN, _OVER.format("cycles")),
@@ -126,7 +127,9 @@ def second_variables(probe: type[Curve]) -> list[SecondVariable]:
     arguments = place.hook.partition(")")[0]
     found = []
     for one in SECOND_VARIABLES:
-        known = f"{one.argument}: " in arguments if one.argument else not (probe.timed and one.hook is _BY_THEN)
+        # A sensor reads what has come together already: it is told the times, and not what a motion is told by then.
+        by_then = one.hook is _BY_THEN and (probe.timed or place.port == "sensor")
+        known = f"{one.argument}: " in arguments if one.argument else not by_then
         if (
             known
             and place.variable not in (one.code, one.variable)

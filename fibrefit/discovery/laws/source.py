@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 import sys
 import types
 from collections.abc import Collection, Sequence
@@ -173,7 +174,7 @@ def _with_second(place: PortPlace, hook: str, second: SecondVariable) -> str:
     return (
         hook.replace(NOW, NOW + changed)
         if NOW in place.hook
-        else hook.replace("_at(VARIABLE)", f"_at(VARIABLE){changed}")
+        else re.sub(r"_at\([^()]*\)", lambda at: f"{at.group()}{changed}", hook)
     )
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.time_limit import in_time
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
@@ -148,7 +150,7 @@ def _sensitivities_about(
     """
     supermodel, known = plain.supermodel, plain.supermodel.sensitivities
     # Of what did not count, as bounces were out of reach, nothing was predicted.
-    far = known is not None and search.gap(plain) > TOO_FAR
+    far = known is not None and counts is None and search.gap(plain) > TOO_FAR
     if known is not None and counts is None and not (far or known.far):
         as_before = known.about(coefficients)
         models = supermodel_of(search.task, supermodel.effects, as_before), supermodel
@@ -188,8 +190,9 @@ def _relinearised(
     differ = (None, None) if about.led else (old.sigma, old.place.eta)
     found = anew.inference.fitted(about.supermodel, fitted.effects, about.local, *differ)
     before = search.gap(search.plain(fitted))
-    # Of what comes before the first bounces errors of the inputs may take more than noise leaves of all.
-    if motion_lost(max(before, 1.0) if about.led else before, anew.gap(anew.plain(found))):
+    # Of what comes before the first bounces errors of the inputs may take more than noise leaves of all; what is left
+    # up to one horizon says nothing of the next.
+    if counts is None and motion_lost(max(before, 1.0) if about.led else before, anew.gap(anew.plain(found))):
         return None
     return anew, found, about.led
 
@@ -199,36 +202,50 @@ def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple
 
     A first fit takes records for alike, and what they differ by for errors of their inputs: what is learnt of the one
     by a linearisation unlearns the other in the next, until it gains no more. Where that does not come soon, bounces of
-    a record are lost, and all are led through them.
+    a record are lost, and all are led through them. Where the time ends, what was found until then is kept.
     """
     led = False
     for turn in range(LINEARISED_ANEW):
-        if not fitted.evidence.mode.sigma.any() or (anew := relinearised(search, fitted)) is None:
+        if not fitted.evidence.mode.sigma.any():
             break
-        gained, (search, fitted) = anew[1].log - fitted.log, anew
-        if abs(gained) <= NAMED:
+        anew, _ = in_time(partial(relinearised, search, fitted), None)
+        if anew is None:
             break
-        if not led and (turn or not slopes_tell(search.gap(search.plain(fitted)))):
-            led, (search, fitted) = True, horizon_by_horizon(search, fitted) or (search, fitted)
+        gained, (search, fitted) = _per_noise(anew[1]) - _per_noise(fitted), anew
+        if gained <= NAMED:
+            break
+        near = slopes_tell(search.gap(search.plain(fitted)))
+        if not led and (turn or not near):
+            ahead, _ = in_time(partial(horizon_by_horizon, search, fitted), None)
+            led, (search, fitted) = True, ahead or (search, fitted)
+            near = slopes_tell(search.gap(search.plain(fitted)))
         # What a model lacks makes records differ, too, and then their values come to no rest.
-        if not slopes_tell(search.gap(search.plain(fitted))):
+        if not near:
             break
     return search, fitted
+
+
+def _per_noise(fitted: LaplaceFit) -> float:
+    """Evidence of a hypothesis beside that of noise in the samples that count, whose number each linearisation sets."""
+    return fitted.log + 0.5 * float(fitted.supermodel.samples.sum())
 
 
 def horizon_by_horizon(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit] | None:
     """Search and hypothesis led through all bounces, errors of inputs and differences between records eliminated.
 
     A linearisation follows a bounce only as far as it comes near it: beyond one that is met elsewhere, values of a
-    record suit nothing, and creep. So readings count from horizon to horizon, and are linearised anew for each. None
-    where a motion is lost at one of them.
+    record suit nothing, and creep. So readings count from horizon to horizon, those of the first fit, and are
+    linearised anew for each. None where that leads to no better place, or bounces are out of reach.
     """
-    before = search.gap(search.plain(fitted))
+    known = fitted.supermodel.sensitivities
+    if known is None or known.far or search.gap(search.plain(fitted)) > TOO_FAR:
+        return None
+    ahead = search, fitted
     for counts in search.context.counts:
-        if (anew := _relinearised(search, fitted, counts=counts)) is None:
+        if (anew := _relinearised(*ahead, lead=False, counts=counts)) is None:
             return None
-        search, fitted, _ = anew
-    return None if motion_lost(before, search.gap(search.plain(fitted))) else (search, fitted)
+        ahead = anew[:2]
+    return ahead if _per_noise(ahead[1]) > _per_noise(fitted) else None
 
 
 @dataclass(frozen=True)
