@@ -190,6 +190,8 @@ def law_sentences(law: ProposedLawSummary) -> list[str]:
         said += f"{law.gap_left_out_before:.3g}"
         if law.elpd_left_out is not None:
             said += f", and are {law.elpd_left_out:.3g} nats more probable with it"
+    else:
+        said += "; it was not held against records left out, as there is one alone, or the time ended"
     first, *second = law.variables
     where = f"x is the {first}"
     if law.valid_range is not None:

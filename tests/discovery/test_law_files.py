@@ -100,6 +100,9 @@ def test_the_study_of_a_result_holds_the_law_and_the_values_that_are_told(
         "records predicted from the others leave 1.1, without it 1.4, and are 60 nats more probable with it"
         in " ".join(said.split())
     )
+    unheld = summary.proposed_law.model_copy(update={"gap_left_out": None})
+    says = discovery_report(summary.model_copy(update={"proposed_law": unheld}))
+    assert "; it was not held against records left out" in " ".join(says.split())
     assert max(map(len, said.splitlines())) <= 80
     block = _law(summary)
     assert block is not None

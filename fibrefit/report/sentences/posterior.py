@@ -231,6 +231,16 @@ def _initial_fit(check: Check) -> str:
     return f"The status of the fit the walkers are initialised around is {check.facts['status']}.{end}"
 
 
+def _records_differ(check: Check) -> str:
+    if check.passed:
+        return "The fit finds that records agree, as the walkers take them to."
+    found = ", ".join(f"{name} by {100 * sd:.2g} %" for name, sd in check.facts["differ"].items())
+    return (
+        f"The fit finds that records differ ({found}), and the walkers take them for alike: values may be off by "
+        "several of their intervals."
+    )
+
+
 SENTENCES: dict[str, Callable[[Check], str]] = {
     "convergence": _convergence,
     "effective_sample_size": _effective_sample_size,
@@ -244,6 +254,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "residual_size": _residual_size,
     "nuts": _nuts,
     "initial_fit": _initial_fit,
+    "records_differ": _records_differ,
     "hausman": hausman_sentence,
 }
 """By identifier."""

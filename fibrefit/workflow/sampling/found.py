@@ -74,7 +74,7 @@ class Findings:
     def checks(self) -> tuple[Check, ...]:
         """All checks: the posterior's checks, the fit before it, and the cross-check with NUTS."""
         more = (
-            self.start.check(),
+            *self.start.checks(),
             *((self.cross_check.check(self.posterior.target.names),) if self.cross_check else ()),
         )
         return (*self.posterior.checks, *more)
