@@ -15,12 +15,13 @@ import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading, predicted_gain, proposing
-from fibrefit.discovery.curves.probes import COURSES, PROBES
+from fibrefit.discovery.curves.free_form import Reading, proposed_by, proposing
+from fibrefit.discovery.curves.predicted import look_at, predicted_gain
+from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.effort import HARDLY, PROMISING, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
-from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.laws.told import described, holding
 from fibrefit.discovery.model.law import ProposedLaw
@@ -75,9 +76,12 @@ def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tupl
     swift = [effect for effect in search.extensions(parent) if not is_costly(effect)]
     gains = search.predicted_gains(parent, search.inference.slopes(parent), swift, "looking for what slopes promise")
     most = max((one.gain for one in gains.values()), default=np.inf)
-    if may_do_better(most, max(predicted_gain(search, parent, before), 0.0)):
+    looks = look_at(search, parent, before, tuple(PORTS))
+    if max(most, looks.promise) > BEYOND_DOUBT:
+        looks = looks.joined(look_at(search, parent, before, tuple(PORTS), COURSES))
+    if may_do_better(most, max(looks.promise, 0.0)):
         return None
-    curves = partial(proposing, search, parent, before, tuple(PORTS))
+    curves = partial(proposed_by, search, parent, looks)
     found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, PAIRING * time_left())
     if found is None:
         return None
@@ -274,13 +278,13 @@ def _law_about(
 ) -> Unnamed | None:
     """A law that gains what an effect does and what is left beside it, and leaves nothing itself.
 
-    One over the course of a record is looked for where none over a state does.
+    Those over the course of a record are all looked for where none of these does.
     """
-    for probes in (PROBES, COURSES):
-        found = _law_of(search, parent, chosen, proposing(search, parent, before, ports, probes), left)
-        if found is not None:
-            return found
-    return None
+    curves = proposing(search, parent, before, ports)
+    found = _law_of(search, parent, chosen, curves, left)
+    if found is not None or all(curve.probe in COURSES for curve in curves):
+        return found
+    return _law_of(search, parent, chosen, proposing(search, parent, before, ports, COURSES), left)
 
 
 def _law_of(

@@ -21,6 +21,7 @@ from fibrefit.report.layout import (
     table,
     titled,
 )
+from fibrefit.report.sentences.discovery import by_chance
 from fibrefit.report.text import (
     GAP,
     MOST_RECORDS,
@@ -184,7 +185,8 @@ def _law(summary: DiscoverySummary) -> list[str]:
 def law_sentences(law: ProposedLawSummary) -> list[str]:
     """What is said of a law that was composed: how it does first, then what its equation and its file are."""
     said = f"No catalogued effect does it. {law.says} With it, the gap falls from {law.gap_before:.3g} to "
-    said += f"{law.gap_after:.3g} (logarithm of the Bayes factor {law.evidence:.3g})"
+    said += f"{law.gap_after:.3g} (logarithm of the Bayes factor {law.evidence:.3g}"
+    said += f"{by_chance(law.false_alarm, 'some law')})"
     if law.gap_left_out is not None and law.gap_left_out_before is not None:
         said += f"; records predicted from the others leave {law.gap_left_out:.3g}, without it "
         said += f"{law.gap_left_out_before:.3g}"

@@ -14,19 +14,15 @@ import numpy as np
 import pytest
 
 from fibrefit.core.roles import HELD
-from fibrefit.discovery.curves import free_form
+from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import (
-    PORTS,
-    WALKS,
     Reading,
     _followed,
     _held,
-    _looks,
-    _Predicted,
-    _prepared,
     probe_all,
 )
+from fibrefit.discovery.curves.predicted import PORTS, WALKS, Predicted, _prepared, look_at
 from fibrefit.discovery.curves.probes import (
     PROBES,
     Curve,
@@ -132,7 +128,7 @@ def test_a_planted_curve_is_found_within_its_errors(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, probe: type[Curve], size: float
 ) -> None:
     # Wrong curves with forty knots take long to fit: a few rivals do.
-    monkeypatch.setattr(free_form, "PROBES", (FrictionOfSpeed, TensionOfRate, probe))
+    monkeypatch.setattr(predicted, "PROBES", (FrictionOfSpeed, TensionOfRate, probe))
     heights = size * np.sin(np.linspace(0.0, 2.0 * np.pi, probe.knots))
     readings, curves = probed(planted(task, found, probe, heights), found, NAMED)
     assert readings[0].probe is probe
@@ -156,7 +152,7 @@ def test_a_planted_curve_gains_as_much_about_itself(
 ) -> None:
     """What is linear in its inputs is the same about any model: the gain is that over the model without the curve."""
     probes = (FrictionOfSpeed, TensionOfRate)
-    monkeypatch.setattr(free_form, "PROBES", probes)
+    monkeypatch.setattr(predicted, "PROBES", probes)
     monkeypatch.setattr(
         free_form, "linearised_about", lambda search, fitted, lead: About(search, fitted.supermodel, fitted.local)
     )
@@ -236,11 +232,11 @@ def test_a_curve_on_a_driven_rig_begins_at_the_cost_of_the_model_it_is_put_on(mo
     parent = cast(Any, SimpleNamespace(effects=(), supermodel=supermodel, local=local, log=0.0))
     began: list[float] = []
 
-    def predicted(search: Any, parent: Any, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Any]) -> None:
+    def begins(search: Any, parent: Any, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Any]) -> None:
         began.append(float(begun[0].costs(begun[1], whole).sum()))
 
-    monkeypatch.setattr(free_form, "_predicted", predicted)
-    monkeypatch.setattr(free_form, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
+    monkeypatch.setattr(predicted, "_predicted", begins)
+    monkeypatch.setattr(predicted, "in_motion", lambda found: {"speed": (np.array([0.0, 0.1]), np.ones(2))})
     inference = SimpleNamespace(slopes=lambda parent: None)
     search = cast(Any, SimpleNamespace(task=task, tell=lambda what, share: None, inference=inference))
     assert probe_all(search, parent, cast(Any, SimpleNamespace(problem=task.problem)), NAMED) == []
@@ -254,16 +250,16 @@ def test_over_a_variable_that_keeps_its_value_there_is_no_curve(monkeypatch: pyt
         asked.append(probes)
         raise LookupError
 
-    monkeypatch.setattr(free_form, "supermodel_of", composed)
+    monkeypatch.setattr(predicted, "supermodel_of", composed)
     still, moving = np.zeros(9), np.linspace(-1.0, 1.0, 9)
     monkeypatch.setattr(
-        free_form, "in_motion", lambda found: {"speed": (moving, still), "stretch rate": (still, still)}
+        predicted, "in_motion", lambda found: {"speed": (moving, still), "stretch rate": (still, still)}
     )
     problem = SimpleNamespace(model=SimpleNamespace(rig=RIGS["fibre_mass"]))
     parent = SimpleNamespace(effects=(), supermodel=SimpleNamespace(sensitivities=None))
     search, found = SimpleNamespace(task=None), SimpleNamespace(problem=problem)
     with pytest.raises(LookupError):
-        _looks(cast(Any, search), cast(Any, parent), cast(Any, found), tuple(PORTS))
+        look_at(cast(Any, search), cast(Any, parent), cast(Any, found), tuple(PORTS))
     assert {probe.variable for probe in asked[0]} == {"speed"}
 
 
@@ -281,7 +277,7 @@ def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:
     search.recalled = lambda what, parent, about, job, own: job
     named = {name: cast(Any, SimpleNamespace(name=name)) for name in gains}
     predicted = [
-        _Predicted(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), cast(Any, None))
+        Predicted(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), cast(Any, None))
         for name, gain in gains.items()
     ]
     ends = _followed(search, cast(Any, SimpleNamespace(log=0.0)), predicted[::-1])

@@ -16,7 +16,7 @@ from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.design import thresholds as of_design
 from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, gate, occam
+from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, false_alarm_at_most, gate, occam
 from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.search import inputs
 from fibrefit.fitting.checks import CONVERGED
@@ -68,6 +68,22 @@ def test_one_candidate_is_not_the_best_of_many() -> None:
     """The negative control: were the best of many told as if it were the only one, chance would be larger than said."""
     alone = false_alarm(1.0, CANDIDATES[:1])
     assert np.mean(best() >= 1.0) > 1.5 * alone
+
+
+@pytest.mark.parametrize("log_factor", [0.5, 1.0, 3.0])
+def test_a_curve_reaches_a_bayes_factor_no_more_often_than_its_inverse(log_factor: float) -> None:
+    """Of heights with normal priors over normal noise, whose marginal likelihood is known in closed form."""
+    random = np.random.default_rng(2)
+    slopes, size = random.standard_normal((30, 6)), np.linspace(0.1, 2.0, 6)
+    gram = size[:, None] * (slopes.T @ slopes) * size + np.eye(6)
+    pull = random.standard_normal((DRAWS, 30)) @ slopes * size
+    factors = 0.5 * np.einsum("ni,ni->n", pull, np.linalg.solve(gram, pull.T).T) - 0.5 * np.linalg.slogdet(gram)[1]
+    often = np.mean(factors >= log_factor)
+    assert 0.0 < often <= false_alarm_at_most(log_factor)
+    # The best of a thousand such curves is not that of one: unless their number is paid for, the bound is broken.
+    best = factors.reshape(-1, 1000).max(axis=1)
+    assert np.mean(best >= log_factor) > false_alarm_at_most(log_factor)
+    assert np.mean(best - np.log(1000.0) >= log_factor) <= false_alarm_at_most(log_factor)
 
 
 def test_a_name_is_hardly_ever_chance() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import pytest
 
@@ -21,7 +21,7 @@ from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.unnamed import foreseen, unnamed
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.laws.ports import port_of
+from fibrefit.laws.ports import PORTS, port_of
 from tests.discovery.test_pairs import Model
 
 TOE, HARDENING, STRIBECK, LOAD, OFFSET, GAIN, DRIFT, VISCOUS, MAXWELL = (
@@ -49,16 +49,34 @@ def alarm(nats: float) -> Alarm:
     return Alarm("constancy", 1e-9, 1e-4, {"gain": 2.0 * nats + 9.0, "chance": 9})
 
 
+class Drawn(str):
+    """A free curve by what it is called."""
+
+    probe: Any = PROBES[0]
+
+
+class Looked(NamedTuple):
+    """What slopes predict of the best free curve."""
+
+    promise: float
+
+    def joined(self, other: Looked) -> Looked:
+        return max(self, other)
+
+
 class Bench:
     """Looks in which a law gains 100 nats, wherever it is weighed; alarms are as told for each model."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
         self.left, self.ports, self.searches = left, list[Any](), list[Any]()
-        self.elsewhere, self.courses = 0.0, list[str]()
-        self.gap, self.predicted = 1.0, 0.0
+        self.elsewhere, self.courses, self.courses_looked_at = 0.0, list[str](), 0
+        self.curve = Drawn("a curve")
+        self.gap, self.predicted, self.over_course = 1.0, 0.0, 0.0
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "proposing", self.curves)
+        monkeypatch.setattr(module, "proposed_by", lambda search, parent, looks: self.curves(None, None, None, PORTS))
         monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
+        monkeypatch.setattr(module, "look_at", self.looked_at)
         self.held_by: dict[str, HeldLaw | None] = {}
         self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
         monkeypatch.setattr(module, "proposed", lambda search, parent, curves: curves[0])
@@ -75,11 +93,16 @@ class Bench:
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
-    def curves(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any = PROBES) -> list[str]:
+    def looked_at(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any = None) -> Looked:
+        if probes is COURSES:
+            self.courses_looked_at += 1
+        return Looked(self.over_course if probes is COURSES else self.predicted)
+
+    def curves(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any = None) -> list[str]:
         if probes is COURSES:
             return list(self.courses)
         self.ports.append(set(ports))
-        return ["a curve"]
+        return [self.curve]
 
     def about(self, search: Any, other: Model) -> Model:
         # A later round has another noise, in which nats count from elsewhere.
@@ -199,6 +222,25 @@ def test_a_law_of_which_slopes_promise_twice_as_much_is_composed_before_effects_
     found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
     assert (found is not None) is there
     assert bool(bench.ports) is there
+
+
+@pytest.mark.parametrize(
+    ("state", "course", "effect", "looked", "there"),
+    [
+        (50.0, 566.0, 136.0, True, True),
+        (50.0, 200.0, 136.0, True, False),
+        (50.0, 566.0, 90.0, False, False),
+        (120.0, 566.0, 90.0, True, True),
+    ],
+)
+def test_curves_over_the_course_of_a_record_are_looked_at_where_something_is_promised_beyond_doubt(
+    monkeypatch: pytest.MonkeyPatch, state: float, course: float, effect: float, looked: bool, there: bool
+) -> None:
+    bench = Bench(monkeypatch)
+    bench.predicted, bench.over_course, bench.slopes = state, course, {HARDENING: effect}
+    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    assert bool(bench.courses_looked_at) is looked
+    assert (found is not None) is there
 
 
 @pytest.mark.parametrize(

@@ -10,23 +10,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.core.roles import SI
-from fibrefit.core.time_limit import check_time
-from fibrefit.discovery.curves.probes import PROBES, Curve
-from fibrefit.discovery.curves.variables import in_motion, range_of
+from fibrefit.core.time_limit import check_time, in_time, time_left
+from fibrefit.discovery.curves.predicted import Looks, Predicted, look_at
+from fibrefit.discovery.curves.probes import COURSES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import PROMISING, may_be_worth
 from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
-from fibrefit.discovery.engine.secant import SecantGram, Seed
-from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import ACTS, NAMED
+from fibrefit.discovery.engine.supermodel import supermodel_of
+from fibrefit.discovery.engine.thresholds import ACTS, NAMED, false_alarm_at_most
 from fibrefit.discovery.search.inputs import linearised_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
-from fibrefit.laws.catalogue import suits
-from fibrefit.laws.ports import PORTS, port_of
+from fibrefit.laws.ports import PORTS
 
 
 @dataclass(frozen=True)
@@ -63,14 +61,16 @@ class Reading:
         return PROMISING * self.predicted <= self.gain and PROMISING * self.gain <= self.predicted
 
 
-WALKS = (0.03, 0.3)
-"""Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
+COURSE = 0.3
+"""Share of the time left for curves over the course of a record, where curves over a state were drawn."""
 
 
 def probe_all(
     search: Search, parent: LaplaceFit, found: Identification, worth: float, least: float | None = None
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
+
+    Where one over a state does, those over the course of a record are looked at, too, see `_over_course`.
 
     Parameters
     ----------
@@ -84,15 +84,16 @@ def probe_all(
         What its slopes have to predict for it to be fitted in full; as much unless said. Far from a good fit they
         predict less than there is.
     """
-    looks = _looks(search, parent, found, tuple(PORTS))
+    looks = look_at(search, parent, found, tuple(PORTS))
     worthy = _worthy(search, parent, looks, worth, worth if least is None else least)
     held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
-    return [_read(search, end, parent.log, looks) for end in held]
+    readings = [_read(search, end, parent.log, looks) for end in held]
+    return _with_course(search, parent, found, readings) if readings else []
 
 
 def proposing(
     search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
-    probes: Sequence[type[Curve]] = PROBES,
+    probes: Sequence[type[Curve]] | None = None,
 ) -> list[Reading]:  # fmt: skip
     """Probes that explain more than a hypothesis does where readings are linearised about that, best first.
 
@@ -105,65 +106,56 @@ def proposing(
     found : Identification
         Of the model before the search.
     ports : collection of str
-    probes : sequence of Curve class
+    probes : sequence of Curve class, optional
+        Nothing but these. Without, those over a state, and those over the course of a record that may explain more.
 
     Raises
     ------
     OutOfTimeError
         If not all could be drawn.
     """
-    looks = _looks(search, parent, found, ports, probes)
+    looks = look_at(search, parent, found, ports, probes)
+    if probes is None:
+        looks = looks.joined(look_at(search, parent, found, ports, COURSES))
+    return proposed_by(search, parent, looks)
+
+
+def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[Reading]:
+    """Curves that slopes promise and that explain more than their parent, best first, see `proposing`.
+
+    Raises
+    ------
+    OutOfTimeError
+        If not all could be drawn.
+    """
     worthy = _worthy(search, parent, looks, NAMED, NAMED)
     check_time()
     return [_read(search, end, parent.log, looks) for end in worthy]
 
 
-def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:
-    """What slopes predict of the best free curve on top of a model, in nats, the number of curves paid for.
+def _with_course(
+    search: Search, parent: LaplaceFit, found: Identification, readings: Sequence[Reading]
+) -> list[Reading]:
+    """Curves over a state and those over the course of a record of which slopes predict more, the best first.
 
-    Parameters
-    ----------
-    search : Search
-    parent : LaplaceFit
-    found : Identification
-        Of the model before the search.
+    A rig with the latter takes longer to simulate, so that most are not followed. Where none is, a stiffness that
+    grows with the speed of the drive is told as a bump of the position: where the drive goes to and fro one goes with
+    the other, and no test objects to what that leaves.
     """
-    looks = _looks(search, parent, found, tuple(PORTS))
-    return max((one.gain for one in looks.predicted), default=-np.inf) - looks.price
+    best = readings[0].gain
+
+    def over_course() -> list[Reading]:
+        looks = look_at(search, parent, found, tuple(PORTS), COURSES)
+        worthy = _worthy(search, parent, looks, best, best)
+        check_time()
+        return [_read(search, end, parent.log, looks) for end in worthy]
+
+    # What the time does not suffice for takes nothing from what was drawn.
+    further, _ = in_time(over_course, list[Reading](), COURSE * time_left())
+    return sorted((*further, *readings), key=lambda one: -one.gain)
 
 
-class _Looks(NamedTuple):
-    """Probes that suit a rig and a motion, what slopes predict of each, and the ranges of their variables."""
-
-    probes: Sequence[type[Curve]]
-    predicted: Sequence[_Predicted]
-    ranges: dict[str, tuple[float, float]]
-
-    @property
-    def price(self) -> float:
-        """Nats: which curve it is was not known beforehand, and neither was its roughness."""
-        return float(np.log(max(len(self.probes), 1) * len(WALKS)))
-
-
-def _looks(
-    search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
-    asked: Sequence[type[Curve]] = PROBES,
-) -> _Looks:  # fmt: skip
-    """What slopes of a hypothesis predict of free curves on top of it."""
-    ranges = {variable: range_of(variable, values) for variable, (values, _) in in_motion(found).items()}
-    rig = found.problem.model.rig
-    # Where a variable keeps its value nearly always, as the speed of a drive that rests, there is no curve over it.
-    ranges = {variable: (low, high) for variable, (low, high) in ranges.items() if high > low}
-    probes = [one for one in asked if one.variable in ranges and suits(one, rig) and port_of(one) in ports]
-    if not probes:
-        return _Looks((), (), ranges)
-    supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
-    begun = supermodel, _prepared(supermodel, parent, probes, ranges), search.inference.slopes(parent)
-    predicted = fit_all([partial(_predicted, search, parent, probe, begun) for probe in probes], lambda done: None)
-    return _Looks(probes, [one for one in predicted if one is not None], ranges)
-
-
-def _worthy(search: Search, parent: LaplaceFit, looks: _Looks, worth: float, least: float) -> list[_End]:
+def _worthy(search: Search, parent: LaplaceFit, looks: Looks, worth: float, least: float) -> list[_End]:
     """Free curves that gain so many nats, their number paid for, of those that are predicted `least`, best first."""
     promising = [one for one in looks.predicted if may_be_worth(one.gain, least)]
     ends = [_corrected(search, parent, end) for end in _followed(search, parent, promising)]
@@ -226,6 +218,7 @@ def curve_facts(reading: Reading) -> dict[str, Any]:
     beyond = acts is not None and acts[1] == len(knots) - 1
     return {
         "curve": probe.says,
+        "chance": false_alarm_at_most(reading.gain),
         "variable": probe.variable,
         "unit": SI[probe.variable],
         "height_unit": probe.unit,
@@ -265,33 +258,7 @@ def _turns(heights: np.ndarray) -> int:
     return turns
 
 
-class _Predicted(NamedTuple):
-    """What slopes predict of a probe at its best roughness, in nats, and what it begins with."""
-
-    gain: float
-    probe: type[Curve]
-    curve: Heights
-    supermodel: Supermodel
-    start: np.ndarray
-    gram: SecantGram
-
-
-def _predicted(
-    search: Search, parent: LaplaceFit, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed]
-) -> _Predicted:
-    """A probe at its best roughness.
-
-    A curve of no height is its parent: of the slopes, only those along the heights are simulated.
-    """
-    (supermodel, start, slopes), inference = begun, search.inference
-    gram, names = inference.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
-    curves = [Heights(names, probe.size, walk) for walk in WALKS]
-    logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
-    best = int(np.argmax(np.where(np.isfinite(logs), logs, -np.inf)))
-    return _Predicted(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
-
-
-def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[_Predicted]) -> list[_End]:
+def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[Predicted]) -> list[_End]:
     """Where probes lead, those that slopes predict most of first; none that are predicted far less than one gains."""
     found, left = list[_End](), sorted(predicted, key=lambda one: -one.gain)
     while left:
@@ -315,19 +282,7 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[_Predicted
     return found
 
 
-def _prepared(
-    supermodel: Supermodel, parent: LaplaceFit, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
-) -> np.ndarray:
-    values = transferred(supermodel, parent.supermodel, parent.local)
-    for probe in probes:
-        for name in probe.heights:
-            values[:, supermodel.names.index(f"{probe.name}.{name}")] = 0.0
-        for name, limit in zip(("low", "high"), ranges[probe.variable], strict=True):
-            values[:, supermodel.names.index(f"{probe.name}.{name}")] = limit
-    return values
-
-
-def _read(search: Search, end: _End, before: float, looks: _Looks) -> Reading:
+def _read(search: Search, end: _End, before: float, looks: Looks) -> Reading:
     probe, fitted, walk, predicted = end
     shared, n = fitted.shared, len(probe.heights)
     heights = np.array([shared[f"{probe.name}.{height}"] for height in probe.heights])

@@ -148,3 +148,21 @@ def false_alarm(log_factor: float, candidates: Sequence[tuple[int, float]]) -> f
     """
     silent = [chi2.cdf(2.0 * max(log_factor + cost, 0.0), parameters) for parameters, cost in candidates]
     return float(-np.expm1(np.sum(np.log(np.maximum(silent, 1e-300)))))
+
+
+def false_alarm_at_most(log_factor: float) -> float:
+    """Bound on the probability that a Bayes factor reaches a value although nothing is missing.
+
+    Where nothing is, its mean is one, and so it is averaged over all curves or laws that were looked at, each by its
+    share of the prior. It holds whatever the number and the forms of these are.
+
+    Parameters
+    ----------
+    log_factor : float
+        Logarithm of the Bayes factor, what was looked at paid for.
+
+    Source
+    ------
+    Markov's inequality; of likelihood ratios Robbins, Ann. Math. Stat. 41 (1970) 1397-1409.
+    """
+    return float(np.exp(-max(log_factor, 0.0)))

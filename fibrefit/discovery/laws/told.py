@@ -12,7 +12,7 @@ from fibrefit.core.time_limit import beyond_limits, in_time
 from fibrefit.discovery.curves.free_form import Reading, proposing
 from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import APART
+from fibrefit.discovery.engine.thresholds import APART, false_alarm_at_most
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal, proposed
 from fibrefit.discovery.laws.source import Composed, heights_of
 from fibrefit.discovery.laws.two_variables import price_of_second
@@ -142,6 +142,7 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
     with beyond_limits():
         gaps = [search.gap(search.plain(one)) for one in (parent, fit)]
     first = next(end for end, other in proposal.ranked if other is law)
+    evidence = fit.log - parent.log - PRICE_OF_LOOKS - price_of_second(law)
     return ProposedLaw(
         ProposedLawSummary(
             name=law.name,
@@ -155,7 +156,8 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
             form=law.fitted.form.name,
             expression=law.expression,
             parameters=_parameters(law, fit),
-            evidence=fit.log - parent.log - PRICE_OF_LOOKS - price_of_second(law),
+            evidence=evidence,
+            false_alarm=false_alarm_at_most(evidence),
             gap_before=gaps[0],
             gap_after=gaps[1],
             gap_left_out_before=without,

@@ -136,7 +136,7 @@ def _in_ms(time: float) -> str:
 def _added(facts: Facts) -> str:
     before, after = facts["gaps"]
     said = f"{facts['effects']}: the normalised residual RMS falls from {before:.3g} to {after:.3g} (logarithm of the "
-    said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g}{_by_chance(facts['chance'])})."
+    said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g}{by_chance(facts['chance'])})."
     if not facts["changes"]:
         return said
     moved = " and ".join(
@@ -147,12 +147,13 @@ def _added(facts: Facts) -> str:
     return f"{said} With it {moved}: until then {they} been biased by the missing effect."
 
 
-def _by_chance(probability: float | None) -> str:
+def by_chance(probability: float | None, what: str = "the best of all candidates") -> str:
+    """How probable it is that chance reaches as much; nothing where that is not known."""
     if probability is None:
         return ""
-    # Candidates count as independent, which is on the safe side; of less than 1e-12 the size says nothing.
+    # A bound on the safe side; of less than 1e-12 the size says nothing.
     most = max(probability, 1e-12)
-    return f"; by chance the best of all candidates reaches it with a probability of {most:.1g} at the most"
+    return f"; by chance {what} reaches it with a probability of {most:.1g} at the most"
 
 
 def _constancy(facts: Facts) -> str:
@@ -258,7 +259,9 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "all_untried": lambda facts: (
         "A gap is left, and the time ended before any effect was tried; more is given by --time."
     ),
-    "curve_gains": lambda facts: f"{_curve(facts)} gains {facts['gain']:.3g} nats.",
+    "curve_gains": lambda facts: (
+        f"{_curve(facts)} gains {facts['gain']:.3g} nats{by_chance(facts.get('chance'), 'some curve')}."
+    ),
     "curve_left": _curve_left,
     "curve_stays": lambda facts: (
         "No law that was tried says as much as the free curve and holds on records it was not fitted to: the curve "

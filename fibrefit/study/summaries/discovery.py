@@ -214,6 +214,9 @@ class ProposedLawSummary(Part):
     expression: str = Field(description="x the first variable, y the second; the symbols are those of the parameters.")
     parameters: dict[str, LawParameter]
     evidence: float = Field(description="Logarithm of the Bayes factor, the number of laws looked at paid for.")
+    false_alarm: Known = Field(
+        default=None, description="Probability at the most that some law reaches as much although nothing is missing."
+    )
     gap_before: float
     gap_after: float
     gap_left_out_before: Known = None

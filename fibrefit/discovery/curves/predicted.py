@@ -1,0 +1,131 @@
+"""What slopes predict of free curves: which of them are worth drawing, before any is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.discovery.curves.probes import PROBES, Curve
+from fibrefit.discovery.curves.variables import in_motion, range_of
+from fibrefit.discovery.engine.candidates import fit_all, transferred
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.priors import Heights
+from fibrefit.discovery.engine.secant import SecantGram, Seed
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
+from fibrefit.discovery.search.search import Search
+from fibrefit.fitting.result import Identification
+from fibrefit.laws.catalogue import suits
+from fibrefit.laws.ports import PORTS, port_of
+
+WALKS = (0.03, 0.3)
+"""Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
+
+
+class Predicted(NamedTuple):
+    """What slopes predict of a probe at its best roughness, in nats, and what it begins with."""
+
+    gain: float
+    probe: type[Curve]
+    curve: Heights
+    supermodel: Supermodel
+    start: np.ndarray
+    gram: SecantGram
+
+
+class Looks(NamedTuple):
+    """Probes that suit a rig and a motion, what slopes predict of each, and the ranges of their variables."""
+
+    probes: Sequence[type[Curve]]
+    predicted: Sequence[Predicted]
+    ranges: dict[str, tuple[float, float]]
+
+    @property
+    def promise(self) -> float:
+        """What slopes predict of the best one, in nats, their number paid for."""
+        return max((one.gain for one in self.predicted), default=-np.inf) - self.price
+
+    def joined(self, other: Looks) -> Looks:
+        """These and others."""
+        return Looks((*self.probes, *other.probes), (*self.predicted, *other.predicted), self.ranges | other.ranges)
+
+    @property
+    def price(self) -> float:
+        """Nats: which curve it is was not known beforehand, and neither was its roughness."""
+        return float(np.log(max(len(self.probes), 1) * len(WALKS)))
+
+
+def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:
+    """What slopes predict of the best free curve over a state on top of a model, in nats, their number paid for.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+    found : Identification
+        Of the model before the search.
+    """
+    return look_at(search, parent, found, tuple(PORTS)).promise
+
+
+def look_at(
+    search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
+    asked: Sequence[type[Curve]] | None = None,
+) -> Looks:  # fmt: skip
+    """What slopes of a hypothesis predict of free curves on top of it.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+    found : Identification
+        Of the model before the search: its motion tells the range of each variable.
+    ports : collection of str
+        Where the curves act.
+    asked : sequence of Curve class, optional
+        Those over a state unless said.
+    """
+    ranges = {variable: range_of(variable, values) for variable, (values, _) in in_motion(found).items()}
+    rig = found.problem.model.rig
+    # Where a variable keeps its value nearly always, as the speed of a drive that rests, there is no curve over it.
+    ranges = {variable: (low, high) for variable, (low, high) in ranges.items() if high > low}
+    probes = [
+        one
+        for one in (PROBES if asked is None else asked)
+        if one.variable in ranges and suits(one, rig) and port_of(one) in ports
+    ]
+    if not probes:
+        return Looks((), (), ranges)
+    supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
+    begun = supermodel, _prepared(supermodel, parent, probes, ranges), search.inference.slopes(parent)
+    predicted = fit_all([partial(_predicted, search, parent, probe, begun) for probe in probes], lambda done: None)
+    return Looks(probes, [one for one in predicted if one is not None], ranges)
+
+
+def _predicted(
+    search: Search, parent: LaplaceFit, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed]
+) -> Predicted:
+    """A probe at its best roughness.
+
+    A curve of no height is its parent: of the slopes, only those along the heights are simulated.
+    """
+    (supermodel, start, slopes), inference = begun, search.inference
+    gram, names = inference.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
+    curves = [Heights(names, probe.size, walk) for walk in WALKS]
+    logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
+    best = int(np.argmax(np.where(np.isfinite(logs), logs, -np.inf)))
+    return Predicted(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
+
+
+def _prepared(
+    supermodel: Supermodel, parent: LaplaceFit, probes: Sequence[type[Curve]], ranges: dict[str, tuple[float, float]]
+) -> np.ndarray:
+    values = transferred(supermodel, parent.supermodel, parent.local)
+    for probe in probes:
+        for name in probe.heights:
+            values[:, supermodel.names.index(f"{probe.name}.{name}")] = 0.0
+        for name, limit in zip(("low", "high"), ranges[probe.variable], strict=True):
+            values[:, supermodel.names.index(f"{probe.name}.{name}")] = limit
+    return values
