@@ -22,7 +22,7 @@ from fibrefit.discovery.curves.free_form import (
     _held,
     probe_all,
 )
-from fibrefit.discovery.curves.predicted import PORTS, WALKS, Predicted, _prepared, look_at
+from fibrefit.discovery.curves.predicted import PORTS, WALKS, PromisedCurve, _prepared, look_at
 from fibrefit.discovery.curves.probes import (
     PROBES,
     Curve,
@@ -277,7 +277,7 @@ def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:
     search.recalled = lambda what, parent, about, job, own: job
     named = {name: cast(Any, SimpleNamespace(name=name)) for name in gains}
     predicted = [
-        Predicted(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), cast(Any, None))
+        PromisedCurve(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), cast(Any, None))
         for name, gain in gains.items()
     ]
     ends = _followed(search, cast(Any, SimpleNamespace(log=0.0)), predicted[::-1])

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.roles import SI
 from fibrefit.core.time_limit import check_time, in_time, time_left
-from fibrefit.discovery.curves.predicted import Looks, Predicted, look_at
+from fibrefit.discovery.curves.predicted import Looks, PromisedCurve, look_at
 from fibrefit.discovery.curves.probes import COURSES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import PROMISING, may_be_worth
@@ -258,7 +258,7 @@ def _turns(heights: np.ndarray) -> int:
     return turns
 
 
-def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[Predicted]) -> list[_End]:
+def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[PromisedCurve]) -> list[_End]:
     """Where probes lead, those that slopes predict most of first; none that are predicted far less than one gains."""
     found, left = list[_End](), sorted(predicted, key=lambda one: -one.gain)
     while left:

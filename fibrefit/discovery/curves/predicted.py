@@ -24,7 +24,7 @@ WALKS = (0.03, 0.3)
 """Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
 
 
-class Predicted(NamedTuple):
+class PromisedCurve(NamedTuple):
     """What slopes predict of a probe at its best roughness, in nats, and what it begins with."""
 
     gain: float
@@ -39,7 +39,7 @@ class Looks(NamedTuple):
     """Probes that suit a rig and a motion, what slopes predict of each, and the ranges of their variables."""
 
     probes: Sequence[type[Curve]]
-    predicted: Sequence[Predicted]
+    predicted: Sequence[PromisedCurve]
     ranges: dict[str, tuple[float, float]]
 
     @property
@@ -106,7 +106,7 @@ def look_at(
 
 def _predicted(
     search: Search, parent: LaplaceFit, probe: type[Curve], begun: tuple[Supermodel, np.ndarray, Seed]
-) -> Predicted:
+) -> PromisedCurve:
     """A probe at its best roughness.
 
     A curve of no height is its parent: of the slopes, only those along the heights are simulated.
@@ -116,7 +116,7 @@ def _predicted(
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
     logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
     best = int(np.argmax(np.where(np.isfinite(logs), logs, -np.inf)))
-    return Predicted(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
+    return PromisedCurve(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
 
 
 def _prepared(
