@@ -236,18 +236,16 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
         inference = search.inference.in_noise_of(richest)
         search = search.with_inference(inference)
         once_more = compared_again([one.log for one in ranked], richest.log > parent.log + NAMED)
-        parent = _kept(search, parent, "again", partial(inference.again, parent))()
+        parent = inference.again(parent)
         near = [one for one, is_near in zip(ranked, once_more, strict=True) if is_near]
-        jobs = [_kept(search, one, "again", partial(inference.again, one)) for one in near if one.evidence.mode.steps]
+        jobs = [partial(inference.again, one) for one in near if one.evidence.mode.steps]
         again = sorted(_all_of(jobs), key=lambda one: -one.log)
         better = [one for one in again[:COMPARED] if one.log > parent.log]
         # From the one that may get its name to the end; from others as long as it takes to see where they lead.
-        back = [partial(inference.without, one, parent.effects) for one in better[:1]]
-        back += [partial(_warm_started, inference, one, parent) for one in better[1:]]
-        about = parent.names, parent.log
-        ways = [_kept(search, one, ("without", i > 0, *about), back[i]) for i, one in enumerate(better)]
+        ways = [partial(inference.without, one, parent.effects) for one in better[:1]]
+        ways += [partial(_warm_started, inference, one, parent) for one in better[1:]]
         if parent.evidence.mode.sigma.any():
-            ways.append(_kept(search, parent, "pooled", partial(_pooled, inference, parent)))
+            ways.append(partial(_pooled, inference, parent))
         here, parent = parent.log, max([parent, *_all_of(ways)], key=lambda one: one.log)
         moved |= parent.log > here + NAMED
         same = not again or again[0].names == ranked[0].names
@@ -260,7 +258,7 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
         if behind[one.names] <= max([NAMED, *(other.log - parent.log for other in again)]):
             break
         if one.evidence.mode.steps and all(one.names != other.names for other in again):
-            again.append(_kept(search, one, "again", partial(inference.again, one))())
+            again.append(inference.again(one))
     # Innovations that scatter more with the best one do so with all: of two that explain the same, the one that happens
     # to have less overdispersion would win.
     own = {one.names: overdispersion_of(inference, parent, one) for one in again}
@@ -274,11 +272,6 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
     others = [one.with_log(parent.log + gain * (kept if gain > 0.0 else 1.0)) for one, gain in rest]
     ranked = sorted([*fitted.values(), *others], key=lambda one: -one.log)
     return Comparison(search, parent, tuple(ranked), frozenset(fitted), moved=moved)
-
-
-def _kept(search: Search, one: LaplaceFit, what: object, job: Callable[[], LaplaceFit]) -> Callable[[], LaplaceFit]:
-    """A refit of a hypothesis in the noise of a search, which asks the journal first."""
-    return search.recalled("compared", one, what, job, one.supermodel)
 
 
 def _share_left(before: float, after: float) -> float:

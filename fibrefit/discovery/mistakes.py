@@ -70,15 +70,10 @@ def _led(search: Search, parent: LaplaceFit, effects: tuple[type[Effect], ...]) 
     """A parent with effects, led through all bounces from where it is or else from what the data suggest."""
     supermodel = search.supermodel_for(effects[0]) if effects else parent.supermodel
     here = transferred(supermodel, parent.supermodel, parent.local)
-
-    def best() -> tuple[np.ndarray, float]:
-        starts = here, with_values(supermodel, here, search.context.data_start)
-        ends = [through_all_bounces(search, Hypothesis(effects, Refit(start, np.inf), supermodel)) for start in starts]
-        end = min(ends, key=lambda end: end.fit.cost)
-        return transferred(supermodel, end.supermodel, end.fit.local), end.fit.cost
-
-    local, cost = search.recalled("led", parent, [effect.name for effect in effects], best)()
-    return Hypothesis(effects, Refit(local, cost), supermodel)
+    starts = here, with_values(supermodel, here, search.context.data_start)
+    ends = [through_all_bounces(search, Hypothesis(effects, Refit(start, np.inf), supermodel)) for start in starts]
+    end = min(ends, key=lambda end: end.fit.cost)
+    return Hypothesis(effects, Refit(transferred(supermodel, end.supermodel, end.fit.local), end.fit.cost), supermodel)
 
 
 def _that_lead(before: Hypothesis, ends: Sequence[Hypothesis]) -> list[Hypothesis]:

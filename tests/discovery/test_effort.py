@@ -50,7 +50,7 @@ def linearised_anew(ends: Sequence[Any], gap: float = 1.0, led: Any = None) -> t
         patch.object(inputs, "relinearised", Mock(side_effect=[(search, end) for end in ends])) as relinearised,
         patch.object(inputs, "horizon_by_horizon", Mock(return_value=led and (search, led))) as leads,
     ):
-        _, end = inputs.linearised_where_records_differ(search, differing(0.0))
+        _, end, _ = inputs._until_it_gains_no_more(search, differing(0.0))
     return relinearised.call_count, leads.call_count, end
 
 

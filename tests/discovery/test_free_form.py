@@ -40,7 +40,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.search import inputs
-from fibrefit.discovery.search.inputs import About
+from fibrefit.discovery.search.linearised import About
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.result import Identification
@@ -277,7 +277,7 @@ def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:
     search.recalled = lambda what, parent, about, job, own: job
     named = {name: cast(Any, SimpleNamespace(name=name)) for name in gains}
     predicted = [
-        PromisedCurve(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), cast(Any, None))
+        PromisedCurve(gain, named[name], cast(Any, None), cast(Any, None), np.zeros(1), lambda: cast(Any, None))
         for name, gain in gains.items()
     ]
     ends = _followed(search, cast(Any, SimpleNamespace(log=0.0)), predicted[::-1])

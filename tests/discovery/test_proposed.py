@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -64,7 +63,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
         way = getattr(propose, name)
         monkeypatch.setattr(propose, name, lambda *of, name=name, way=way: (taken.append(name), way(*of))[1])
     search = begun_at(planted(task, found, FrictionOfSpeed, rise * np.linspace(0.0, 1.0, FrictionOfSpeed.knots)))
-    search = replace(search, folder=tmp_path)
+    search = search.with_inference(search.inference.kept_in(tmp_path))
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
     parent = search.inference.fitted(base, (), fit.local)

@@ -205,10 +205,12 @@ def _gain_about_itself(search: Search, parent: LaplaceFit, probes: Sequence[type
     flat[:, [supermodel.names.index(f"{end.probe.name}.{height}") for height in end.probe.heights]] = 0.0
     local = transferred(supermodel, parent.supermodel, parent.local, flat)
     lesser = inference.fitted(supermodel, parent.effects, local, old.sigma, old.place.eta)
-    return (
-        inference.with_curve(lesser, supermodel, with_it, end.probe, end.curve, inference.secant(supermodel)).log
-        - lesser.log
+    bend = partial(
+        inference.with_curve, lesser, supermodel, with_it, end.probe, end.curve, inference.secant(supermodel)
     )
+    key = "curve about itself", lesser, (end.probe.name, end.curve, with_it)
+    bent: LaplaceFit = about.search.recalled(*key, bend, supermodel)()
+    return bent.log - lesser.log
 
 
 def curve_facts(reading: Reading) -> dict[str, Any]:
@@ -267,7 +269,7 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[PromisedCu
         jobs = [
             search.recalled(
                 "curve", parent, (one.probe.name, one.curve, digest(one.start)),
-                partial(search.inference.with_curve, parent, one.supermodel, one.start, one.probe, one.curve, one.gram),
+                partial(_bent, search, parent, one),
                 one.supermodel,
             )
             for one in now
@@ -280,6 +282,11 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[PromisedCu
         gain = max((end.fitted.log - parent.log for end in found), default=0.0)
         left = [one for one in left if may_do_better(one.gain, gain)]
     return found
+
+
+def _bent(search: Search, parent: LaplaceFit, one: PromisedCurve) -> LaplaceFit:
+    """A parent with a curve, from where slopes predict it."""
+    return search.inference.with_curve(parent, one.supermodel, one.start, one.probe, one.curve, one.products())
 
 
 def _read(search: Search, end: _End, before: float, looks: Looks) -> Reading:

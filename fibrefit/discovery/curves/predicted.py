@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from functools import partial
+from collections.abc import Callable, Collection, Sequence
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from fibrefit.discovery.curves.probes import PROBES, Curve
 from fibrefit.discovery.curves.variables import in_motion, range_of
 from fibrefit.discovery.engine.candidates import fit_all, transferred
+from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.secant import SecantGram, Seed
@@ -25,14 +26,14 @@ WALKS = (0.03, 0.3)
 
 
 class PromisedCurve(NamedTuple):
-    """What slopes predict of a probe at its best roughness, in nats, and what it begins with."""
+    """What slopes predict of a probe at its best roughness, in nats, what it begins with, and their products there."""
 
     gain: float
     probe: type[Curve]
     curve: Heights
     supermodel: Supermodel
     start: np.ndarray
-    gram: SecantGram
+    products: Callable[[], SecantGram]
 
 
 class Looks(NamedTuple):
@@ -112,11 +113,18 @@ def _predicted(
     A curve of no height is its parent: of the slopes, only those along the heights are simulated.
     """
     (supermodel, start, slopes), inference = begun, search.inference
-    gram, names = inference.secant(supermodel, slopes), tuple(f"{probe.name}.{height}" for height in probe.heights)
+    names = tuple(f"{probe.name}.{height}" for height in probe.heights)
     curves = [Heights(names, probe.size, walk) for walk in WALKS]
-    logs = [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves]
+
+    @cache  # Where a search that goes on knows what they predict, slopes are simulated only to follow the curve.
+    def weighed() -> tuple[list[float], SecantGram]:
+        gram = inference.secant(supermodel, slopes)
+        return [inference.predicted_evidence(curve, parent, supermodel, start, gram) for curve in curves], gram
+
+    about = probe.name, [effect.name for effect in supermodel.effects], digest(start)
+    logs = search.recalled("predicted curve", parent, about, lambda: weighed()[0])()
     best = int(np.argmax(np.where(np.isfinite(logs), logs, -np.inf)))
-    return PromisedCurve(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, gram)
+    return PromisedCurve(float(logs[best]) - parent.log, probe, curves[best], supermodel, start, lambda: weighed()[1])
 
 
 def _prepared(

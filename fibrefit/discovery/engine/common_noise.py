@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel, residual_rows
 from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood, step_likelihood
@@ -41,6 +42,15 @@ class CommonNoise:
     def steps(self) -> dict[str, Steps]:
         """Of the channels in coarse steps."""
         return {} if self.in_steps is None else dict(self.in_steps.steps)
+
+    @property
+    def words(self) -> list[str]:
+        """What identifies it, as words."""
+        found = [repr(of) for of in self.noise]
+        found += [repr((channel, float(np.mean(of.noise)))) for channel, of in self.steps.items()]
+        if self.in_steps is not None and self.in_steps.slope is not None:
+            found.append(digest(self.in_steps.slope))
+        return found
 
     def whitened(self, supermodel: Supermodel) -> Supermodel:
         """A supermodel whose residuals are whitened."""

@@ -44,14 +44,20 @@ def digest(*parts: Any) -> str:
 
 def signature_of(parent: LaplaceFit | Hypothesis, noise: Sequence[str]) -> str:
     """Digest of a hypothesis, and of the noise, as words, and errors of inputs it is seen with."""
-    sensitivities = parent.supermodel.sensitivities
-    seen = () if sensitivities is None else (*sensitivities.coefficients.values(), sensitivities.downweight)
+    seen = signature_of_inputs(parent.supermodel)
     if isinstance(parent, Hypothesis):
-        return digest(parent.names, parent.fit.local, parent.fit.cost, *map(np.asarray, seen))
+        return digest(parent.names, parent.fit.local, parent.fit.cost, seen)
     found = parent.evidence.mode
-    return digest(
-        parent.names, parent.local, found.place.eta, found.sigma, parent.log, list(noise), *map(np.asarray, seen)
-    )
+    return digest(parent.names, parent.local, found.place.eta, found.sigma, parent.log, list(noise), seen)
+
+
+def signature_of_inputs(supermodel: Supermodel) -> str:
+    """Digest of the errors of inputs a supermodel is seen with, and of where its readings were linearised in them."""
+    if (known := supermodel.sensitivities) is None:
+        return ""
+    # About the same errors readings react otherwise at other values: by the power of each direction.
+    powers = [np.diag(record.inverse) for record in known.records]
+    return digest(*map(np.asarray, known.coefficients.values()), np.asarray(known.downweight), *powers)
 
 
 def name_of(thing: Any) -> str | None:

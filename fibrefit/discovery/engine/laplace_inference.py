@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +17,14 @@ from fibrefit.discovery.engine.effort import (
     descent,
     in_wrong_minimum,
     warm_start,
+)
+from fibrefit.discovery.engine.journal import (
+    Journal,
+    digest,
+    known_by_name,
+    name_of,
+    signature_of,
+    signature_of_inputs,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
@@ -48,10 +57,44 @@ class LaplaceInference:
     reference : mapping of name to float
         Base parameters of the first fit, in SI units.
     common_noise : CommonNoise
+    folder : pathlib.Path, optional
+        Of the journal that is asked first, for a search that was cut short.
     """
 
-    def __init__(self, context: SearchContext, reference: dict[str, float], common_noise: CommonNoise) -> None:
-        self.context, self.reference, self.common_noise = context, reference, common_noise
+    def __init__(
+        self, context: SearchContext, reference: dict[str, float], common_noise: CommonNoise, folder: Path | None = None
+    ) -> None:
+        self.context, self.reference, self.common_noise, self.folder = context, reference, common_noise, folder
+
+    def kept_in(self, folder: Path | None) -> LaplaceInference:
+        """The same with a journal in another folder; None for none."""
+        return LaplaceInference(self.context, self.reference, self.common_noise, folder)
+
+    def with_noise(self, common_noise: CommonNoise) -> LaplaceInference:
+        """The same in another noise."""
+        return LaplaceInference(self.context, self.reference, common_noise, self.folder)
+
+    def _recalled(self, what: str, supermodel: Supermodel, about: object, job: Callable[[], LaplaceFit]) -> LaplaceFit:
+        """A fit in a supermodel, asked of the journal first.
+
+        Parameters
+        ----------
+        what : str
+            Kind of the fit.
+        supermodel : Supermodel
+        about : object
+            What else it depends on, besides noise, priors and records, see `digest`.
+        job : callable
+        """
+        if self.folder is None:
+            return job()
+        # A law that was composed has the digest of its source in the name of its module.
+        program = [f"{effect.__module__}.{effect.__qualname__}" for effect in supermodel.effects]
+        beliefs = list(self.reference.items()), self.context.counts
+        key = digest(what, program, signature_of_inputs(supermodel), self.common_noise.words, beliefs, about)
+        by_name = known_by_name(supermodel.effects, lambda effects: supermodel, supermodel)
+        found: LaplaceFit = Journal(self.folder, name_of, by_name).recall(key, job)
+        return found
 
     def fitted(
         self,
@@ -76,9 +119,14 @@ class LaplaceInference:
         contains : float
             Objective of a hypothesis that it contains, see `descent`.
         """
-        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-        start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
-        return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent(contains)))
+
+        def fit() -> LaplaceFit:
+            unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+            start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
+            return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent(contains)))
+
+        begun = [None if values is None else np.asarray(values) for values in (local, sigma, eta)]
+        return self._recalled("fitted", supermodel, ([effect.name for effect in effects], begun, contains), fit)
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""
@@ -148,11 +196,15 @@ class LaplaceInference:
         what is missing, slopes predict nothing of the effect.
         """
         found = parent.evidence.mode
-        start = found.place._replace(eta=np.zeros_like(found.place.eta))
-        gram, sigma = self.secant(parent.supermodel), np.zeros_like(found.sigma)
-        evidence = laplace(mode(found.unknowns, start, gram, sigma, **descent()))
-        # Slopes there say that records do differ: what counts of the place is how probable it is if they do not.
-        return replace(parent, evidence=replace(evidence, log=evidence.log_if(sigma)))
+
+        def pool() -> LaplaceFit:
+            start = found.place._replace(eta=np.zeros_like(found.place.eta))
+            gram, sigma = self.secant(parent.supermodel), np.zeros_like(found.sigma)
+            evidence = laplace(mode(found.unknowns, start, gram, sigma, **descent()))
+            # Slopes there say that records do differ: what counts of the place is how probable it is if they do not.
+            return replace(parent, evidence=replace(evidence, log=evidence.log_if(sigma)))
+
+        return self._recalled("pooled", parent.supermodel, signature_of(parent, ()), pool)
 
     def extended(
         self,
@@ -238,11 +290,16 @@ class LaplaceInference:
 
     def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """The first steps of a hypothesis without some of its effects, warm started from where it is."""
-        unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
         found = fitted.evidence.mode
-        start = place_of(unknowns, _without(fitted, kept), found.place.eta)
-        gram = self.secant(fitted.supermodel)
-        return LaplaceFit(kept, fitted.supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **warm_start()))
+
+        def begin() -> LaplaceFit:
+            unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+            start = place_of(unknowns, _without(fitted, kept), found.place.eta)
+            evidence = laplace_evidence(unknowns, start, self.secant(fitted.supermodel), found.sigma, **warm_start())
+            return LaplaceFit(kept, fitted.supermodel, evidence)
+
+        about = [effect.name for effect in kept], signature_of(fitted, ())
+        return self._recalled("warm started", fitted.supermodel, about, begin)
 
     def without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """A hypothesis without some of its effects, from where it is."""
@@ -274,7 +331,7 @@ class LaplaceInference:
         """The same in the noise that a hypothesis leaves."""
         steps = steps_at(fitted.supermodel, fitted.local, self.context.whole)
         noise = common_noise_of(fitted.supermodel, self.noise(fitted), steps)
-        return LaplaceInference(self.context, self.reference, noise)
+        return self.with_noise(noise)
 
     def settled_about(self, fitted: LaplaceFit) -> bool:
         """Whether the noise before rounding is the most probable one about a hypothesis; true of fine readings.

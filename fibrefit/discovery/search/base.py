@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from pathlib import Path
 from threading import Lock
 from typing import Any, Self
 
@@ -21,6 +20,7 @@ from fibrefit.discovery.engine.candidates import (
 from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.linearisation import AS_BEGUN, Linearisation
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
 from fibrefit.laws.law import Effect
@@ -47,8 +47,8 @@ class SearchBase:
         Compiled so far; a store of programs, not of results.
     lock : Lock
         Of that store.
-    folder : pathlib.Path, optional
-        Of the journal.
+    linearisation : Linearisation
+        Where readings are linearised in errors of inputs.
     """
 
     task: Task
@@ -59,16 +59,11 @@ class SearchBase:
     tell: Progress
     supermodels: list[Supermodel] = field(default_factory=list)
     lock: Lock = field(default_factory=Lock, repr=False)
-    folder: Path | None = None
+    linearisation: Linearisation = AS_BEGUN
 
     def signature(self, parent: LaplaceFit | Hypothesis) -> str:
         """Digest of a hypothesis, and of the noise and errors of inputs it is seen with."""
-        common = self.inference.common_noise
-        noise = [repr(of) for of in common.noise]
-        noise += [repr((channel, float(np.mean(of.noise)))) for channel, of in common.steps.items()]
-        if common.in_steps is not None and common.in_steps.slope is not None:
-            noise.append(digest(common.in_steps.slope))
-        return signature_of(parent, noise)
+        return signature_of(parent, self.inference.common_noise.words)
 
     def recalled(
         self, what: str, parent: LaplaceFit | Hypothesis, about: object, job: Callable[[], Any],
@@ -88,7 +83,7 @@ class SearchBase:
             That of the result where it is none of the search: with free curves, or composed laws.
         """
         effects = (*self.task.problem.model.effects, *self.effects)
-        journal = Journal(self.folder, name_of, known_by_name(effects, self.supermodel_with, own))
+        journal = Journal(self.inference.folder, name_of, known_by_name(effects, self.supermodel_with, own))
         return partial(journal.recall, digest(what, self.signature(parent), about), job)
 
     @cached_property

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from threading import Lock
-from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.time_limit import in_time
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
-from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
+from fibrefit.discovery.engine.linearisation import Linearisation, Reactions, linearised_at
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, OBJECTS, occam
+from fibrefit.discovery.search.linearised import About, linearised_once, search_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.search.with_input_errors import reacts_alike
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, sensitivities_of
-from fibrefit.problem.inputs.step_likelihood import StepLikelihood
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 
 
 def coefficients_of(search: Search, fitted: LaplaceFit) -> InputCoefficients | None:
@@ -52,26 +50,6 @@ def residuals_left(search: Search, fitted: LaplaceFit) -> np.ndarray:
     return rows.reshape(len(rows), len(search.task.problem.model.rig.channels), -1)
 
 
-class About(NamedTuple):
-    """A search with readings linearised about a hypothesis.
-
-    Parameters
-    ----------
-    search : Search
-    supermodel : Supermodel
-        Of the hypothesis.
-    local : (n_record, n_local) in SI units
-        Its values, of that supermodel: about which readings were linearised.
-    led : bool
-        Whether these are other ones than it was found with, see `through_all_bounces`.
-    """
-
-    search: Search
-    supermodel: Supermodel
-    local: np.ndarray
-    led: bool = False
-
-
 def linearised_about(
     search: Search, fitted: LaplaceFit, lead: bool | None = None, counts: np.ndarray | None = None
 ) -> About | None:
@@ -96,21 +74,7 @@ def linearised_about(
         led = moved or bool(lead)
     if led:
         plain, coefficients = ahead, {name: np.zeros_like(wave) for name, wave in coefficients.items()}
-    sensitivities = _sensitivities_about(search, plain, coefficients, counts)
-    supermodel = supermodel_of(search.task, (), sensitivities)
-    own = supermodel_of(search.task, fitted.effects, sensitivities) if fitted.effects else supermodel
-    base = refit(supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
-    local = transferred(own, plain.supermodel, plain.fit.local)
-    noise = common_noise_of(own, search.inference.common_noise.noise, _steps_about(search, own, local))
-    inference = LaplaceInference(search.context, search.inference.reference, noise)
-    anew = replace(
-        search,
-        base=Hypothesis((), base, supermodel),
-        inference=inference,
-        supermodels=[supermodel, own] if fitted.effects else [supermodel],
-        lock=Lock(),
-    )
-    return About(anew, own, local, led)
+    return search_about(search, plain, *_sensitivities_about(search, plain, coefficients, counts), led=led)
 
 
 def _is_led_on(search: Search, plain: Hypothesis) -> bool:
@@ -135,20 +99,27 @@ def through_all_bounces(search: Search, plain: Hypothesis) -> Hypothesis:
     """
     # That of its group is at hand, and a program takes long to compile.
     supermodel, subset = supermodel_of(search.task, plain.supermodel.effects), search.context.descended(plain.effects)
-    led = Refit(transferred(supermodel, plain.supermodel, plain.fit.local), np.inf)
-    for counts in search.context.counts:
-        led = refit(supermodel, subset, led.local, counts)
-    return Hypothesis(plain.effects, led, supermodel)
+
+    def lead() -> Refit:
+        led = Refit(transferred(supermodel, plain.supermodel, plain.fit.local), np.inf)
+        for counts in search.context.counts:
+            led = refit(supermodel, subset, led.local, counts)
+        return led
+
+    about = [effect.name for effect in supermodel.effects]
+    return Hypothesis(plain.effects, search.recalled("led", plain, about, lead)(), supermodel)
 
 
 def _sensitivities_about(
     search: Search, plain: Hypothesis, coefficients: InputCoefficients, counts: np.ndarray | None = None
-) -> InputSensitivities:
+) -> tuple[InputSensitivities, Linearisation]:
     """How readings of a hypothesis react to errors of inputs: as those known do, where these predict its own readings.
 
     A chord step then: what readings are is simulated where the hypothesis is, their reactions are those of before.
     """
     supermodel, known = plain.supermodel, plain.supermodel.sensitivities
+    # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
+    own, local = own_task_by_record(search.task, plain)
     # Of what did not count, as bounces were out of reach, nothing was predicted.
     far = known is not None and counts is None and search.gap(plain) > TOO_FAR
     if known is not None and counts is None and not (far or known.far):
@@ -156,18 +127,9 @@ def _sensitivities_about(
         models = supermodel_of(search.task, supermodel.effects, as_before), supermodel
         left, predicted = (np.asarray(residual_rows(one, plain.fit.local, search.context.whole)) for one in models)
         if reacts_alike(left, predicted).all():
-            return as_before
-    # Each record at values of its own: to an error of an input it reacts as it is, and not as the others are.
-    anew = sensitivities_of(*own_task_by_record(search.task, plain), coefficients, far)
-    assert anew is not None
-    return anew if counts is None else anew.until(counts.tolist())
-
-
-def _steps_about(search: Search, own: Supermodel, local: np.ndarray) -> StepLikelihood | None:
-    """Likelihood of readings in coarse steps about values, where those of the search have one."""
-    if search.inference.common_noise.in_steps is None:
-        return None
-    return steps_at(own, local, search.context.whole)
+            return as_before, search.linearisation.about(local, coefficients)
+    reactions = Reactions(local, coefficients, far, counts)
+    return reactions.sensitivities(own), linearised_at(reactions)
 
 
 def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit] | None:
@@ -204,11 +166,16 @@ def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple
     by a linearisation unlearns the other in the next, until it gains no more. Where that does not come soon, bounces of
     a record are lost, and all are led through them. Where the time ends, what was found until then is kept.
     """
-    led = False
+    return linearised_once(search, fitted, _until_it_gains_no_more)
+
+
+def _until_it_gains_no_more(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit, bool]:
+    """The same, and whether all of it came in time."""
+    led, came = False, True
     for turn in range(LINEARISED_ANEW):
         if not fitted.evidence.mode.sigma.any():
             break
-        anew, _ = in_time(partial(relinearised, search, fitted), None)
+        anew, came = in_time(partial(relinearised, search, fitted), None)
         if anew is None:
             break
         gained, (search, fitted) = _per_noise(anew[1]) - _per_noise(fitted), anew
@@ -216,13 +183,13 @@ def linearised_where_records_differ(search: Search, fitted: LaplaceFit) -> tuple
             break
         near = slopes_tell(search.gap(search.plain(fitted)))
         if not led and (turn or not near):
-            ahead, _ = in_time(partial(horizon_by_horizon, search, fitted), None)
+            ahead, came = in_time(partial(horizon_by_horizon, search, fitted), None)
             led, (search, fitted) = True, ahead or (search, fitted)
             near = slopes_tell(search.gap(search.plain(fitted)))
         # What a model lacks makes records differ, too, and then their values come to no rest.
-        if not near:
+        if not (near and came):
             break
-    return search, fitted
+    return search, fitted, came
 
 
 def _per_noise(fitted: LaplaceFit) -> float:

@@ -53,7 +53,7 @@ def prepared_search(
     search = _search(
         task, wanted, supermodel, context, refit(supermodel, context.subset(()), local, context.whole), tell
     )
-    search = replace(search, folder=folder)
+    search = search.with_inference(search.inference.kept_in(folder))
     base = search.inference.fitted(supermodel, (), search.base.fit.local)
     if before.gls is not None or before.plain.differ:
         # A record that differs may be matched in a wrong bounce by values all records share; a fit looked for its own.
