@@ -29,6 +29,7 @@ from fibrefit.report.text import (
     earlier_value,
     input_noise,
     parameter_row,
+    population_sentence,
     size_of,
     with_error,
 )
@@ -350,4 +351,4 @@ def _parameters(summary: DiscoverySummary) -> list[str]:
     # A name beside the columns would push them over the edge.
     for i, effect in reversed(headings.items()):
         lines.insert(i + 1, effect)
-    return lines
+    return lines + [paragraph(said) for said in filter(None, [population_sentence(summary.parameters)])]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fibrefit.core.units import format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
-from fibrefit.report.text import MOST_RECORDS, known_quantity, parameter_row
+from fibrefit.report.text import MOST_RECORDS, known_quantity, parameter_row, population_sentence
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -82,7 +82,7 @@ def _values(summary: PredictionSummary) -> list[str]:
     text += f", only {' and '.join(name.replace('_', ' ') for name in own)} of each record." if own else "."
     if summary.effects:
         text += f" The model: the base model and {', '.join(summary.effects)}."
-    return [*lines, paragraph(text)]
+    return [*lines, *map(paragraph, filter(None, [population_sentence(summary.parameters)])), paragraph(text)]
 
 
 def _parameter(name: str, parameter: ParameterSummary) -> tuple[str, ...]:

@@ -136,8 +136,24 @@ def _found(summary: FitResultSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    between = filter(None, [between_sentence(summary.between_records)])
-    return lines + [paragraph(said) for said in (*prior_sentences(summary.parameters), *between, *summary.findings)]
+    priors, between = prior_sentences(summary.parameters), between_sentence(summary.between_records)
+    said = population_sentence(summary.parameters), *priors, between, *summary.findings
+    return lines + [paragraph(one) for one in said if one]
+
+
+def population_sentence(parameters: Mapping[str, ParameterSummary]) -> str:
+    """What the mark of a mean says in a table of parameters; empty where none has it."""
+    if not any(map(_is_mean, parameters.values())):
+        return ""
+    return (
+        "Value and interval of a parameter marked (mean) are those of the mean of the population of records; all "
+        "others are those of a value that all records share."
+    )
+
+
+def _is_mean(parameter: ParameterSummary) -> bool:
+    """Whether value and interval are those of the mean of the population of records."""
+    return parameter.interval_kind == "population"
 
 
 def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
@@ -177,7 +193,11 @@ def rows_of(name: str, row: Callable[[str], tuple[str, ...]]) -> list[tuple[str,
 
 
 def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
-    """Name, value, error bar, unit and interval of a parameter, or what stands in place of the interval."""
+    """Name, value, error bar, unit and interval of a parameter, or what stands in place of the interval.
+
+    The name of one that records differ in says that it is their mean.
+    """
+    name = f"{name} (mean)" if _is_mean(parameter) else name
     value, error, unit = with_error(parameter.value, parameter.std_error, parameter.unit)
     shown = "" if unit == "-" else unit
     if not parameter.free:

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.fitting.result import Starts
+from fibrefit.report.any import report_of
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
 from fibrefit.report.page import Result, page
@@ -95,6 +96,21 @@ def test_it_says_what_was_taken_off_an_input() -> None:
     assert "The measured drive was corrected by 5.8 um rms (errors in variables); its noise is 10 um." in said
     assert "the expected gap of a perfect model is 0.95" in said.lower()
     assert "perfect model" not in fit_report(FIT)
+
+
+@pytest.mark.parametrize("kind", ["population", "normal", "profile likelihood"])
+@pytest.mark.parametrize("schema", ["fibrefit/fit/1", "fibrefit/discovery/1", "fibrefit/prediction/1"])
+def test_what_is_the_mean_of_a_population_is_marked_in_every_report(schema: str, kind: str) -> None:
+    """Beside it stands what all records share."""
+    differs = EXAMPLES[schema].parameters["stiffness"].model_copy(update={"interval_kind": kind})  # type: ignore[attr-defined]
+    parameters = {"stiffness": differs, "friction": differs.model_copy(update={"interval_kind": "normal"})}
+    summary = EXAMPLES[schema].model_copy(update={"parameters": parameters})
+    whose = "marked (mean) are those of the mean of the population of records"
+    for text in (report_of(summary), page([Result("results/a", summary)], "one")):
+        assert ("stiffness (mean)" in text) == (kind == "population")
+        assert (whose in " ".join(text.split())) == (kind == "population")
+        assert "friction (mean)" not in text
+    assert max(map(len, report_of(summary).splitlines())) <= WIDTH
 
 
 def test_a_clean_result_raises_no_doubt() -> None:

@@ -9,7 +9,7 @@ from fibrefit.core.units import format_quantity
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, PageContent, Pictures, Result, TableBlock, Words
-from fibrefit.report.text import GAP, earlier_value, parameter_row, size_of
+from fibrefit.report.text import GAP, earlier_value, parameter_row, population_sentence, size_of
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary, Provenance
@@ -45,11 +45,11 @@ def parameters_table(
         label, value, error, unit, interval = parameter_row(name, found)
         then = "" if before is None or name not in before else earlier_value(before[name], found, error)
         rows.append((label, *(() if before is None else (then,)), value, error, unit, interval))
-    rest = ("standard error", "unit", "95 % interval")
+    rest, note = ("standard error", "unit", "95 % interval"), population_sentence(parameters)
     if before is None:
-        return TableBlock("Parameters", ("parameter", "value", *rest), rows, frozenset({1, 2}))
+        return TableBlock("Parameters", ("parameter", "value", *rest), rows, frozenset({1, 2}), note)
     return TableBlock(
-        "What it does to the parameters", ("parameter", "before", "after", *rest), rows, frozenset({1, 2, 3})
+        "What it does to the parameters", ("parameter", "before", "after", *rest), rows, frozenset({1, 2, 3}), note
     )
 
 

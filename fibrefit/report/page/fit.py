@@ -16,7 +16,13 @@ def fit_page(result: Result) -> PageContent:
     table = parameters_table(summary.parameters)
     notes = " ".join(
         filter(
-            None, [between_sentence(summary.between_records), *prior_sentences(summary.parameters), *summary.findings]
+            None,
+            [
+                table.note,
+                between_sentence(summary.between_records),
+                *prior_sentences(summary.parameters),
+                *summary.findings,
+            ],
         )
     )
     view = view_of_fit(result)

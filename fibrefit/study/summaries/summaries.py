@@ -32,10 +32,10 @@ class ParameterSummary(Part):
     )
     interval_kind: str = Field(
         default="normal",
-        description="How the interval was found; population: that of the mean of a parameter that differs from record "
-        "to record, as wide as so few records ask for; record: normal, of a value that one record has for itself; "
-        "profile likelihood: by fit --profile; posterior: mean and standard deviation of a posterior, in a prediction "
-        "from it, without an interval.",
+        description="Of what it is, and how it was found; normal: of a value that all records share; population: of "
+        "the mean of a parameter that differs from record to record, as wide as so few records ask for; record: "
+        "normal, of a value that one record has for itself; profile likelihood: of a value that all records share, by "
+        "fit --profile; posterior: mean and sd of a posterior, in a prediction from it, without an interval.",
     )
     plain_value: Known = Field(
         default=None,
