@@ -25,6 +25,9 @@ METHODS = {
     "discrepancy": "what the model lacks",
     "alike": "whitened, records alike",
 }
+ITSELF = {"profile likelihood": "profile", "population": "mean of population"}
+"""Kinds of intervals that are drawn as they are, as no standard error says where they end: that of a profile, and the
+marginal of the mean of a population over all standard deviations between records."""
 CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
 """Side of a cell, in mm, that holds a number; values up to which it does; side of the whole at most, in mm."""
 LETTER = 1.3
@@ -127,8 +130,8 @@ def _intervals(axes: Axes, name: str, estimate: ParameterSummary, chosen: str) -
     if estimate.plain_error is not None and estimate.plain_value is not None:
         reach = Z_95 * estimate.plain_error
         rows.append(("not whitened (OLS)", estimate.plain_value - reach, estimate.plain_value + reach, False))
-    if estimate.interval_kind == "profile likelihood" and estimate.interval_95 is not None:
-        rows = [(*row[:3], False) for row in rows] + [("profile", *estimate.interval_95, True)]
+    if (words := ITSELF.get(estimate.interval_kind)) and estimate.interval_95 is not None:
+        rows = [(*row[:3], False) for row in rows] + [(words, *estimate.interval_95, True)]
     unit, worth = readable_unit(np.array([estimate.value]), estimate.unit)
     for i, (words, low, high, reported) in enumerate(rows):
         colour, marker = (BLUE, "o") if reported else (GREY, "o")

@@ -161,12 +161,23 @@ def test_the_reported_interval_stands_out(found: Identification, figures: dict[s
         assert method in said
 
 
-def test_a_profile_is_shown_beside_the_others(found: Identification) -> None:
-    profile = {"interval_kind": "profile likelihood"}
+@pytest.mark.parametrize(
+    ("kind", "says"), [("profile likelihood", "profile (reported)"), ("population", "mean of population (reported)")]
+)
+def test_an_interval_that_no_standard_error_tells_is_shown_beside_the_others(
+    found: Identification, figures: dict[str, Figure], kind: str, says: str
+) -> None:
+    profile = {"interval_kind": kind, "interval_95": (1.0, 2.0e5)}
     estimates = tuple(
         e._replace(found=e.found.model_copy(update=profile)) if e.record is None else e for e in found.estimates
     )
-    assert "profile (reported)" in texts(drawn_fit(dataclasses.replace(found, estimates=estimates))["errors"])
+    figure = drawn_fit(dataclasses.replace(found, estimates=estimates))["errors"]
+    said = texts(figure)
+    assert says in said
+    assert "(GLS) (reported)" not in said
+    assert says not in texts(figures["errors"])
+    ends = [line.get_xdata() for line in figure.axes[0].lines]
+    assert any(len(each) == 2 and each[1] / each[0] == pytest.approx(2.0e5) for each in ends)
 
 
 def test_of_a_long_series_the_worst_records_are_drawn(found: Identification, monkeypatch: pytest.MonkeyPatch) -> None:
