@@ -15,7 +15,7 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import OutOfTimeError
-from fibrefit.discovery.curves import free_form
+from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.engine import laplace_inference, linearisation
 from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.journal import Journal
@@ -90,12 +90,12 @@ def test_what_slopes_predict_of_curves_is_found_once(
 ) -> None:
     found = identified(task)
     search, base = prepared_search(task, found, [], quiet, tmp_path)
-    probes = free_form.PROBES[:2]
+    probes = predicted.PROBES[:2]
     weigh = counted(monkeypatch, laplace_inference, "laplace")
-    looks = [free_form._looks(search, base, found, tuple(PORTS), probes)]
+    looks = [predicted.look_at(search, base, found, tuple(PORTS), probes)]
     times = weigh.call_count
     assert times
-    looks.append(free_form._looks(search, base, found, tuple(PORTS), probes))
+    looks.append(predicted.look_at(search, base, found, tuple(PORTS), probes))
     assert weigh.call_count == times
     first, second = ([(one.gain, one.probe, one.curve) for one in each.predicted] for each in looks)
     assert first == second
