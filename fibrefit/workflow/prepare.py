@@ -12,6 +12,7 @@ from fibrefit.laws.catalogue import select_effects
 from fibrefit.laws.families import goes_by_place
 from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.scales import refuse_misread
+from fibrefit.problem.diagnose.signs import refuse_turned
 from fibrefit.problem.formulate.formulate import formulate, stated_of
 from fibrefit.problem.formulate.planned import formulate_planned
 from fibrefit.problem.formulate.traces import trace_of
@@ -174,6 +175,7 @@ def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
     except FibrefitError:
         return ""
     try:
+        refuse_turned([trace], rig)
         refuse_misread([trace], rig, study.model.effects)
     except DataError as error:
         return str(error)

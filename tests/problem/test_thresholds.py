@@ -11,7 +11,7 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.problem import thresholds
-from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_dynamics, phases, scales
+from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_dynamics, phases, scales, signs
 from fibrefit.problem.diagnose.exchanged import roughness
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
 from fibrefit.problem.diagnose.phases import moves
@@ -25,6 +25,7 @@ from fibrefit.problem.posterior import prior
 from fibrefit.problem.statement import observations
 from fibrefit.problem.statement.layout import Slot
 from fibrefit.problem.statement.transform import Range
+from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.signals.newton import Sizes
 from fibrefit.rigs.signals.trace import Trace
 from tests.brackets import Bracket
@@ -169,6 +170,32 @@ def believed(explained: float) -> bool:
     return False
 
 
+def sign_told(explained: float) -> bool:
+    """Whether a force is told to have another sign, where Newton's law explains so much of the positions."""
+    signals = {"position": np.zeros(1), "force": np.zeros(1)}
+    trace: Any = SimpleNamespace(times=None, channels=signals, conditions={}, inputs={})
+    rig: Any = SimpleNamespace(pulled=lambda *_: None)
+    with patch.object(signs, "newton_of", lambda *_: Sizes(1.0, -1.0, 0.01, 0.01, 0.0, explained)):
+        return signs.against_which(signs.senses_of(trace, rig)) == ("force",)
+
+
+def weighing(size: float) -> bool:
+    """Whether force and position are told to be turned round, where gravity seems to have such a size upwards."""
+    signals = {"position": np.zeros(1), "force": np.zeros(1)}
+    trace: Any = SimpleNamespace(times=None, channels=signals, conditions={}, inputs={})
+    rig: Any = SimpleNamespace(pulled=lambda *_: None)
+    with patch.object(signs, "newton_of", lambda *_: Sizes(-size, 1.0, 0.01, 0.01, 0.0, 1.0)):
+        return signs.against_which(signs.senses_of(trace, rig)) == ("gravity",)
+
+
+def leading(share: float) -> bool:
+    """Whether a weight that moves against its drive, by such a share of it, is told to."""
+    drive = np.sin(np.arange(400.0))
+    inputs = {"drive": np.column_stack([drive] * 3)}
+    trace: Any = SimpleNamespace(times=None, channels={"position": -share * drive}, conditions={}, inputs=inputs)
+    return signs.against_which(signs.senses_of(trace, rig_of("pulley_drive"))) == ("drive",)
+
+
 def long_enough(samples: float) -> bool:
     """Whether a record of so many samples tells a motion."""
     times = np.arange(samples) / 1000.0
@@ -258,6 +285,9 @@ CASES = (
     Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN_FACTOR", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
     Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),
+    Bracket("TELLS_A_SIGN", signs, sign_told, 0.14, 0.07),
+    Bracket("NO_OFFSET", signs, weighing, 0.7, 0.35),
+    Bracket("FOLLOWS", signs, leading, 0.5, 0.3),
     Bracket("CARRIES_LOAD", contacts, loaded, 0.035, 0.07),
     Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
     Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),

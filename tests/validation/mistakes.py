@@ -50,7 +50,7 @@ class Mistake(NamedTuple):
     Parameters
     ----------
     taken : how a plan of the study was truly carried out, given the sign of what is wrong
-    named : start of the effect's name by which the search has to call it; "" where it is told as a check
+    named : start of the effect's name by which the search has to call it; "" where it is told before any search
     """
 
     taken: Callable[[Plan, float], Plan]
@@ -62,6 +62,7 @@ MISTAKES = {
     "clock": Mistake(slower, "study.clock"),
     "inclination": Mistake(steeper, "study.inclination"),
     "swapped": Mistake(as_said, ""),
+    "sign": Mistake(as_said, ""),
     "other fibre": Mistake(as_said, "study.other_fibre"),
 }
 
@@ -97,6 +98,18 @@ class Mistaken:
         """Of all that is drawn."""
         return seed_of("mistake", self.release, self.mistake, self.rig, str(self.index))
 
+    @property
+    def turned(self) -> tuple[str, int | None]:
+        """The channel whose sign is wrong, and the place of the record in which it is; None for all of them."""
+        rng = np.random.default_rng(seed_of("sign", self.name))
+        channel = str(rng.choice(("force", "position") if self.rig == DROP else ("force", "position", "drive")))
+        return channel, int(rng.integers(3)) if rng.random() < 0.5 else None
+
+    @property
+    def told(self) -> str:
+        """Words in which it is told before any search; "" where the search has to name it."""
+        return {"swapped": "look exchanged", "sign": f"Check the sign of the {self.turned[0]}:"}.get(self.mistake, "")
+
     def make(self) -> tuple[Series, str]:
         """The series, and the file that is another fibre's; "" where none is."""
         rng = np.random.default_rng(self.seed)
@@ -112,6 +125,9 @@ class Mistaken:
             records.append(replace(taken, conditions=plan.conditions, logged=taken.logged._replace(times=plan.times)))
         if self.mistake == "swapped":
             records = [exchanged(record) for record in records]
+        if self.mistake == "sign":
+            channel, place = self.turned
+            records = [turned(one, channel) if place in (None, i) else one for i, one in enumerate(records)]
         series = Series(self.rig, base, {}, tuple(records), records[0], None, self.seed)
         return series, plans[odd].name if odd >= 0 else ""
 
@@ -134,6 +150,11 @@ def exchanged(record: Recording) -> Recording:
     """A record whose headings of force and position stand over each other's columns."""
     said = record.logged
     return replace(record, logged=said._replace(force=1e3 * said.position, position=1e-3 * said.force))
+
+
+def turned(record: Recording, channel: str) -> Recording:
+    """A record of which one channel was logged with the wrong sign."""
+    return replace(record, logged=record.logged._replace(**{channel: -getattr(record.logged, channel)}))
 
 
 def mistakes(release: str, mistake: str, rigs: Sequence[str] = RIGS) -> Iterator[Mistaken]:

@@ -47,7 +47,7 @@ def test_records_hold_the_mistake(sign: float) -> None:
     assert true["mass"].conditions == replace(plan.conditions, weight_mass=WEIGHT * (1.0 + 0.02 * sign))
     assert true["inclination"].conditions.inclination == pytest.approx(np.radians(45.0 + 2.0 * sign))
     np.testing.assert_allclose(true["clock"].times, plan.times * (1.0 + 0.01 * sign))
-    assert true["swapped"] == true["other fibre"] == plan
+    assert true["swapped"] == true["sign"] == true["other fibre"] == plan
 
 
 def greatest_forces(monkeypatch: pytest.MonkeyPatch, taken: Callable[[Plan, float], Plan]) -> np.ndarray:
@@ -81,6 +81,21 @@ def test_exchanged_headings_stand_over_each_other_s_columns(tmp_path: Path) -> N
     # In mm a place stands under the force, in N the weight under the position.
     assert np.ptp(table[:, 1]) < 15.0
     assert table[:, 2].max() > 20.0
+
+
+def test_one_channel_is_logged_with_the_wrong_sign(tmp_path: Path) -> None:
+    found = set()
+    for number, case in enumerate(itertools.islice(mistakes("made here", "sign"), 8)):
+        channel, place = case.turned
+        found.add((channel, place is None))
+        case.write(tmp_path / str(number))
+        for i, record in enumerate(case.make()[0].records):
+            file = np.genfromtxt(tmp_path / str(number) / record.name, delimiter=",", names=True)
+            (column,) = (name for name in file.dtype.names or () if name.startswith(channel))
+            clean = getattr(record.clean, channel)
+            assert (np.corrcoef(file[column], clean)[0, 1] < 0.0) == (place in (None, i)), (case.name, record.name)
+        assert case.told == f"Check the sign of the {channel}:"
+    assert len(found) > 2
 
 
 def test_one_record_is_another_fibre_s() -> None:

@@ -1,7 +1,7 @@
-"""Whether scales, signs and times of force and position can be those of the rig, before anything is fitted.
+"""Whether scales and times of force and position can be those of the rig, before anything is fitted.
 
-What a file or its user leaves unsaid, a gain, a decimation, a unit or a sign, shows in the numbers: a weight of a known
-mass does not move so under such a force.
+What a file or its user leaves unsaid, a gain, a decimation or a unit, shows in the numbers: a weight of a known mass
+does not move so under such a force. Signs are `signs`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ EXPLAINED = ("study.", "sensor.force_gain", "sensor.position_gain", "pulley.", "
 
 
 def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = ()) -> None:
-    """Refuse records whose force or position is not that of the weight, by a factor or a sign.
+    """Refuse records whose force or position is not that of the weight, by a factor.
 
     Parameters
     ----------
@@ -50,23 +50,18 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
 
 def _refuse(name: str, sizes: Sizes) -> None:
     """Gravity alone is no reason: a slope or a zero that a study states wrongly can be found, and the fit tells it."""
-    falls, pulls = is_off(sizes.gravity, sizes.gravity_error), is_off(sizes.force, sizes.force_error)
+    if not (sizes.force > 0.0 and is_off(sizes.force, sizes.force_error)):
+        return
     law = "a weight that moves as gravity and the measured force have it"
-    if falls and pulls and not is_off(sizes.force / sizes.gravity, 0.0):
-        if sizes.gravity < 0.0:
-            do = "Check the sign of the position channel; a scale turns it round."
-            raise DataError(name, "the weight moves against gravity and against the measured force", law, do)
+    falls = is_off(sizes.gravity, sizes.gravity_error)
+    if falls and sizes.gravity and not is_off(sizes.force / sizes.gravity, 0.0):
         got = f"the weight is accelerated by {_written(sizes.gravity)} times what gravity and the measured force do"
         pace = f"{_written(1.0 / sizes.gravity)}, or that of the times by {_written(np.sqrt(sizes.gravity))}"
         do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
         raise DataError(name, got, law, do)
-    if pulls:
-        if sizes.force < 0.0:
-            do = "Check the sign of the force channel; a scale turns it round."
-            raise DataError(name, "the weight moves against the measured force", law, do)
-        got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
-        do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass."
-        raise DataError(name, got, law, do)
+    got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
+    do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass."
+    raise DataError(name, got, law, do)
 
 
 def _written(size: float) -> str:

@@ -12,6 +12,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import FORCES, ROLES
 from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.scales import refuse_misread
+from fibrefit.problem.diagnose.signs import refuse_turned
 from fibrefit.problem.formulate.traces import ESTIMATED, Measured, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
 from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
@@ -58,7 +59,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         no record, or holds no scale, such as a mass, where records do not tell it.
     DataError
         If a record lacks a channel or part of an input, is too short, does not show what the rig's starting values are
-        taken from, or moves by another factor than force and mass ask for.
+        taken from, has a channel of the wrong sign, or moves by another factor than force and mass ask for.
     """
     study.refuse_without_records()
     declared = {parameter.name: parameter for parameter in model.parameters}
@@ -71,6 +72,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         traces = [model.rig.prepared(trace) for trace in traces]
     initial = {name: _begun(setting) for name, setting in settings.items()}
     try:
+        refuse_turned(traces, model.rig)
         refuse_misread(traces, model.rig, [effect.name for effect in model.effects])
         starting = model.rig.starting(traces, stated, initial)
     except DataError as error:

@@ -1,0 +1,173 @@
+"""Whether a channel was logged with the wrong sign, before anything is fitted.
+
+A weight falls as gravity has it, is drawn the way its fibre pulls, and follows its drive: that of the three which it
+moves against has another sign than was read, and where it moves against gravity its position has. A mean below zero
+proves nothing, as gauges have offsets: these change gravity as the records show it, and the force not at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fibrefit.core.errors import DataError
+from fibrefit.core.units import format_number
+from fibrefit.problem.thresholds import CARRIES_LOAD, FOLLOWS, NO_OFFSET, PROVEN_FACTOR, TELLS_A_SIGN
+from fibrefit.rigs.rig import Rig
+from fibrefit.rigs.signals.newton import newton_of
+from fibrefit.rigs.signals.trace import Trace
+
+GRAVITY, FORCE, POSITION, DRIVE = "gravity", "force", "position", "drive"
+WORDS = {GRAVITY: "gravity", FORCE: "the measured force", DRIVE: "the drive"}
+TINY = np.finfo(float).tiny
+MOST_NAMES = 3
+"""Records that are called by their names: of others their number is told."""
+
+
+class Sense(NamedTuple):
+    """How far a weight moves the way one thing moves it.
+
+    Parameters
+    ----------
+    size : float
+        1 where it moves just so, -1 where it moves just against it.
+    error : float
+        Standard error.
+    """
+
+    size: float
+    error: float
+
+    @property
+    def sign(self) -> int:
+        """1 or -1 where that is beyond doubt, 0 elsewhere."""
+        return int(np.sign(self.size)) if abs(self.size) > PROVEN_FACTOR * self.error else 0
+
+
+def refuse_turned(traces: Sequence[Trace], rig: Rig) -> None:
+    """Refuse records of which a channel has another sign than the rig's.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+    rig : Rig
+        One that does not say what acts on its weight is not examined.
+
+    Raises
+    ------
+    DataError
+        With the records in which it is the same, what their weights move against, and how a channel is turned round.
+    """
+    if rig.pulled is None:
+        return
+    found = [senses_of(trace, rig) for trace in traces]
+    against = [against_which(senses) for senses in found]
+    first = next((i for i, what in enumerate(against) if what), None)
+    if first is None:
+        return
+    same = [trace.name for trace, what in zip(traces, against, strict=True) if what == against[first]]
+    raise _told(same, len(traces), found[first], rig)
+
+
+def senses_of(trace: Trace, rig: Rig) -> dict[str, Sense]:
+    """Senses in which the weight of a record moves, by what moves it; those that the record tells nothing of left out.
+
+    Law
+    ---
+    Of gravity and of the measured force: their sizes by Newton's law (`newton_of`), 1 where these are as they were
+    read. Of the drive: see `_followed`.
+    """
+    position, force = trace.channels.get(POSITION), trace.channels.get(FORCE)
+    found = dict[str, Sense]()
+    if position is None or rig.pulled is None:
+        return found
+    if force is not None:
+        sizes = newton_of(trace.times, position, force, rig.pulled(trace.conditions, position))
+        if sizes is not None and sizes.explained >= TELLS_A_SIGN:
+            found[GRAVITY] = Sense(sizes.gravity, max(sizes.gravity_error, NO_OFFSET / PROVEN_FACTOR))
+            found[FORCE] = Sense(sizes.force, sizes.force_error)
+    if DRIVE in trace.inputs:
+        found[DRIVE] = Sense(_followed(trace.inputs[DRIVE][:, 0], position, force), FOLLOWS / PROVEN_FACTOR)
+    return found
+
+
+def _followed(drive: np.ndarray, position: np.ndarray, force: np.ndarray | None) -> float:
+    """How far a weight follows its drive, from -1 to 1; near nil where one of them rests.
+
+    Law
+    ---
+    The covariance of both over the larger variance; and, counting twice, the share of the force's variance that their
+    distance explains while the fibre carries load, as it stretches it, less that which their sum does, the distance of
+    a drive turned round. A weight that is flung up and comes down while its drive goes on tells nothing by the first,
+    one that goes with its drive under an even force nothing by the second.
+    """
+    signals = [drive, position] + ([] if force is None else [force])
+    known = np.isfinite(signals).all(axis=0)
+    x, u, *load = (signal[known] for signal in signals)
+    follows = _product(x, u) / max(_product(x, x), _product(u, u), TINY)
+    if not load:
+        return follows
+    taut = np.abs(load[0]) > CARRIES_LOAD * np.abs(load[0]).max()
+    return (follows + 2.0 * (_explained(load[0], x - u, taut) - _explained(load[0], x + u, taut))) / 3.0
+
+
+def _explained(force: np.ndarray, stretch: np.ndarray, taut: np.ndarray) -> float:
+    """Share of a force's variance that a stretch explains while it is there."""
+    one, other = force[taut], stretch[taut]
+    return _product(one, other) ** 2 / max(_product(one, one) * _product(other, other), TINY)
+
+
+def _product(one: np.ndarray, other: np.ndarray) -> float:
+    """Sum of the products of two signals about their means."""
+    return float((one - one.mean()) @ (other - other.mean())) if one.size else 0.0
+
+
+def against_which(senses: Mapping[str, Sense]) -> tuple[str, ...]:
+    """What a weight moves against beyond doubt."""
+    return tuple(name for name, sense in senses.items() if sense.sign < 0)
+
+
+def turned_channels(senses: Mapping[str, Sense]) -> tuple[tuple[str, ...], ...]:
+    """Channels of the wrong sign; in two ways where gravity does not tell which.
+
+    Gravity has its sign from the study, so that it tells that of the position; those of force and drive follow.
+    """
+    falls = senses[GRAVITY].sign if GRAVITY in senses else 0
+    signs = {name: sense.sign for name, sense in senses.items() if name != GRAVITY and sense.sign}
+    upright = tuple(name for name, sign in signs.items() if sign < 0)
+    upside_down = (POSITION, *(name for name, sign in signs.items() if sign > 0))
+    return {1: (upright,), -1: (upside_down,)}.get(falls, (upright, upside_down))
+
+
+def _told(same: Sequence[str], number: int, senses: Mapping[str, Sense], rig: Rig) -> DataError:
+    ways, moves = turned_channels(senses), [
+        f"{WORDS[name]} ({format_number(senses[name].size, 2)} times what follows from it)"
+        for name in against_which(senses)
+    ]  # fmt: skip
+    right = {
+        FORCE: "a force is positive while the fibre pulls",
+        POSITION: f"a position grows {rig.directions[0]} the guide",
+        DRIVE: "a drive grows as it takes fibre in",
+    }
+    turned = tuple(dict.fromkeys(name for way in ways for name in way))
+    columns = ", ".join(f'{name} = {{ column = "...", scale = "-1" }}' for name in turned)
+    all_of_them = len(same) == number
+    says = [f"Check the sign of the {', or of the '.join(' and the '.join(way) for way in ways)}:"]
+    says += [f"{_listed([right[name] for name in turned])}."]
+    says += [f"If it was logged the other way, state it {'under [channels]' if all_of_them else 'in [[records]]'}:"]
+    says += [columns if all_of_them else f"channels = {{ {columns} }}", "(a scale that is there gets another sign)."]
+    expected = f"a weight that moves as {_listed([WORDS[name] for name in senses])} have it (1 times)"
+    return DataError(_where(same, number), f"the weight moves against {_listed(moves)}", expected, " ".join(says))
+
+
+def _where(same: Sequence[str], number: int) -> str:
+    if 1 < number == len(same):
+        return f"all {number} records"
+    rest = len(same) - MOST_NAMES
+    return _listed([*same[:MOST_NAMES], f"{rest} more"] if rest > 0 else same)
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
