@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -21,6 +22,7 @@ from fibrefit.problem.estimate.evidence import (
     MarginalLikelihood,
     _inside_bounds,
     _over_grid,
+    kept_inside,
     laplace,
     laplace_evidence,
 )
@@ -314,3 +316,19 @@ def test_a_place_that_is_worth_nothing_has_no_evidence_but_its_own() -> None:
     assert found.log <= found.log_if(alike) + np.log(len(found.grid))
     # The negative control: what is followed finds them.
     assert weighed(linear, of, sigma=alike).log > found.log + 15.0
+
+
+def test_what_lies_beyond_a_bound_takes_the_others_along() -> None:
+    """Held at the bound, the others are where a normal law is highest there; what is inside stays to the last bit."""
+    random = np.random.default_rng(5)
+    root = random.standard_normal((3, 3)) + np.diag([3.0, 1.0, 0.1])
+    precision = root @ root.T
+    bounds: Any = SimpleNamespace(lower=np.array([-np.inf, 0.0, -np.inf]), upper=np.array([np.inf, np.inf, 9.0]))
+    z = np.array([[1.0, -2.0, 3.0], [1.0, 2.0, 3.0]])
+    found = kept_inside(bounds, z, np.repeat(np.linalg.inv(precision)[None], 2, axis=0))
+    others = np.array([0, 2])
+    # The highest place with the second at zero, from the normal equations of the others alone.
+    pull = precision[np.ix_(others, [1])][:, 0] * 2.0
+    held = z[0, others] - np.linalg.solve(precision[np.ix_(others, others)], pull)
+    assert found[0] == pytest.approx([held[0], 0.0, held[1]])
+    assert np.all(found[1] == z[1])

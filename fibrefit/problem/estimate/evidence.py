@@ -190,7 +190,7 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
     )
     log = -0.5 * (lowest + found.unmet) - 0.5 * (_log_det(schur) + _log_det(blocks).sum(axis=-1))
     log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
-    inside = np.clip(place.z + dz, unknowns.lower, unknowns.upper)
+    inside = kept_inside(unknowns, place.z + dz, inverse)
     log = log + 0.5 * float(_log_det(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
     return _over_grid(found, grid, log + prior, inside, inverse)
 
@@ -205,6 +205,31 @@ def _over_grid(
     weight = np.exp(logs - peak)
     whole = float(peak + np.log(weight.sum()))
     return MarginalLikelihood(found, whole, grid, logs, weight / weight.sum(), z, covariance)
+
+
+def kept_inside(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Shared coordinates with those beyond their bounds at these, and the others most probable given that.
+
+    Those that did not follow would be far from anything the records say, along a direction of which they say little: of
+    a stiffness with a knee of its own at the end of the range, the stiffness at rest.
+
+    Parameters
+    ----------
+    z : (n_grid, n_shared)
+        Where the posterior would be highest without bounds.
+    covariance : (n_grid, n_shared, n_shared)
+
+    Source
+    ------
+    Conditional of a normal law: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), A.2.
+    """
+    inside, beyond = np.clip(z, unknowns.lower, unknowns.upper), (z < unknowns.lower) | (z > unknowns.upper)
+    for i in np.flatnonzero(beyond.any(axis=1) & np.isfinite(z).all(axis=1)):
+        out = beyond[i]
+        back = np.linalg.lstsq(covariance[i][np.ix_(out, out)], (inside[i] - z[i])[out], rcond=None)[0]
+        moved = z[i] + covariance[i][:, out] @ back
+        inside[i] = np.clip(np.where(out, inside[i], moved), unknowns.lower, unknowns.upper)
+    return inside
 
 
 def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
