@@ -131,7 +131,7 @@ def _takes_up_a_likeness(comparison: Comparison, one: LaplaceFit) -> bool:
     """
     new = [effect for effect in one.effects if effect not in comparison.parent.effects]
     little = comparison.gain(one) <= min(LIKENESS * comparison.gained, BEYOND_DOUBT)
-    return little and any(effect.sudden and effect.record is not None for effect in new)
+    return little and any(effect.sudden and effect.records for effect in new)
 
 
 def _new(one: LaplaceFit, comparison: Comparison) -> bool:

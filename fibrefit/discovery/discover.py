@@ -17,6 +17,7 @@ from fibrefit.discovery.engine.thresholds import AT_A_KINK
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.inputs import linearised_where_records_differ
+from fibrefit.discovery.search.record_sets import of_record_sets
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import minima_compared, prepared_search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
@@ -80,7 +81,8 @@ def _started(
 ) -> tuple[Search, LaplaceFit, Identification]:
     search, base = prepared_search(task, before, effects, tell, folder)
     base, before = minima_compared(search, base, before)
-    return *linearised_where_records_differ(search, base), before
+    search, base = linearised_where_records_differ(search, base)
+    return replace(search, effects=(*search.effects, *of_record_sets(base, search.effects))), base, before
 
 
 def _broken(before: Identification) -> tuple[Check, ...]:

@@ -1,6 +1,7 @@
 """Effects of which there is one for each record of a series: something happens in the third, or from the third on.
 
-What happens at an instant may happen in every record, at an instant of its own each time: that is one more member.
+What happens at an instant may happen in every record, at an instant of its own each time: that is one more member. What
+holds in one record may hold in several: of these there are too many to look at, and the records have to say which.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import jax.numpy as jnp
 
 from fibrefit.laws.law import Effect, quantity
 
-MARK, TO = "@", "-"
+MARK, TO, AND = "@", "-", "+"
 """Between the name of an effect and the place of its record, ``fibre.knot_slip@3``, or those of the first and the last
-record in each of which it happens, ``fibre.knot_slip@1-5``."""
+record in each of which it happens, ``fibre.knot_slip@1-5``; and between the places of records that share it,
+``study.other_fibre@2+4``."""
 NEVER = 2.0
 """Share of a record after which what does not happen in it would: it has ended by then."""
 
@@ -27,25 +29,48 @@ SOME_DURATION, FAR_ON = 3.0, 1000.0
 
 
 @functools.cache
-def of_record(effect: type[Effect], place: int) -> type[Effect]:
-    """The member of a family that belongs to one record.
+def of_records(effect: type[Effect], *places: int) -> type[Effect]:
+    """The member of a family that belongs to one record, or to some that share it.
 
     Parameters
     ----------
     effect : Effect class
         With a `family`.
-    place : int
-        Of the record in its study, from 1.
+    *places : int
+        Of the records in their study, from 1, in their order.
     """
 
     class Member(effect):  # type: ignore[valid-type, misc]
         __doc__ = effect.__doc__
-        name: ClassVar[str] = f"{effect.name}{MARK}{place}"
-        record: ClassVar[int | None] = place
-        _made_of: ClassVar[tuple[type[Effect], int]] = (effect, place)
+        name: ClassVar[str] = f"{effect.name}{MARK}{AND.join(map(str, places))}"
+        records: ClassVar[tuple[int, ...]] = places
+        _made_of: ClassVar[tuple[Any, ...]] = (effect, *places)
 
-    Member.__name__ = f"{effect.__name__}{place}"
+    Member.__name__ = f"{effect.__name__}{'And'.join(map(str, places))}"
     return Member
+
+
+def may_be_shared(effect: type[Effect]) -> bool:
+    """Whether there are members of its family that belong to several records."""
+    return effect.family == "in" and not effect.sudden
+
+
+def shared_by(effect: type[Effect], places: Iterable[int]) -> type[Effect]:
+    """The member of an effect's family that belongs to some records.
+
+    Parameters
+    ----------
+    effect : Effect class
+        A member of it.
+    places : iterable of int
+        Of the records in their study, from 1, in their order.
+    """
+    return of_records(effect._made_of[0], *places)  # type: ignore[attr-defined]
+
+
+def number_of_sets(records: int) -> float:
+    """Ways of parting a series into two sets of records, neither of them a single one."""
+    return max(2.0 ** (records - 1) - 1.0 - records, 1.0)
 
 
 @functools.cache
@@ -101,7 +126,9 @@ def member(effect: type[Effect], where: str) -> type[Effect] | None:
     """The member of a family by what stands behind the mark in its name; None where there is no such."""
     first, to, last = where.partition(TO)
     if not to:
-        return of_record(effect, int(first)) if first.isdecimal() and int(first) > 0 else None
+        places = [int(place) if place.isdecimal() else 0 for place in where.split(AND)]
+        known = 0 not in places and places == sorted(set(places)) and (len(places) == 1 or may_be_shared(effect))
+        return of_records(effect, *places) if known else None
     # A law with thousands of instants takes minutes to make, and is a slip of the pen.
     counts = first == "1" and last.isdecimal() and len(last) <= 3 and int(last) > 1
     return of_each(effect, int(last)) if effect.sudden and counts else None
@@ -122,13 +149,13 @@ def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:
     first = 2 if effect.family == "since" else 1
     if not effect.sudden and records < 2:
         return ()
-    each = tuple(of_record(effect, place) for place in range(first, records + 1))
+    each = tuple(of_records(effect, place) for place in range(first, records + 1))
     return (*each, of_each(effect, records)) if effect.sudden and records > 1 else each
 
 
 def goes_by_place(effect: type[Effect]) -> bool:
     """Whether it goes by the place of a record in its series: it says nothing of a record that is not of it."""
-    if effect.record is not None or effect.recurs:
+    if effect.records or effect.recurs:
         return True
     if effect.in_record is Effect.in_record:
         return False

@@ -79,9 +79,9 @@ class Effect(eqx.Module):
         What it depends on that comes together in a motion: "path", "rest", "cycles" of its `Moment`.
     family : {"", "in", "since"}
         Whether there is one for each record of a series, named ``port.effect@3`` after its place there, and where it
-        acts: in that one, or in that one and all that follow.
-    record : int or None
-        That place, from 1; None where it acts in all records.
+        acts: in that one, or in that one and all that follow. What acts "in" one may act in several, ``@2+4``.
+    records : tuple of int
+        Those places, from 1, in their order; empty where it acts in all records.
     recurs : int
         Records in each of which it happens at an instant of its own: `instant`, ``instant_2``, ...; 0 for others.
     """
@@ -100,7 +100,7 @@ class Effect(eqx.Module):
     sudden: ClassVar[bool] = False
     history: ClassVar[tuple[str, ...]] = ()
     family: ClassVar[str] = ""
-    record: ClassVar[int | None] = None
+    records: ClassVar[tuple[int, ...]] = ()
     recurs: ClassVar[int] = 0
 
     def __init_subclass__(cls, **keywords: Any) -> None:
@@ -130,9 +130,10 @@ class Effect(eqx.Module):
         law = self
         if self.sudden:
             law = dataclasses.replace(law, instant=law.instant * duration)  # type: ignore[attr-defined, call-arg]
-        if self.record is None:
+        if not self.records:
             return law
-        there = number >= self.record if self.family == "since" else number == self.record
+        places = jnp.asarray(self.records)
+        there = number >= places[0] if self.family == "since" else jnp.any(number == places)
         return law.scaled(jnp.where(there, 1.0, 0.0))
 
     def as_of(self, moment: Moment) -> Self:

@@ -33,8 +33,8 @@ _LONGEST_NAME = 255
 _KEY = r"(?:[\w-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _DEEP = re.compile(rf"(?<![\w-]){_KEY}(?:[ \t]*\.[ \t]*{_KEY}){{64}}")
 """A key of more parts than any study has: what the parser takes of memory for one grows with their square."""
-_OF_RECORD = re.compile(r"@(?:1-)?(\d{1,9})$")
-"""The last record of an effect that belongs to one, or that happens once in each."""
+_OF_RECORD = re.compile(r"@(?:1-|(?:\d{1,9}\+)*)(\d{1,9})$")
+"""The last record of an effect that belongs to one or some, or that happens once in each."""
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing: bool = False) -> Study:

@@ -35,7 +35,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.laws.families import of_each, of_record
+from fibrefit.laws.families import of_each, of_records
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import discovery_sentence
@@ -316,8 +316,8 @@ STEP = CATALOGUE["guide.friction_step"]
 @pytest.mark.parametrize(
     ("effect", "gain", "named"),
     [
-        (of_record(STEP, 2), 9.9, False),
-        (of_record(STEP, 2), 10.1, True),
+        (of_records(STEP, 2), 9.9, False),
+        (of_records(STEP, 2), 10.1, True),
         (of_each(STEP, 5), 9.9, True),
         (DRAG, 9.9, True),
     ],
@@ -339,7 +339,7 @@ def test_an_instant_of_one_record_says_more_than_a_likeness_leaves(
 def test_what_is_less_probable_than_an_instant_that_is_not_named_does_not_take_its_place(
     behind: float, named: bool
 ) -> None:
-    instant, drag = (VISCOUS, of_record(STEP, 2)), (VISCOUS, DRAG)
+    instant, drag = (VISCOUS, of_records(STEP, 2)), (VISCOUS, DRAG)
     found = tuple(
         SimpleNamespace(log=log, effects=effects, names=tuple(one.name for one in effects), evidence=FOLLOWED)
         for log, effects in ((9.9, instant), (9.9 - behind, drag))
@@ -353,7 +353,7 @@ def test_what_is_less_probable_than_an_instant_that_is_not_named_does_not_take_i
 
 
 def test_an_instant_beyond_doubt_is_named_whatever_else_gained() -> None:
-    effects = (VISCOUS, of_record(STEP, 2))
+    effects = (VISCOUS, of_records(STEP, 2))
     one = SimpleNamespace(log=BEYOND_DOUBT + 1.0, effects=effects, names=("a", "b"), evidence=FOLLOWED)
     parent = SimpleNamespace(log=0.0, effects=(VISCOUS,))
     ranked: Any = SimpleNamespace(

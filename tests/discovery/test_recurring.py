@@ -18,7 +18,7 @@ from fibrefit.discovery.search.recurring import BETWEEN, _between, best_combinat
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Tried
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.laws.families import instants_of, of_each, of_record
+from fibrefit.laws.families import instants_of, of_each, of_records
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.task import Task
@@ -133,8 +133,8 @@ def test_further_instants_lie_between_the_best_one_and_those_beside_it() -> None
 
 @pytest.mark.parametrize(("gains", "looked_at"), [((3.0, -1.0), False), ((3.0, 0.5), True), ((-1.0, -2.0), False)])
 def test_what_shows_in_one_record_alone_does_not_recur(gains: tuple[float, float], looked_at: bool) -> None:
-    other = of_record(CATALOGUE["guide.friction_step"], 2)
-    known = {of_record(SLIP, place): PredictedGain(gain, {}, {}, {}) for place, gain in enumerate(gains, start=1)}
+    other = of_records(CATALOGUE["guide.friction_step"], 2)
+    known = {of_records(SLIP, place): PredictedGain(gain, {}, {}, {}) for place, gain in enumerate(gains, start=1)}
     known |= {other: PredictedGain(9.0, {}, {}, {})}
     assert may_recur(of_each(SLIP, 2), known) is looked_at
 
@@ -199,4 +199,4 @@ def test_the_name_says_in_how_many_records(task: Task) -> None:
     twice: type[Effect] = of_each(SLIP, 2)
     assert twice.name == "fibre.knot_slip@1-2"
     assert instants_of(twice) == ("instant", "instant_2")
-    assert instants_of(of_record(SLIP, 2)) == ("instant",)
+    assert instants_of(of_records(SLIP, 2)) == ("instant",)

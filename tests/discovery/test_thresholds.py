@@ -121,7 +121,7 @@ def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
 
 
 def effect(parameters: int) -> Any:
-    return SimpleNamespace(name=f"guide.of_{parameters}", parameters=range(parameters), strength=("a",))
+    return SimpleNamespace(name=f"guide.of_{parameters}", records=(), parameters=range(parameters), strength=("a",))
 
 
 def chosen(*gains: tuple[float, int]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -10,7 +11,15 @@ import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.laws.catalogue import CATALOGUE, entry_of, find_effect, select_effects
-from fibrefit.laws.families import family_of, goes_by_place, members, of_each, of_record
+from fibrefit.laws.families import (
+    family_of,
+    goes_by_place,
+    members,
+    number_of_sets,
+    of_each,
+    of_records,
+    shared_by,
+)
 from fibrefit.laws.law import extends
 from fibrefit.rigs.catalogue import RIGS
 from tests.simulation.drops import drop, respond
@@ -20,8 +29,8 @@ SLIP, CHANGE, OTHER = (CATALOGUE[n] for n in ("fibre.knot_slip", "fibre.stiffnes
 
 def test_a_member_is_found_by_its_name_and_knows_its_record() -> None:
     third = find_effect("fibre.knot_slip@3")
-    assert third is of_record(SLIP, 3)
-    assert (third.name, third.record, family_of(third)) == ("fibre.knot_slip@3", 3, "fibre.knot_slip")
+    assert third is of_records(SLIP, 3)
+    assert (third.name, third.records, family_of(third)) == ("fibre.knot_slip@3", (3,), "fibre.knot_slip")
     assert entry_of(third) is entry_of(SLIP)
     assert select_effects(["fibre.knot_slip@3", "fibre.knot_slip@1"], RIGS["fibre_mass"])[0] is third
 
@@ -32,6 +41,8 @@ def test_a_member_is_found_by_its_name_and_knows_its_record() -> None:
         "fibre.knot_slip@0", "fibre.knot_slip@x", "fibre.hardening@2", "fibre.slip@2",
         "fibre.knot_slip@2-5", "fibre.knot_slip@1-1", "fibre.knot_slip@1-", "fibre.knot_slip@1-x",
         "fibre.knot_slip@1-100000000", "fibre.stiffness_change@1-5", "fibre.hardening@1-5",
+        "study.other_fibre@4+2", "study.other_fibre@2+2", "study.other_fibre@2+", "study.other_fibre@0+2",
+        "study.other_fibre@2+x", "study.other_fibre@1-3+5", "fibre.stiffness_change@2+4", "fibre.knot_slip@2+4",
     ],
 )  # fmt: skip
 def test_what_is_no_member_is_refused(name: str) -> None:
@@ -39,10 +50,29 @@ def test_what_is_no_member_is_refused(name: str) -> None:
         find_effect(name)
 
 
+def test_what_several_records_share_is_found_by_its_name() -> None:
+    both = find_effect("study.other_fibre@2+4")
+    assert both is of_records(OTHER, 2, 4) is shared_by(of_records(OTHER, 1), (2, 4))
+    assert (both.name, both.records, family_of(both)) == ("study.other_fibre@2+4", (2, 4), "study.other_fibre")
+    assert entry_of(both) is entry_of(OTHER)
+    assert goes_by_place(both)
+
+
+def test_sets_of_records_are_counted_once_with_the_rest() -> None:
+    for records in range(4, 9):
+        parts = {
+            frozenset({frozenset(some), frozenset(range(records)) - set(some)})
+            for size in range(2, records - 1)
+            for some in itertools.combinations(range(records), size)
+        }
+        assert number_of_sets(records) == len(parts)
+    assert number_of_sets(2) == number_of_sets(3) == 1.0
+
+
 def test_what_happens_in_each_record_is_found_by_its_name() -> None:
     thrice = find_effect("fibre.knot_slip@1-3")
     assert thrice is of_each(SLIP, 3)
-    assert (thrice.record, thrice.recurs, family_of(thrice)) == (None, 3, "fibre.knot_slip")
+    assert (thrice.records, thrice.recurs, family_of(thrice)) == ((), 3, "fibre.knot_slip")
     assert [parameter.name for parameter in thrice.parameters] == ["slip", "instant", "instant_2", "instant_3"]
     assert entry_of(thrice) is entry_of(SLIP)
     # It is what single slips are, and not beside one of them.
@@ -62,10 +92,10 @@ def test_what_happens_in_each_record_does_so_at_the_instant_of_each() -> None:
 
 
 def test_there_is_a_member_for_each_record_that_could_be_told() -> None:
-    assert [one.record for one in members(SLIP, 3)] == [1, 2, 3, None]
-    assert [one.record for one in members(SLIP, 1)] == [1]
+    assert [one.records for one in members(SLIP, 3)] == [(1,), (2,), (3,), ()]
+    assert [one.records for one in members(SLIP, 1)] == [(1,)]
     # From the first record on is what the base model says, and the only record has no other to differ from.
-    assert [one.record for one in members(CHANGE, 3)] == [2, 3]
+    assert [one.records for one in members(CHANGE, 3)] == [(2,), (3,)]
     assert members(CHANGE, 1) == members(OTHER, 1) == ()
     assert members(CATALOGUE["fibre.hardening"], 3) == (CATALOGUE["fibre.hardening"],)
 
@@ -79,7 +109,9 @@ def test_all_that_changes_with_time_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "records"), [("study.other_fibre@2", (2,)), ("fibre.stiffness_change@2", (2, 3))], ids=["in", "since"]
+    ("name", "records"),
+    [("study.other_fibre@2", (2,)), ("fibre.stiffness_change@2", (2, 3)), ("study.other_fibre@1+3", (1, 3))],
+    ids=["in", "since", "in both"],
 )
 def test_a_member_acts_in_its_records_and_in_no_other(name: str, records: tuple[int, ...]) -> None:
     effect = find_effect(name)
@@ -102,7 +134,7 @@ def test_a_trend_counts_from_the_first_record() -> None:
 
 
 def test_the_instant_of_a_sudden_law_is_a_share_of_the_record() -> None:
-    law = of_record(SLIP, 2)(jnp.asarray(1e-3), jnp.asarray(0.25))
+    law = of_records(SLIP, 2)(jnp.asarray(1e-3), jnp.asarray(0.25))
     there, elsewhere = (law.in_record(jnp.asarray(n), jnp.asarray(4.0)) for n in (2.0, 1.0))
     assert float(there.instant) == 1.0
     assert float(there.slip) == 1e-3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -349,14 +350,16 @@ def test_times_of_two_kinds_are_refused(load: Loader) -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["fibre.knot_slip@3", "fibre.knot_slip@1-3", "guide.friction_change@3"])
+@pytest.mark.parametrize(
+    "name", ["fibre.knot_slip@3", "fibre.knot_slip@1-3", "guide.friction_change@3", "study.other_fibre@1+3"]
+)
 def test_effects_of_a_record_that_is_not_there_are_refused(load: Loader, name: str) -> None:
-    said = rf'model.effects: "{name}", of record 3; expected one of its 2 records'
+    said = rf'model.effects: "{re.escape(name)}", of record 3; expected one of its 2 records'
     with pytest.raises(StudyError, match=said):
         load(('["guide.stribeck_friction"]', f'["guide.stribeck_friction", "{name}"]'))
 
 
-@pytest.mark.parametrize("name", ["fibre.knot_slip@2", "fibre.knot_slip@1-2"])
+@pytest.mark.parametrize("name", ["fibre.knot_slip@2", "fibre.knot_slip@1-2", "study.other_fibre@1+2"])
 def test_those_of_one_that_is_are_not(load: Loader, name: str) -> None:
     assert load(('["guide.stribeck_friction"]', f'["{name}"]')).model.effects == (name,)
 

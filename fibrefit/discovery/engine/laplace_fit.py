@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.laws.families import number_of_sets
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
@@ -40,12 +41,18 @@ class LaplaceFit:
 
     @property
     def log(self) -> float:
-        """Logarithm of the marginal likelihood."""
-        return self.evidence.log
+        """Logarithm of the marginal likelihood, what it costs to choose among sets of records taken off."""
+        return self.evidence.log - self._choice
+
+    @property
+    def _choice(self) -> float:
+        """Nats that an effect of some records costs: any set of them was as probable beforehand as another."""
+        sets = sum(len(effect.records) > 1 for effect in self.effects)
+        return sets * float(np.log(number_of_sets(len(self.local)))) if sets else 0.0
 
     def with_log(self, log: float) -> LaplaceFit:
         """The same with another marginal likelihood: that in a noise in which it was not fitted."""
-        return replace(self, evidence=replace(self.evidence, log=log))
+        return replace(self, evidence=replace(self.evidence, log=log + self._choice))
 
     def largest_loss_to(self, other: LaplaceFit) -> float:
         """Nats of the record that loses most to another hypothesis, both in the same noise."""

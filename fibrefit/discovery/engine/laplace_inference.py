@@ -185,9 +185,8 @@ class LaplaceInference:
         blank = np.full((len(old.grid), size), np.nan)
         covariance = np.full((len(old.grid), size, size), np.nan)
         at = PosteriorMode(unknowns, place, found.normal, found.sigma, 0.0, 0)
-        return LaplaceFit(
-            effects, supermodel, replace(old, mode=at, log=old.log + gain, z=blank, covariance=covariance)
-        )
+        added_to = LaplaceFit(effects, supermodel, replace(old, mode=at, z=blank, covariance=covariance))
+        return added_to.with_log(parent.log + gain)
 
     def pooled(self, parent: LaplaceFit) -> LaplaceFit:
         """A parent at its mode if records do not differ (complete pooling): differences may be what an effect would do.

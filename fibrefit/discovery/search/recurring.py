@@ -34,7 +34,7 @@ def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain])
     """
     family = family_of(effect)
     return happens_in_several(
-        sum(found.gain > 0.0 for one, found in known.items() if one.record and family_of(one) == family)
+        sum(found.gain > 0.0 for one, found in known.items() if one.records and family_of(one) == family)
     )
 
 

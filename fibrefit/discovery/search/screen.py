@@ -101,7 +101,8 @@ class Screen:
                 best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
         for effect in filter(stands_for_differences, effects if parent.evidence.mode.sigma.any() else ()):
             # Of the standard deviations of the others, smaller without that record, a score test says nothing.
-            predicted = laplace(self.inference.absent_beside(parent, supermodel, effect, self.slopes)[0])
+            at_null = laplace(self.inference.absent_beside(parent, supermodel, effect, self.slopes)[0])
+            predicted = LaplaceFit((*parent.effects, effect), supermodel, at_null)
             best[effect] = best[effect]._replace(gain=predicted.log - parent.log)
         return best
 

@@ -71,7 +71,7 @@ def candidates_of(
 
 def is_lasting(effect: type[Effect]) -> bool:
     """Whether an effect acts in all records, those to come among them."""
-    return effect.record is None and not effect.sudden
+    return not effect.records and not effect.sudden
 
 
 def _offered(study: Study, present: Iterable[str]) -> Candidates:

@@ -118,7 +118,7 @@ class Discovery(Predicts):
     def added(self) -> tuple[str, ...]:
         """Effects of the final model that the study does not have, by their names in a study."""
         names = {effect: name for name, effect in self.candidates.items()}
-        return tuple(names[effect] for effect in self.finding.added)
+        return tuple(names.get(effect, effect.name) for effect in self.finding.added)
 
     @property
     def parameters(self) -> dict[str, ParameterSummary]:

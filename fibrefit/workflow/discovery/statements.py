@@ -12,6 +12,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect, StudyLaw
 from fibrefit.laws.rig.inclination_error import InclinationError
+from fibrefit.laws.study.other_fibre import OtherFibre
 from fibrefit.study.summaries.summaries import ParameterSummary
 
 CONDITIONS = {
@@ -37,8 +38,8 @@ def _of(effect: type[Effect], finding: Finding) -> Iterator[str]:
         yield _stated(effect, condition, estimates, finding) + _or_else(effect, finding)
     elif issubclass(effect, StudyLaw) and effect.retimes:
         yield _clock(estimates, finding) + _or_else(effect, finding)
-    elif effect.record is not None:
-        yield _in_record(effect, estimates, finding) + _or_else(effect, finding)
+    elif effect.records:
+        yield _in_records(effect, estimates, finding) + _or_else(effect, finding)
     elif effect.recurs:
         yield _in_each(effect, estimates, finding) + _or_else(effect, finding)
 
@@ -84,14 +85,26 @@ def _times(finding: Finding) -> list[np.ndarray]:
     ]
 
 
-def _in_record(effect: type[Effect], estimates: dict[str, ParameterSummary], finding: Finding) -> str:
-    """In which record, at what instant, and by how much."""
-    place = (effect.record or 1) - 1
-    names = finding.after.problem.layout.records
-    record = names[place] if place < len(names) else f"record {place + 1}"
-    where = f"From {record} on" if effect.family == "since" else f"In {record}"
-    when = f" at {_instant(estimates['instant'], _times(finding)[place])}" if effect.sudden else ""
+def _in_records(effect: type[Effect], estimates: dict[str, ParameterSummary], finding: Finding) -> str:
+    """In which records, at what instant, and by how much."""
+    names = dict(enumerate(finding.after.problem.layout.records, start=1))
+    these = _listed([names.get(place, f"record {place}") for place in effect.records])
+    if issubclass(effect, OtherFibre):
+        taken = "was" if len(effect.records) == 1 else "were"
+        return f"{these} {taken} taken with another fibre: {_compared(effect, estimates)}."
+    where = f"From {these} on" if effect.family == "since" else f"In {these}"
+    when = f" at {_instant(estimates['instant'], _times(finding)[effect.records[0] - 1])}" if effect.sudden else ""
     return f"{where}{when}: {_strengths(effect, estimates)}."
+
+
+def _compared(effect: type[Effect], estimates: dict[str, ParameterSummary]) -> str:
+    """What is larger or smaller than in the other records, and by how much."""
+    said = []
+    for parameter in effect.parameters:
+        one, what = estimates[parameter.name], parameter.name.removesuffix("_change")
+        size = _several([PERCENT * abs(one.value)], "%", PERCENT * _error(one))
+        said.append(f"{what} {size} {'larger' if one.value > 0.0 else 'smaller'}")
+    return ", ".join(said)
 
 
 def _in_each(effect: type[Effect], estimates: dict[str, ParameterSummary], finding: Finding) -> str:
@@ -135,10 +148,14 @@ def _several(values: Sequence[float] | np.ndarray, unit: str, error: float = 0.0
         each = [f"{size / worth:.{decimals}f}" for size in sizes]
     else:
         each = [f"{size / worth:.6g}" for size in sizes]
-    said = each[0] if len(each) == 1 else f"{', '.join(each[:-1])} and {each[-1]}"
+    said = _listed(each)
     if error > 0.0:
         said += f" +/- {error / worth:.1g}" if len(each) == 1 else f" (each +/- {error / worth:.1g})"
     return said if name == "-" else f"{said} {name}"
+
+
+def _listed(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def _or_else(effect: type[Effect], finding: Finding) -> str:
