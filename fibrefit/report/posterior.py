@@ -28,7 +28,6 @@ REMEDIES = {
     "residual_size": "Run fibrefit discover on this study: it looks for what the model lacks.",
     "hausman": "Run fibrefit discover on this study: it looks for what the model lacks.",
     "initial_fit": "Look at fibrefit fit first: the chains are initialised around that fit.",
-    "records_differ": "Take the values of fibrefit fit, which lets records differ.",
     "second_mode": "Measure one more record that tells the modes apart; fibrefit distinguish says which "
     "conditions differ most.",
     "posterior_correlation": "Hold one of the correlated parameters, give it a prior, or measure under other "

@@ -11,17 +11,17 @@ import numpy as np
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, laplace_evidence
 from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at
+from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at, hausman_with_input_errors
 from fibrefit.problem.estimate.normal_equations import Unknowns, local_of, place_of
 from fibrefit.problem.estimate.population import between
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View, apart
 from fibrefit.problem.noise.choose import after_step, least_squares_step
-from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
+from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.posterior.input_effects import InputEffects
 from fibrefit.problem.posterior.log_posterior import LogPosterior
-from fibrefit.problem.posterior.random_effects import Conditional, RandomEffects, drawn_deviations
+from fibrefit.problem.posterior.random_effects import Conditional, Mixture, RandomEffects, drawn_deviations
 from fibrefit.problem.statement.layout import Layout, assembled
-from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
@@ -64,38 +64,40 @@ class Deviations:
         return free_values(layout, self.unknowns, self.unknowns.value(place.z), place.own)
 
 
-def ols_deviations(task: Task, values: np.ndarray, linear: Linearised) -> Deviations | None:
-    """Where records that may differ are best in plain least squares; None where none may.
+def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations | None:
+    """Where records that may differ are best in plain least squares; None where nothing deviates and inputs are exact.
 
     Parameters
     ----------
     values : (n_free,) in SI units
         The plain estimate.
-    linear : Linearised
-        There.
+    seen : View
+        Linearised there in errors of inputs.
     """
-    layout, slopes = task.problem.layout, np.asarray(linear.slopes)
-    normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), layout.local_columns, layout.size)
+    layout, local = seen.problem.layout, np.asarray(seen.problem.layout.local(values))
+    slopes = np.asarray(seen.problem.followed(local)[0].slopes)
+    rows = np.moveaxis(slopes, -1, 1).reshape(len(slopes), slopes.shape[-1], -1)
+    left = rows if seen.raw is None else seen.raw.left(rows)
+    normal = assembled(np.einsum("rin,rjn->rij", rows, left), layout.local_columns, layout.size)
     known = np.diag(inverse(normal + layout.prior_gram(values)[:-1, :-1]))
     errors = np.sqrt(np.where(known > 0.0, known, np.inf))
     unknowns = fit_unknowns(layout, values, errors)
-    if not len(unknowns.scattering):
+    if not len(unknowns.scattering) and seen.raw is None:
         return None
-    place = apart(unknowns, [place_of(unknowns, layout.local(values))], View(task.problem), task.horizons)
+    place = apart(unknowns, [place_of(unknowns, local)], seen, task.horizons)
     return Deviations(unknowns, local_of(unknowns, place))
 
 
-def gls_deviations(problem: Problem, where: Deviations, whitening: Whitening, level: np.ndarray) -> Deviations | None:
+def gls_deviations(seen: View, where: Deviations) -> Deviations | None:
     """The mode, and how much records differ, under a noise; None where no mode is reached.
 
     Parameters
     ----------
+    seen : View
+        Through the whitening.
     where : Deviations
         Where the search begins.
-    level : (n_channel,)
-        Noise over what the whitening assumes.
     """
-    seen = View(problem, Levelled(whitening, jnp.asarray(level)))
     sigma = None if where.evidence is None else where.evidence.mode.sigma
     with np.errstate(all="ignore"):
         try:
@@ -108,43 +110,60 @@ def gls_deviations(problem: Problem, where: Deviations, whitening: Whitening, le
     return Deviations(where.unknowns, found.mode.local, found) if sound else None
 
 
-def random_effects_of(problem: Problem, where: Deviations, whitening: Whitening, level: np.ndarray) -> RandomEffects:
-    """What integrates the deviations out, from the mode.
+def random_effects_of(
+    seen: View, where: Deviations, level: np.ndarray, inputs: InputEffects | None = None
+) -> RandomEffects | None:
+    """What integrates the deviations out, from the mode; None where nothing deviates.
 
     Parameters
     ----------
+    seen : View
+        Through the whitening and a level.
     where : Deviations
         With its evidence.
     level : (n_channel,)
-        Noise over what the whitening assumes.
+        Noise over what the whitening itself assumes.
+    inputs : InputEffects, optional
+        Errors of inputs, which follow deviations.
     """
     evidence, unknowns = where.evidence, where.unknowns
     assert evidence is not None
-    layout, place = problem.layout, evidence.mode.place
+    assert seen.whitening is not None
+    if not len(unknowns.scattering):
+        return None
+    layout, place = seen.problem.layout, evidence.mode.place
     columns = unknowns.shared[unknowns.scattering]
     free = np.searchsorted(np.asarray(layout.local_free), columns)
-    raw = np.asarray(problem.linearised_at(where.local).slopes)[..., free] * where.local[:, None, None, columns]
-    slopes = np.asarray(innovations(whitening, raw))
+    slopes = np.asarray(
+        innovations(seen.whitening, np.asarray(seen.problem.followed(where.local)[0].slopes)[..., free])
+    )
+    slopes = slopes * level[:, None, None]
+    bend = np.zeros((len(slopes), len(columns), len(columns)))
+    if inputs is not None:
+        slopes, bend = slopes + np.asarray(inputs.slopes)[..., free], np.asarray(inputs.bend(columns))
+    slopes = slopes * where.local[:, None, None, columns]
     products = np.einsum("rcti,rctj->rcij", slopes, slopes)
     names = [layout.names[column] for column in columns]
     kept = _kept(evidence)
     grid, log_prior = grid_of(len(columns))
-    curvature = np.einsum("rcij,c->rij", products, level**-2.0)
+    curvature = np.einsum("rcij,c->rij", products, level**-2.0) + bend
     return RandomEffects(
         slopes=jnp.asarray(slopes),
         products=jnp.asarray(products),
         middle=jnp.log(jnp.asarray(unknowns.value(place.z)[unknowns.scattering])),
         eta=jnp.asarray(place.eta),
-        follow=jnp.asarray(_follow(curvature, evidence.grid[kept], evidence.weight[kept])),
+        follow=jnp.asarray(_follow(curvature, evidence.grid[kept])),
+        where=_mixture(evidence, kept),
         sigma=jnp.asarray(grid[kept]),
         log_prior=jnp.asarray(log_prior[kept]),
         places=tuple(layout.free_names.index(name) for name in names),
         columns=tuple(int(column) for column in columns),
+        bend=jnp.asarray(bend),
     )
 
 
 def hausman_of_records(
-    layout: Layout, where: Deviations | None, local: np.ndarray, linear: Linearised, noise: tuple[Whitening, np.ndarray]
+    seen: View, where: Deviations | None, local: np.ndarray, noise: tuple[Whitening, np.ndarray]
 ) -> HausmanTest:
     """Compare plain and whitened estimates; where records differ, each has values of its own in what may do so.
 
@@ -152,8 +171,6 @@ def hausman_of_records(
     ----------
     local : (n_record, n_local) in SI units
         Near the plain estimate, of each record where they differ.
-    linear : Linearised
-        There.
     noise : (Whitening, (n_channel,))
         And its level over what the whitening assumes.
 
@@ -162,12 +179,17 @@ def hausman_of_records(
     HausmanTest
         A value that may differ has the largest of its records' scores, and their mean efficiency.
     """
+    layout, linear = seen.problem.layout, seen.problem.followed(local)[0]
     names = set(where.names) if where is not None and where.found else set()
     slots = tuple(replace(slot, shared=slot.shared and slot.name not in names) for slot in layout.slots)
     apart = Layout(slots, layout.records)
     values = np.array([local[record or 0, layout.names.index(slot.name)] for slot, record in apart.entries])
-    step = least_squares_step(apart, linear, apart.prior_gram(values))
-    found = hausman_at(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
+    if seen.raw is None:
+        step = least_squares_step(apart, linear, apart.prior_gram(values))
+        found = hausman_at(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
+    else:
+        without = linear._replace(residuals=seen.without_errors(np.asarray(linear.residuals)))
+        found = hausman_with_input_errors(apart, without, seen.raw, noise, apart.prior_gram(values))
     scores, efficiency = np.full(layout.size, np.nan), np.empty(layout.size)
     for i, (slot, record) in enumerate(layout.entries):
         own = [k for k, (s, r) in enumerate(apart.entries) if s.name == slot.name and record in (None, r)]
@@ -183,11 +205,23 @@ def _kept(evidence: MarginalLikelihood) -> np.ndarray:
     return np.sort(order[: -(-used // ROWS) * ROWS])
 
 
-def _follow(curvature: np.ndarray, sigma: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """How a record's best deviations fall as the shared values rise, the mean over the grid."""
+def _follow(curvature: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """How a record's best deviations fall as the shared values rise, under each standard deviation."""
     matrix = sigma[:, None, :, None] * curvature * sigma[:, None, None, :] + np.eye(sigma.shape[1])
-    each = sigma[:, None, :, None] * np.linalg.solve(matrix, sigma[:, None, :, None] * curvature)
-    return np.einsum("g,grij->rij", weight / weight.sum(), each)
+    return np.asarray(sigma[:, None, :, None] * np.linalg.solve(matrix, sigma[:, None, :, None] * curvature))
+
+
+def _mixture(evidence: MarginalLikelihood, kept: np.ndarray) -> Mixture:
+    """What is known of the logarithms of the values that may deviate, under each standard deviation."""
+    scattering, mode = evidence.mode.unknowns.scattering, evidence.mode.place.z
+    covariance = evidence.covariance[kept][:, scattering[:, None], scattering]
+    size = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), np.finfo(float).tiny))
+    inside = covariance / (size[:, :, None] * size[:, None, :]) + 1e-12 * np.eye(len(scattering))
+    root = np.swapaxes(np.linalg.cholesky(np.linalg.inv(inside)), 1, 2) / size[:, None, :]
+    with np.errstate(divide="ignore"):
+        logs = np.log(evidence.weight[kept])
+    logs = logs + np.sum(np.log(np.diagonal(root, axis1=1, axis2=2)), axis=1)
+    return Mixture(jnp.asarray(logs), jnp.asarray((evidence.z[kept] - mode)[:, scattering]), jnp.asarray(root))
 
 
 def between_of(density: LogPosterior, where: Deviations, points: np.ndarray) -> dict[str, BetweenRecordsSummary]:

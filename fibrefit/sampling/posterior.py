@@ -14,6 +14,7 @@ from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.evidence import Evidence
+from fibrefit.sampling.mode.inputs import DrawnInputs
 from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
@@ -52,37 +53,15 @@ class Marginal:
     prior_share: float
 
 
-def widened(course: ChainHistory, widening: np.ndarray) -> np.ndarray:
-    """Points after the warm-up, ``(n_ensemble, n_draw, n)``, moved by what the noise of measured inputs accounts for.
-
-    Parameters
-    ----------
-    widening : (n_free, n_free)
-        Covariance of these moves in free coordinates; zero without measured inputs.
-    """
-    kept = course.kept
-    points = kept.reshape(len(kept), -1, kept.shape[-1]).copy()
-    if widening.any():
-        values, vectors = np.linalg.eigh(widening)
-        drawn = np.random.default_rng(len(widening)).standard_normal((*points.shape[:2], len(widening)))
-        points[..., : len(widening)] += drawn @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    return points
-
-
-def marginals(
-    target: Target, course: ChainHistory, probability: float, widening: np.ndarray | None = None
-) -> dict[str, Marginal]:
+def marginals(target: Target, course: ChainHistory, probability: float) -> dict[str, Marginal]:
     """Marginals of all values, by name.
 
     Parameters
     ----------
     probability : float
         Of the intervals.
-    widening : (n_free, n_free), optional
-        See `widened`.
     """
-    points = widened(course, np.zeros((0, 0)) if widening is None else widening)
-    draws = target.values(points.reshape(-1, target.size))
+    draws = target.values(course.kept.reshape(-1, target.size))
     tail = 0.5 * (1.0 - probability)
     low, first, median, last, high = np.quantile(draws, [tail, 0.025, 0.5, 0.975, 1.0 - tail], axis=0)
     found = {}
@@ -122,11 +101,13 @@ class Posterior:
         Of the heaviest mode; noise included.
     start : (n_free,) in SI units
         The fit it began with.
-    widening : (n_free, n_free)
-        Covariance in free coordinates that the noise of measured inputs adds to that of the ensembles' points.
     channel_units : mapping of channel to str
     between : mapping of name to BetweenRecordsSummary
         How much records differ; empty where that was not sought.
+    inputs : DrawnInputs or None
+        Errors of measured inputs, which belong to each record; None where inputs are exact.
+    alike : bool
+        Whether records are taken for alike that might differ.
     """
 
     target: Target
@@ -137,11 +118,12 @@ class Posterior:
     checks: tuple[Check, ...]
     hausman: HausmanTest
     start: np.ndarray
-    widening: np.ndarray
     settings: Settings
     channel_units: Mapping[str, str]
     seconds: float
     between: Mapping[str, BetweenRecordsSummary] = field(default_factory=dict)
+    inputs: DrawnInputs | None = None
+    alike: bool = False
 
     @property
     def course(self) -> ChainHistory:
@@ -153,7 +135,8 @@ class Posterior:
     @property
     def points(self) -> np.ndarray:
         """Draws in coordinates without limits, ``(n_ensemble, n_draw, n)``; the walkers of each step side by side."""
-        return widened(self.course, self.widening)
+        kept = self.course.kept
+        return kept.reshape(len(kept), -1, kept.shape[-1])
 
     @property
     def draws(self) -> np.ndarray:
@@ -164,17 +147,11 @@ class Posterior:
     @property
     def remarks(self) -> tuple[Statement, ...]:
         """What a reader should know besides the checks."""
-        return (*self._of_inputs(), *self._of_autocorrelation())
+        return (*self._of_records(), *self._of_autocorrelation())
 
-    def _of_inputs(self) -> tuple[Statement, ...]:
-        if not self.widening.any():
-            return ()
-        points = self.course.kept.reshape(-1, self.target.size)[:, : len(self.widening)]
-        ratio = np.sqrt(1.0 + np.diag(self.widening) / points.var(axis=0))
-        worst = int(np.argmax(ratio))
-        widened = Statement("inputs_widen", {"worst": self.target.names[worst], "times": ratio[worst]})
-        alike = len(self.density.problem.layout.records) > 1 and self.density.random_effects is None
-        return (widened, Statement("records_alike")) if alike else (widened,)
+    def _of_records(self) -> tuple[Statement, ...]:
+        """Where records may differ, and no mode in which they may was reached."""
+        return (Statement("records_alike"),) if self.alike else ()
 
     def _of_autocorrelation(self) -> tuple[Statement, ...]:
         """Where the noise spectrum makes much of a difference: GLS against OLS standard errors."""
@@ -201,7 +178,7 @@ class Posterior:
         return status(self.checks)
 
     def thinned(self, count: int, seed: int = 0) -> np.ndarray:
-        """Points ``(count, n)`` of the ensembles, for what is compared with these records and their inputs as read."""
+        """Points ``(count, n)`` of the ensembles, chosen at random."""
         points = self.course.kept.reshape(-1, self.target.size)
         return points[np.random.default_rng(seed).choice(len(points), count, replace=len(points) < count)]
 

@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.problem.noise.likelihood import Likelihood, unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.deviations import records_at
+from fibrefit.sampling.mode.inputs import whitened_residuals
 from fibrefit.sampling.posterior import Posterior
 
 LEVELS = (0.05, 0.5, 0.95)
@@ -49,9 +50,11 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
     """
     density, random = posterior.density, np.random.default_rng(seed)
     points = posterior.thinned(count, seed)
-    local = jnp.asarray(records_at(density, points, seed))
-    readings = {c: np.asarray(r) for c, r in _readings(density, local).items()}
-    channels, data = density.problem.model.rig.channels, density.problem.observations
+    problem = density.problem if posterior.inputs is None else posterior.inputs.problem
+    readings = {
+        c: np.asarray(r) for c, r in _drawn_readings(posterior, records_at(density, points, seed), seed).items()
+    }
+    channels, data = problem.model.rig.channels, problem.observations
     unit = unit_of(data, channels)
     size = density.problem.layout.size
     n_time = readings[channels[0]].shape[-1]
@@ -69,6 +72,20 @@ def predict(posterior: Posterior, count: int = 100, seed: int = 0) -> dict[str, 
         model = np.quantile(readings[channel], LEVELS, axis=0)
         found[channel] = Bands(model, bands, replicates, float(np.mean(inside[counted])))
     return found
+
+
+def _drawn_readings(posterior: Posterior, local: np.ndarray, seed: int) -> dict[str, jax.Array]:
+    """Readings of the model ``(n_draw, n_record, n_time)`` by channel, errors of its inputs drawn where they have some.
+
+    Parameters
+    ----------
+    local : (n_draw, n_record, n_local) in SI units
+    """
+    density, inputs = posterior.density, posterior.inputs
+    if inputs is None:
+        return _readings(density, jnp.asarray(local))
+    white = whitened_residuals(density.problem, density.likelihood.whitening, local)
+    return inputs.readings(local, inputs.drawn(white, np.random.default_rng(seed)))
 
 
 def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: np.random.Generator) -> np.ndarray:

@@ -20,14 +20,8 @@ from emcee import EnsembleSampler
 
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
-from fibrefit.sampling.sample import (
-    ChainStart,
-    PosteriorRequest,
-    coordinates_of,
-    density_of,
-    noise_model_of,
-    sample_posterior,
-)
+from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of, density_of, noise_model_of
+from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Batched
 from fibrefit.study import load_study
@@ -59,7 +53,7 @@ def median_of(run: Callable[[], object], times: int) -> float:
 
 def density(task: Task, values: np.ndarray, noise: str) -> tuple[Batched, np.ndarray]:
     linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(values)))
-    model = noise_model_of(task, linear, noise)
+    model = noise_model_of(task, task.problem, linear, PosteriorRequest(noise))
     priors = priors_of(task.problem.layout, task.problem.model, values, {})
     posterior = density_of(task.problem, priors, model.likelihood)
     return Batched(posterior, 16), coordinates_of(posterior, values)

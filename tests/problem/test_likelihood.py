@@ -13,7 +13,7 @@ from fibrefit.problem.noise.autoregressive import order_and_covariance
 from fibrefit.problem.noise.blocks import BLOCK, in_blocks
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model
 from fibrefit.problem.noise.coloured import HALF_WIDTH_OF_LINE, LINES, Coloured, bank_of, coloured_of
-from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of
+from fibrefit.problem.noise.likelihood import Likelihood, counted_in_part, likelihood_of
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
@@ -205,6 +205,25 @@ def test_the_information_of_tails_is_what_their_curvature_is_on_average(freedom:
     found = one.information(jnp.asarray(draws), noise)
     unit = np.sqrt(np.diag(found))
     np.testing.assert_allclose(found / np.outer(unit, unit), expected / np.outer(unit, unit), atol=0.06)
+
+
+def test_samples_that_count_in_part_neither_gain_nor_lose_by_it() -> None:
+    """What noise is worth on the average does not depend on the factors; the control takes them for larger noise."""
+    valid, random = np.ones((1, 2, 2048), dtype=bool), np.random.default_rng(6)
+    trace = Trace("one", np.arange(2048) / 2000.0, dict.fromkeys(CHANNELS, np.zeros(2048)), {}, {})
+    data = stack([trace], {"force": [0.4], "position": [2e-5]})
+    one = likelihood_of(White(jnp.asarray(valid)), data, CHANNELS, (True, True))
+    draws, downweight = random.standard_normal((200, *valid.shape)), random.uniform(0.05, 1.0, valid.shape)
+    part = counted_in_part(one, data, downweight)
+
+    def mean(of: Likelihood) -> float:
+        return float(np.mean([of.log_density(jnp.asarray(downweight * draw), jnp.zeros(0)) for draw in draws]))
+
+    whole = float(np.mean([one.log_density(jnp.asarray(draw), jnp.zeros(0)) for draw in draws]))
+    # Of 200 draws of 4096 samples, each with a standard deviation of one over the root of two; and of both means.
+    assert mean(part) == pytest.approx(whole, abs=4.0 * np.sqrt(2.0 * 0.5 * 4096.0 / 200.0))
+    assert abs(mean(one) - whole) > 200.0
+    np.testing.assert_allclose(part.counts, np.sum(downweight**2, axis=(0, 2)), rtol=1e-12)
 
 
 def test_it_is_a_curvature_of_a_maximum_where_the_one_at_hand_is_none() -> None:

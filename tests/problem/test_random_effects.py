@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 from fibrefit.problem.estimate.evidence import grid_of
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import White
-from fibrefit.problem.posterior.random_effects import RandomEffects, drawn_deviations
+from fibrefit.problem.posterior.random_effects import Mixture, RandomEffects, drawn_deviations
 
 RECORDS, SAMPLES, NUMBER = 3, 12, 2
 EXACT = 1e-9
@@ -27,7 +27,8 @@ def linear(eta: np.ndarray, random: np.random.Generator) -> tuple[RandomEffects,
         products=jnp.einsum("rcti,rctj->rcij", slopes, slopes),
         middle=jnp.zeros(NUMBER),
         eta=jnp.asarray(eta),
-        follow=jnp.zeros((RECORDS, NUMBER, NUMBER)),
+        follow=jnp.zeros((len(grid), RECORDS, NUMBER, NUMBER)),
+        where=Mixture(jnp.zeros(len(grid)), jnp.zeros((len(grid), NUMBER)), jnp.zeros((len(grid), NUMBER, NUMBER))),
         sigma=jnp.asarray(grid),
         log_prior=jnp.asarray(log_prior),
         places=(0, 1),

@@ -37,7 +37,7 @@ class Density:
         white = cast(Any, White())
         self.likelihood = Likelihood(white, counts, jnp.zeros(()), ("force", "position"), (False, False))
         observations = SimpleNamespace(weight=WEIGHT)
-        self.problem = SimpleNamespace(observations=observations, residuals_at=lambda own: jnp.asarray(RESIDUALS))
+        self.problem = SimpleNamespace(observations=observations)
 
     def split(self, point: Any) -> tuple[Any, Any]:
         return None, point
@@ -45,8 +45,8 @@ class Density:
 
 def test_a_block_has_the_levels_of_the_channels_it_holds() -> None:
     levels = np.array([0.5, 3.0])
-    points, local = jnp.log(jnp.asarray(levels))[None], jnp.zeros((1, 1))
-    found = np.asarray(compare._blockwise(cast(Any, Density()), local, points, jnp.asarray(BLOCKS), 3))[0]
+    points, white = jnp.log(jnp.asarray(levels))[None], jnp.asarray(RESIDUALS)[None]
+    found = np.asarray(compare._blockwise(cast(Any, Density()), white, points, jnp.asarray(BLOCKS), 3))[0]
     each = norm.logpdf(RESIDUALS[0], scale=levels[:, None])
     whole = np.where([WEIGHT["force"][0] > 0.0, WEIGHT["position"][0] > 0.0], each, 0.0).sum(axis=0)
     np.testing.assert_allclose(found, [whole[:2].sum(), whole[2:].sum(), 0.0], rtol=1e-6, atol=1e-9)

@@ -20,7 +20,8 @@ from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.checks import assess
 from fibrefit.sampling.mode.modes import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
 from fibrefit.sampling.posterior import Marginal, marginals, status
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
+from fibrefit.sampling.ready import ChainStart, PosteriorRequest
+from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.study.summaries.check import Check
 from tests.sampling.drops import TRUTH

@@ -19,7 +19,8 @@ from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import distinct
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, _prepare, coordinates_of, sample_posterior
+from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of, prepare
+from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.hdf5 import read_result, write_result
 from fibrefit.study.summaries.summaries import Provenance
@@ -201,7 +202,7 @@ def test_a_search_that_is_given_up_is_no_mode(small: tuple[Task, np.ndarray], mo
 def test_a_search_from_afar_arrives(small: tuple[Task, np.ndarray]) -> None:
     task, values = small
     far = values * np.array([1.1, 1.5, 0.7, *np.ones(4)])
-    ready = _prepare(task, ChainStart(values), {}, PosteriorRequest(settings=SHORT))
+    ready = prepare(task, ChainStart(values), {}, PosteriorRequest(settings=SHORT))
     priors = ready.priors.each + noise_priors(ready.model.likelihood)
     ends = [find_mode(ready.density, coordinates_of(ready.density, one), priors) for one in (values, far)]
     assert [arrived for _, arrived in ends] == [True, True]

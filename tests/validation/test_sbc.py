@@ -15,7 +15,8 @@ import pytest
 from scipy.stats import chisquare
 
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
+from fibrefit.sampling.ready import ChainStart, PosteriorRequest
+from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
 from tests.sampling.drops import fitted, series, task_of
 

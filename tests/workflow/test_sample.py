@@ -21,7 +21,6 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.progress import quiet
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
-from fibrefit.report.sentences.posterior import SENTENCES
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
@@ -264,36 +263,23 @@ def test_what_a_run_begins_around_is_kept_to_the_last_bit(tmp_path: Path) -> Non
         "ok",
         {"drive": random.random((3, 4))},
         "12",
-        {"k": 0.018},
     )
     start.save(tmp_path)
     read = _read(tmp_path / START)
     assert (read.names, read.status, read.rests_on) == (start.names, start.status, start.rests_on)
-    assert read.differ == start.differ
     np.testing.assert_array_equal(read.values, start.values)
     np.testing.assert_array_equal(read.plain, start.plain)
     np.testing.assert_array_equal(read.basins, start.basins)
     np.testing.assert_array_equal(read.coefficients["drive"], start.coefficients["drive"])
 
 
-@pytest.mark.parametrize(
-    ("coefficients", "differ", "told"),
-    [
-        ({"drive": np.zeros((3, 4))}, {"stiffness": 0.018}, {"records_differ": False}),
-        ({"drive": np.zeros((3, 4))}, {}, {"records_differ": True}),
-        # Walkers of exact inputs let records differ.
-        ({}, {"stiffness": 0.018}, {}),
-    ],
-)
-def test_walkers_that_take_records_for_alike_are_held_against_the_fit(
-    coefficients: dict[str, np.ndarray], differ: dict[str, float], told: dict[str, bool]
-) -> None:
-    start = SamplingStart(("k",), np.ones(1), np.ones(1), (), "ok", coefficients, "", differ)
-    checks = {check.identifier: check for check in start.checks()}
-    assert {name: check.passed for name, check in checks.items()} == {"initial_fit": True, **told}
-    if told.get("records_differ") is False:
-        says = SENTENCES["records_differ"](checks["records_differ"])
-        assert says.startswith("The fit finds that records differ (stiffness by 1.8 %), and the walkers take them for")
+def test_what_an_older_program_kept_goes_on(tmp_path: Path) -> None:
+    """It kept what records differ by, too."""
+    start = SamplingStart(("k",), np.ones(1), np.ones(1), (), "ok", {"drive": np.zeros((3, 4))}, "12")
+    start.save(tmp_path)
+    kept = json.loads((tmp_path / START).read_text(encoding="utf-8"))
+    (tmp_path / START).write_text(json.dumps({**kept, "differ": {"k": 0.018}}), encoding="utf-8")
+    assert _read(tmp_path / START).names == ("k",)
 
 
 def test_a_setting_that_is_misspelt_is_refused() -> None:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
 from fibrefit.problem.estimate.gls import inverse, whitened
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
 from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
-from fibrefit.problem.noise.whitening import Whitening
-from fibrefit.problem.statement.layout import Layout, assembled, normal_equations
+from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
+from fibrefit.problem.statement.layout import Layout, assembled, gathered, normal_equations
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.thresholds import SLIGHT, UNLIKELY
 from fibrefit.study.summaries.check import Check
@@ -64,6 +66,55 @@ def hausman_at(
     bread = inverse(normal_equations(layout, slopes, np.asarray(linear.residuals))[0] + prior)
     middle = assembled(scattered(slopes, whitening, there.level), layout.local_columns, layout.size) + prior
     return hausman_test(there.step, bread @ middle @ bread, there.covariance)
+
+
+def hausman_with_input_errors(
+    layout: Layout,
+    linear: Linearised,
+    seen: InputSensitivities,
+    noise: tuple[Whitening, np.ndarray],
+    belief: np.ndarray,
+) -> HausmanTest:
+    """`hausman_at` where errors of measured inputs are unknown: both estimates have those that suit them best.
+
+    Law
+    ---
+    With ``P`` and ``P_c`` what takes off what errors can imitate, in plain least squares and under the noise, the plain
+    estimate has the covariance ``A^-1 J'P (C + W W') P J A^-1``, ``A = J'PJ``; that of the whitened one is
+    ``(J'P_c J)^-1``.
+
+    Parameters
+    ----------
+    linear : Linearised
+        Anywhere near both; at errors of nothing, linearised.
+    seen : InputSensitivities
+        Not whitened.
+    noise : (Whitening, (n_channel,))
+        And its level over what the whitening assumes.
+    belief : (n_free + 1, n_free + 1)
+        See `Layout.prior_gram`; both estimates share it.
+    """
+    size, columns, shape = layout.size, layout.local_columns, np.shape(linear.residuals)
+    rows = np.concatenate([np.asarray(linear.slopes), np.asarray(linear.residuals)[..., None]], axis=-1)
+    flat = np.moveaxis(rows, -1, 1).reshape(len(rows), rows.shape[-1], -1)
+    plain = seen.left(flat)
+    prior, pull = belief[:-1, :-1], belief[:-1, -1]
+    bread = inverse(_gathered(layout, flat[:, :-1], plain[:, :-1]) + prior)
+    step = -bread @ (gathered(np.einsum("rin,rn->ri", flat[:, :-1], plain[:, -1]), columns, size) + pull)
+    slopes = np.moveaxis(plain[:, :-1].reshape(shape[0], -1, *shape[1:]), 1, -1)
+    by_errors = np.stack([own @ own.T for own in seen.products(plain[:, :-1])])
+    middle = assembled(scattered(slopes, *noise) + by_errors, columns, size) + prior
+    levelled = Levelled(noise[0], jnp.asarray(noise[1]))
+    white = np.moveaxis(np.asarray(innovations(levelled, rows)), -1, 1).reshape(flat.shape)
+    kept = whitened_sensitivities(seen, levelled).left(white)
+    covariance = inverse(_gathered(layout, white[:, :-1], kept[:, :-1]) + prior)
+    further = -covariance @ (gathered(np.einsum("rin,rn->ri", white[:, :-1], kept[:, -1]), columns, size) + pull)
+    return hausman_test(further - step, bread @ middle @ bread, covariance)
+
+
+def _gathered(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Products of rows ``(n_record, n_local, n)`` in the places of the free values."""
+    return assembled(np.einsum("rin,rjn->rij", left, right), layout.local_columns, layout.size)
 
 
 def hausman_test(difference: np.ndarray, of_plain: np.ndarray, of_whitened: np.ndarray) -> HausmanTest:

@@ -23,7 +23,7 @@ from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
 from fibrefit.problem.noise.coloured import Coloured
-from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 BROAD = 0.02
@@ -66,7 +66,7 @@ class View:
     raw: InputSensitivities | None = None
     beforehand: View | None = None
 
-    def through(self, whitening: Coloured) -> View:
+    def through(self, whitening: Coloured | Levelled) -> View:
         """The same through another whitening."""
         sensitivities = None if self.raw is None else whitened_sensitivities(self.raw, whitening)
         return replace(self, whitening=whitening, sensitivities=sensitivities)
@@ -93,8 +93,7 @@ class View:
         rows = np.asarray(self.problem.followed(local)[0].residuals)
         if self.sensitivities is None or self.raw is None:
             return rows[None], {}
-        offset = np.asarray(self.raw.offset).reshape(rows.shape)
-        rows = np.where(rows != 0.0, rows + offset, 0.0)
+        rows = self.without_errors(rows)
         white = rows if self.whitening is None else np.asarray(innovations(self.whitening, rows))
         random, found, best = np.random.default_rng(0), [], []
         for row, own, seen, raw in zip(rows, white, self.sensitivities.records, self.raw.records, strict=True):
@@ -102,6 +101,12 @@ class View:
             errors = drawn_about(best[-1], np.linalg.cholesky(seen.inverse), draws, random)
             found.append(row + raw.imitated(errors, row.size).reshape(draws, *row.shape))
         return np.stack(found, axis=1), self.raw.named(best)
+
+    def without_errors(self, residuals: np.ndarray) -> np.ndarray:
+        """Residuals ``(n_record, n_channel, n_time)`` with inputs without errors, linearly."""
+        if self.raw is None:
+            return residuals
+        return np.where(residuals != 0.0, residuals + np.asarray(self.raw.offset).reshape(residuals.shape), 0.0)
 
     def as_the_noise_left(self, evidence: MarginalLikelihood, draws: int = 1) -> np.ndarray:
         """Residuals that have the power of the noise, ``(n_draw, n_record, n_channel, n_time)`` in its units.

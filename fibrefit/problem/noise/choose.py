@@ -36,7 +36,8 @@ class NoiseModel:
     ----------
     kind : {"white", "autoregressive", "coloured"}
     requested : str
-        ``"auto"`` where it was chosen; the kind requested; or ``"rests"`` where noise is that of the parts at rest.
+        ``"auto"`` where it was chosen; the kind requested; or ``"inputs"`` where errors of inputs were fitted, and the
+        noise they took along put back.
     scores : dict of str to float
         Log likelihood less penalty of every kind that was tried, over that of white noise.
     noise : tuple of Noise

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import equinox as eqx
@@ -99,23 +100,23 @@ class Likelihood(eqx.Module):
         freedom = jnp.exp(noise[-1])
         return (freedom + 1.0) / (freedom + 3.0) * self.levels(noise) ** -2
 
-    def information(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:
+    def information(self, innovations: jax.Array, noise: jax.Array) -> jax.Array:
         """Curvature of minus the log density in the noise coordinates, ``(n_noise, n_noise)``.
 
         Parameters
         ----------
-        residuals : (n_record, n_channel, n_time) in units of the noise
+        innovations : (n_record, n_channel, n_time)
         noise : (n_noise,)
 
         Law
         ---
-        Of a normal law that of the residuals at hand. Of Student's t its expectation, Fisher's information: away from
+        Of a normal law that of the innovations at hand. Of Student's t its expectation, Fisher's information: away from
         its maximum that at hand may bend the other way. With the scale s and ν degrees of freedom a sample adds
         ``2 ν / (ν + 3)`` in ln s, ``-2 ν / ((ν + 1) (ν + 3))`` beside ln ν and in ln ν, ψ' being the trigamma function,
         ``ν² (ψ'(ν/2) - ψ'((ν + 1)/2)) / 4 - ν (ν + 5) / (2 (ν + 1) (ν + 3))``.
         """
         if not self.heavy:
-            return -jax.hessian(lambda x: self.log_density(residuals, x))(noise)
+            return -jax.hessian(lambda x: jnp.sum(self.of_innovations(innovations, x)) + self.constant(x))(noise)
         freedom = jnp.exp(noise[-1])
         beyond = (freedom + 1.0) * (freedom + 3.0)
         trigamma = partial(jax.scipy.special.polygamma, 1)
@@ -171,6 +172,25 @@ def likelihood_of(
         logs = logs.at[:, channels.index(channel)].set(_log_unit_in_steps(steps)[:, None])
     log_unit = jnp.sum(jnp.where(valid, logs, 0.0))
     return Likelihood(whitening, jnp.sum(valid, axis=(0, 2)).astype(float), log_unit, channels, known, heavy)
+
+
+def counted_in_part(likelihood: Likelihood, data: Observations, downweight: np.ndarray) -> Likelihood:
+    """A likelihood of residuals that are smaller by factors, in which no sample gains or loses by its factor.
+
+    What does not count of a sample is as probable as noise is on the average: models whose samples count otherwise
+    are compared by densities of the same readings.
+
+    Parameters
+    ----------
+    data : Observations
+        Every sample counted in full.
+    downweight : (n_record, n_channel, n_time)
+    """
+    whole = likelihood_of(likelihood.whitening, data, likelihood.channels, likelihood.known, likelihood.heavy)
+    valid = np.stack([np.asarray(data.weight[c]) > 0.0 for c in likelihood.channels], axis=1)
+    counts = np.sum(np.where(valid, downweight, 0.0) ** 2, axis=(0, 2))
+    rest = 0.5 * math.log(2.0 * math.pi * math.e) * (valid.sum() - counts.sum())
+    return replace(whole, counts=jnp.asarray(counts), log_unit=whole.log_unit - rest)
 
 
 def _log_unit_in_steps(steps: Steps) -> jax.Array:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
 from fibrefit.problem.noise.likelihood import Likelihood
+from fibrefit.problem.posterior.input_effects import InputEffects
 from fibrefit.problem.posterior.prior import Density, Prior, log_slope
 from fibrefit.problem.posterior.random_effects import Conditional, RandomEffects
 from fibrefit.problem.statement.problem import Problem
@@ -17,6 +19,20 @@ LEVEL_SPREAD = 1.0
 """Default prior of an unknown noise level: log-normal around the estimate, a factor e either way."""
 TAIL_PRIOR = Prior(True, 15.0, 1.0, 2.0, 200.0, "default")
 """Of the degrees of freedom: from tails as heavy as can be, with a variance still, to none at all."""
+
+
+class Place(NamedTuple):
+    """Where records are simulated at a point.
+
+    Parameters
+    ----------
+    local : (n_record, n_local) in SI units
+    eta : (n_record, n_scattering)
+        Deviations between records that these hold; None where there are none.
+    """
+
+    local: jax.Array
+    eta: jax.Array | None
 
 
 class LogPosterior(eqx.Module):
@@ -30,6 +46,8 @@ class LogPosterior(eqx.Module):
         Of the exponentials of the noise coordinates.
     random_effects : RandomEffects or None
         Deviations between records, integrated out; None where records share all they share.
+    inputs : InputEffects or None
+        Errors of measured inputs, integrated out; None where inputs are exact.
     """
 
     problem: Problem
@@ -37,6 +55,7 @@ class LogPosterior(eqx.Module):
     noise_prior: Density
     likelihood: Likelihood
     random_effects: RandomEffects | None = None
+    inputs: InputEffects | None = None
 
     @property
     def size(self) -> int:
@@ -64,26 +83,40 @@ class LogPosterior(eqx.Module):
     def log_likelihood(self, point: jax.Array) -> jax.Array:
         """Log density of the measured values."""
         free, noise = self.split(point)
+        place = self.place(self.problem.layout.values(free))
+        innovations = self.innovations(place.local)
+        total = jnp.sum(self.likelihood.of_innovations(innovations, noise)) + self.likelihood.constant(noise)
+        if self.inputs is not None:
+            total = total + self.inputs.log_density(self.likelihood, noise, place.local)
+        if self.random_effects is not None:
+            total = total + jax.nn.logsumexp(self.conditional(innovations, noise, place).logs)
+        return total
+
+    def place(self, values: jax.Array) -> Place:
+        """Where records are simulated, given the free values ``(n_free,)`` in SI units: deviations linearised there."""
+        local = self.problem.layout.local(values)
         if self.random_effects is None:
-            local = self.problem.layout.local(self.problem.layout.values(free))
-            return self.likelihood.log_density(residuals_at(self.problem, local), noise)
-        innovations, eta = self._with_deviations(self.random_effects, free)
-        there = jnp.sum(self.likelihood.of_innovations(innovations, noise)) + self.likelihood.constant(noise)
-        return there + jax.nn.logsumexp(self.random_effects.conditional(self.likelihood, innovations, noise, eta).logs)
+            return Place(local, None)
+        eta = self.random_effects.deviations(values)
+        return Place(self.random_effects.moved(local, eta), eta)
+
+    def innovations(self, local: jax.Array) -> jax.Array:
+        """Innovations ``(n_record, n_channel, n_time)`` at values of each record, errors of inputs at their best."""
+        white = self.likelihood.whitening.whiten(residuals_at(self.problem, local))
+        return white if self.inputs is None else self.inputs.at_best(white, local)
+
+    def conditional(self, innovations: jax.Array, noise: jax.Array, place: Place) -> Conditional:
+        """What innovations at a place say of the deviations of records."""
+        assert self.random_effects is not None
+        assert place.eta is not None
+        beside = 0.0 if self.inputs is None else self.inputs.pull(place.local, self.random_effects.columns)
+        return self.random_effects.conditional(self.likelihood, innovations, noise, place.eta, beside)
 
     def known_of_deviations(self, point: jax.Array) -> Conditional:
         """What the records say of their deviations at a point."""
-        assert self.random_effects is not None
         free, noise = self.split(point)
-        innovations, eta = self._with_deviations(self.random_effects, free)
-        return self.random_effects.conditional(self.likelihood, innovations, noise, eta)
-
-    def _with_deviations(self, random_effects: RandomEffects, free: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """Innovations ``(n_record, n_channel, n_time)`` where deviations are linearised, and these deviations."""
-        values = self.problem.layout.values(free)
-        eta = random_effects.deviations(values)
-        residuals = residuals_at(self.problem, random_effects.moved(self.problem.layout.local(values), eta))
-        return self.likelihood.whitening.whiten(residuals), eta
+        place = self.place(self.problem.layout.values(free))
+        return self.conditional(self.innovations(place.local), noise, place)
 
     def __call__(self, point: jax.Array) -> jax.Array:
         """Log posterior density, unscaled; minus infinity where it is not a number."""

@@ -43,13 +43,9 @@ def _gls_gains(found: Statement) -> str:
 
 
 REMARKS: dict[str, Callable[[Statement], str]] = {
-    "inputs_widen": lambda found: (
-        f"The noise of the measured inputs widens the posterior: that of {found.facts['worst']} to "
-        f"{found.facts['times']:.3g} times what exact inputs would give."
-    ),
     "records_alike": lambda found: (
-        "Records are taken for alike, as the drive of this rig was measured: where fibrefit fit finds that they "
-        "differ, these intervals are too narrow and values may be off by several of them."
+        "Records are taken for alike: no values were found that are most probable if they may differ. Where fibrefit "
+        "fit finds that they differ, these intervals are too narrow and values may be off by several of them."
     ),
     "gls_gains": _gls_gains,
 }
@@ -60,7 +56,8 @@ def likelihood_sentence(model: NoiseModel) -> str:
     """Which likelihood was taken, and why."""
     words = f"Likelihood: {_noise(model)}"
     if model.requested != "auto":
-        return f"{words}, as {'in the parts at rest' if model.requested == 'rests' else 'requested'}.{_tails(model)}"
+        as_what = "the model leaves it with errors of its inputs" if model.requested == "inputs" else "requested"
+        return f"{words}, as {as_what}.{_tails(model)}"
     best = model.scores[model.kind]
     others = [f"{name} is {best - score:.4g}" for name, score in model.scores.items() if name != model.kind]
     return (
@@ -231,16 +228,6 @@ def _initial_fit(check: Check) -> str:
     return f"The status of the fit the walkers are initialised around is {check.facts['status']}.{end}"
 
 
-def _records_differ(check: Check) -> str:
-    if check.passed:
-        return "The fit finds that records agree, as the walkers take them to."
-    found = ", ".join(f"{name} by {100 * sd:.2g} %" for name, sd in check.facts["differ"].items())
-    return (
-        f"The fit finds that records differ ({found}), and the walkers take them for alike: values may be off by "
-        "several of their intervals."
-    )
-
-
 SENTENCES: dict[str, Callable[[Check], str]] = {
     "convergence": _convergence,
     "effective_sample_size": _effective_sample_size,
@@ -254,7 +241,6 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "residual_size": _residual_size,
     "nuts": _nuts,
     "initial_fit": _initial_fit,
-    "records_differ": _records_differ,
     "hausman": hausman_sentence,
 }
 """By identifier."""

@@ -1,218 +1,250 @@
-"""Errors in variables: what the errors of measured inputs do to a posterior.
+"""Errors in variables: what measured inputs do to a posterior.
 
 A likelihood takes the inputs for exact. Where a drive's position is measured and multiplied by a stiff fibre it is not:
-its error is one more unknown of each record. Values and errors are brought to the place where both together explain the
-records best, under the noise spectrum. The ensembles walk around there with the inputs as corrected, which leaves
-out how the errors could vary with the values; by what that takes away, the posterior is widened.
-
-It is not `fitting.search.with_input_errors`, which lets records differ: steps here are full ones from the estimate of
-a fit, and what is wanted beside the place are the covariances with the errors known and unknown.
+its error is one more unknown of each record. As in a fit, readings are linearised in the errors at the mode, found
+together with the values and with how records differ; the errors are then integrated out of the density, and draws of
+them are made again where something is predicted.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.hausman import HausmanTest, hausman_test, scattered
+from fibrefit.problem.estimate.view import View
+from fibrefit.problem.inputs.error_signals import taken_off
 from fibrefit.problem.inputs.errors_in_variables import (
     InputCoefficients,
     InputErrors,
     corrected,
-    expanded,
+    input_errors,
     no_errors,
 )
-from fibrefit.problem.inputs.sensitivities import (
-    InputSensitivities,
-    weighted_sensitivities,
-    whitened_sensitivities,
-    without_input_errors,
-)
-from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
-from fibrefit.problem.statement.layout import Layout, assembled, gathered
+from fibrefit.problem.inputs.linearity_weights import downweighted
+from fibrefit.problem.inputs.sensitivities import sensitivities_of
+from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.posterior.input_effects import InputEffects
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-STEPS = 6
-SETTLED = 0.05
-"""Change of coefficients, whose prior has a spread of one, or of values in standard errors, that ends the search."""
 
-
-@dataclass(frozen=True)
-class GlsWithInputs:
-    """Values and input errors that explain the records best under the noise spectrum.
-
-    Parameters
-    ----------
-    task : Task
-        With the errors taken off its inputs.
-    values : (n_free,) in SI units
-    widening : (n_free, n_free)
-        Covariance in free coordinates that the errors add to that of values sampled with the inputs as corrected.
-    hausman : HausmanTest
-        Of the plain estimate, with input errors of its own, and of this one.
-    """
-
-    task: Task
-    values: np.ndarray
-    widening: np.ndarray
-    hausman: HausmanTest
-
-
-def inputs_corrected(
-    task: Task, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients | None = None
-) -> tuple[Task, InputCoefficients]:
-    """The task with the input errors that suit given values best, under white noise, and these errors.
-
-    Parameters
-    ----------
-    known : mapping of input to InputErrors
-    values : (n_free,) in SI units
-    coefficients : mapping of input to (n_record, n_wave), optional
-        Errors to begin with: a motion that bounces is not led back to its best from just anywhere.
-    """
-    coefficients = no_errors(known) if coefficients is None else coefficients
-    for _ in range(STEPS):
-        residuals, _, seen = _linearised(task.problem, known, values, coefficients)
-        moved = _named(known, -without_input_errors(seen, residuals + np.asarray(seen.offset)[:, None])[1][:, 0])
-        change = max(float(np.abs(moved[name] - coefficients[name]).max()) for name in known)
-        coefficients = moved
-        if change < SETTLED:
-            break
-    return replace(task, problem=corrected(task.problem, known, coefficients)), coefficients
-
-
-def gls_with_inputs(
-    task: Task,
-    known: Mapping[str, InputErrors],
-    values: np.ndarray,
-    coefficients: InputCoefficients,
-    whitening: Whitening,
-    level: np.ndarray,
-) -> GlsWithInputs:
-    """Go from the plain (OLS) estimate to that under coloured noise (GLS).
+def seen_at(task: Task, values: np.ndarray, coefficients: InputCoefficients | None = None) -> View:
+    """Records with the errors of their inputs eliminated, linearised at given ones; as they are where inputs are exact.
 
     Parameters
     ----------
     task : Task
         With its inputs as measured.
-    known : mapping of input to InputErrors
-    values : (n_free,) in SI units
-        The plain estimate.
-    coefficients : mapping of input to (n_record, n_wave)
-        Its input errors.
-    level : (n_channel,)
-        Noise over what the whitening assumes.
+    values : (n_free,) or (n_record, n_local) in SI units
+    coefficients : mapping of input to (n_record, n_wave), optional
+        None by default.
     """
-    problem, layout = task.problem, task.problem.layout
-    at = _evaluate(problem, known, values, coefficients, whitening, level)
-    hausman = hausman_test(at.step, at.of_plain, at.covariance)
-    for _ in range(STEPS):
-        error = np.sqrt(np.clip(np.diag(at.covariance), 0.0, None))
-        change = float(np.max(np.abs(at.step) / np.where(error > 0.0, error, np.inf)))
-        values, coefficients = _inside(layout, values, at.step), at.best
-        if change < SETTLED:
-            break
-        at = _evaluate(problem, known, values, coefficients, whitening, level)
-    slope = _slope(layout, values)
-    widening = (at.covariance - at.of_corrected) / np.outer(slope, slope)
-    found = replace(task, problem=corrected(problem, known, coefficients))
-    return GlsWithInputs(found, values, widening, hausman)
+    known = input_errors(task)
+    if not known:
+        return View(task.problem)
+    coefficients = coefficients or no_errors(known)
+    seen = sensitivities_of(task, values, coefficients)
+    assert seen is not None
+    problem = downweighted(corrected(task.problem, known, coefficients), seen.downweight)
+    return View(problem, None, seen, seen)
 
 
-class _Evaluation(NamedTuple):
-    """Step of the values, best coefficients after it, and covariances ``(n_free, n_free)``, all in SI units.
-
-    What a fit believes of the values beforehand counts in all of them.
+def input_effects_of(seen: View, local: np.ndarray, spread: np.ndarray) -> InputEffects | None:
+    """What integrates the errors of inputs out; None where inputs are exact.
 
     Parameters
     ----------
-    step : (n_free,)
-    best : mapping of input to (n_record, n_wave)
-    covariance, of_corrected, of_plain
-        Of the whitened estimate with the coefficients unknown and with the coefficients known, and of the plain one.
+    seen : View
+        Through a whitening and these levels.
+    local : (n_record, n_local) in SI units
+        Values of each record at the mode.
+    spread : (n_channel,)
+        Noise over what the whitening itself assumes.
+    """
+    if seen.sensitivities is None or seen.whitening is None:
+        return None
+    columns = seen.problem.layout.local_free
+    linear = seen.problem.followed(local)[0]
+    residuals = np.asarray(linear.residuals)
+    zero = seen.without_errors(residuals)
+    offset = zero - residuals
+    rows = np.concatenate([np.asarray(linear.slopes), zero[..., None], offset[..., None]], axis=-1)
+    white = np.moveaxis(np.asarray(innovations(seen.whitening, rows)), -1, 1)
+    shape, records = white.shape[2:], seen.sensitivities.records
+    found = []
+    for record, own in zip(records, white.reshape(*white.shape[:2], -1), strict=True):
+        best = -record.best(own[:-1])
+        moved = record.imitated(best, own.shape[1])
+        moved[-1] += own[-1]
+        parts = np.moveaxis(record.rows, 1, 0).astype(float)
+        told = [float(np.sum((record.inverse @ part) * part)) for part in parts]
+        found.append((moved.reshape(-1, *shape), best @ best.T, -np.linalg.slogdet(record.inverse)[1], told))
+    moves, squares, log_dets, number = (np.array(part) for part in zip(*found, strict=True))
+    moves = np.moveaxis(moves, 1, -1) * spread[:, None, None]
+    return InputEffects(
+        local=jnp.asarray(local[:, list(columns)]),
+        offset=jnp.asarray(moves[..., -1]),
+        slopes=jnp.asarray(moves[..., :-1]),
+        squares=jnp.asarray(squares),
+        log_det=jnp.asarray(log_dets.sum()),
+        told=jnp.asarray(number.sum(axis=0)),
+        curvature=jnp.asarray(spread**-2.0),
+        columns=tuple(int(column) for column in columns),
+    )
+
+
+def _offset(seen: View) -> np.ndarray:
+    """What takes readings back to inputs without errors, linearly, ``(n_record, n_channel, n_time)``."""
+    assert seen.raw is not None
+    return np.asarray(seen.raw.offset).reshape(seen.raw.downweight.shape)
+
+
+class LeftOut(NamedTuple):
+    """Blocks of readings predicted from all others, errors of inputs integrated out.
+
+    Parameters
+    ----------
+    factors : tuple of (int, (n_time,) int, (n, n))
+        Record and instants of a block, and the lower root of the covariance of its innovations, channel by channel.
+    log_det : (n_block,)
+        Logarithm of the determinant of that root.
+    spread : (n_channel,)
+        Noise over what the whitening assumes.
     """
 
-    step: np.ndarray
-    best: InputCoefficients
-    covariance: np.ndarray
-    of_corrected: np.ndarray
-    of_plain: np.ndarray
+    factors: tuple[tuple[int, np.ndarray, np.ndarray], ...]
+    log_det: np.ndarray
+    spread: np.ndarray
+
+    def predicted(self, innovations: np.ndarray) -> np.ndarray:
+        """What is not expected of innovations ``(n_point, n_record, n_channel, n_time)`` at the best errors."""
+        innovations = innovations / self.spread[:, None]
+        found = innovations.copy()
+        for r, where, factor in self.factors:
+            own = innovations[:, r][:, :, where]
+            found[:, r, :, where] = np.moveaxis((own.reshape(len(own), -1) @ factor).reshape(own.shape), -1, 0)
+        return np.asarray(found * self.spread[:, None])
 
 
-def _evaluate(
-    problem: Problem,
-    known: Mapping[str, InputErrors],
-    values: np.ndarray,
-    coefficients: InputCoefficients,
-    whitening: Whitening,
-    level: np.ndarray,
-) -> _Evaluation:
-    layout, belief = problem.layout, problem.layout.prior_gram(values)
-    residuals, slopes, seen = _linearised(problem, known, values, coefficients)
-    levelled, channels = Levelled(whitening, jnp.asarray(level)), seen.downweight.shape[1]
-    rows = np.concatenate([slopes, residuals + np.asarray(seen.offset)[:, None]], axis=1)
-    white = np.asarray(_whitened(levelled, rows.reshape(*rows.shape[:2], channels, -1))).reshape(rows.shape)
-    kept, imitated = without_input_errors(whitened_sensitivities(seen, levelled), white)
-    first = white[:, :-1]
-    covariance = inverse(_sum(layout, first, kept[:, :-1]) + belief[:-1, :-1])
-    pull = np.einsum("rin,rn->ri", first, kept[:, -1])
-    step = -covariance @ (gathered(pull, layout.local_columns, layout.size) + belief[:-1, -1])
-    local = np.concatenate([step, [0.0, 0.0]])[layout.local_columns]
-    best = -np.einsum("riw,ri->rw", imitated, np.concatenate([local, np.ones((len(local), 1))], axis=1))
-    # What no error of the input can imitate, in the eyes of the plain estimate.
-    plain = without_input_errors(seen, slopes)[0]
-    waved = seen.products(plain)
-    columns = np.moveaxis(plain.reshape(*plain.shape[:2], channels, -1), 1, -1)
-    coloured = assembled(scattered(columns, whitening, level), layout.local_columns, layout.size)
-    middle = coloured + _gathered(layout, [own @ own.T for own in waved]) + belief[:-1, :-1]
-    bread = inverse(_sum(layout, slopes, plain) + belief[:-1, :-1])
-    alone = inverse(_sum(layout, first, first) + belief[:-1, :-1])
-    return _Evaluation(step, _named(known, best), covariance, alone, bread @ middle @ bread)
+@dataclass(frozen=True)
+class DrawnInputs:
+    """Errors of measured inputs, drawn from what is known of them at given values.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the inputs as the density takes them, every sample counted in full.
+    known : mapping of input to InputErrors
+    seen : View
+        Through a whitening and the noise at the mode.
+    spread : (n_channel,)
+        That noise over what the whitening itself assumes.
+    """
+
+    problem: Problem
+    known: Mapping[str, InputErrors]
+    seen: View
+    spread: np.ndarray
+
+    def drawn(self, white: np.ndarray, random: np.random.Generator) -> InputCoefficients:
+        """Errors beside those that are taken off already, a mapping of input to ``(n_point, n_record, n_wave)``.
+
+        Parameters
+        ----------
+        white : (n_point, n_record, n_channel, n_time)
+            Innovations with the inputs as the density takes them.
+        """
+        assert self.seen.sensitivities is not None
+        assert self.seen.whitening is not None
+        sensitivities = self.seen.sensitivities
+        rows = white / self.spread[:, None] + np.asarray(innovations(self.seen.whitening, _offset(self.seen)))
+        here = np.concatenate(list(sensitivities.coefficients.values()), axis=1)
+        waves = []
+        for r, record in enumerate(sensitivities.records):
+            wave = random.standard_normal((len(rows), len(record.inverse))) @ np.linalg.cholesky(record.inverse).T
+            wave -= record.best(rows[:, r].reshape(len(rows), -1))
+            waves.append(wave @ record.basis.T - here[r])
+        ends = np.cumsum([of.size.shape[1] for of in self.known.values()])[:-1]
+        return dict(zip(self.known, np.split(np.stack(waves, axis=1), ends, axis=-1), strict=True))
+
+    def left_out(self, blocks: np.ndarray, n_block: int) -> LeftOut:
+        """What predicts blocks from the others.
+
+        Law
+        ---
+        With the errors integrated out innovations have the precision ``P = 1 - W (1 + W'W)^-1 W'``. Those of a block b
+        given all others have the covariance ``P_bb^-1 = L L'``, and are ``P_bb^-1 (P m)_b`` off what is expected of
+        them; divided by L that is ``L' (P m)_b``, and ``P m`` are the innovations at the best errors.
+
+        Source
+        ------
+        Buerkner, Gabry and Vehtari, Computational Statistics 36 (2021).
+
+        Parameters
+        ----------
+        blocks : (n_record, n_time) int
+            Block of each instant; the last one is that of what is masked.
+        """
+        assert self.seen.sensitivities is not None
+        factors, log_det = [], np.zeros(n_block)
+        for r, record in enumerate(self.seen.sensitivities.records):
+            seen = blocks[r, : record.rows.shape[-1]]
+            for block in np.setdiff1d(seen, [n_block - 1]):
+                where = np.flatnonzero(seen == block)
+                rows = record.rows[:, :, where].reshape(len(record.rows), -1).astype(float)
+                inside = np.eye(rows.shape[1]) - rows.T @ record.inverse @ rows
+                factor = np.linalg.cholesky(np.linalg.inv(inside))
+                factors.append((r, where, factor))
+                log_det[block] += np.sum(np.log(np.diag(factor)))
+        return LeftOut(tuple(factors), log_det, self.spread)
+
+    def readings(self, local: np.ndarray, errors: InputCoefficients) -> dict[str, jax.Array]:
+        """The model's readings by channel, ``(n_point, n_record, n_time)`` in SI units, such errors taken off as well.
+
+        Parameters
+        ----------
+        local : (n_point, n_record, n_local) in SI units
+        errors : mapping of input to (n_point, n_record, n_wave)
+        """
+        return _readings(self.problem, dict(self.known), jnp.asarray(local), jax.tree.map(jnp.asarray, dict(errors)))
 
 
-def _linearised(
-    problem: Problem, known: Mapping[str, InputErrors], values: np.ndarray, coefficients: InputCoefficients
-) -> tuple[np.ndarray, np.ndarray, InputSensitivities]:
-    """Residuals ``(n_record, 1, n)``, slopes ``(n_record, n_local_free, n)`` and sensitivities to errors of inputs."""
-    rows = expanded(problem, known, values, coefficients)
-    residuals = np.stack([found for found, _, _ in rows])
-    seen = weighted_sensitivities(coefficients, [part for _, _, part in rows], np.ones(residuals.shape))
-    return residuals.reshape(len(rows), 1, -1), np.stack([own for _, own, _ in rows]), seen
+@eqx.filter_jit
+def _readings(problem: Problem, known: Any, local: jax.Array, errors: Any) -> dict[str, jax.Array]:
+    experiment = problem.observations.experiment
+
+    def one(row: tuple[jax.Array, Any]) -> dict[str, jax.Array]:
+        inputs = jax.vmap(taken_off)(experiment.inputs, experiment.times, known, row[1])
+        return problem.predict(row[0], experiment._replace(inputs=inputs))
+
+    return jax.lax.map(one, (local, errors))
 
 
-def _whitened(levelled: Levelled, rows: np.ndarray) -> jax.Array:
-    """Innovations of rows ``(n_record, n_row, n_channel, n_time)``."""
-    return jnp.moveaxis(innovations(levelled, jnp.moveaxis(jnp.asarray(rows), 1, -1)), -1, 1)
+def drawn_inputs_of(task: Task, seen: View, spread: np.ndarray) -> DrawnInputs | None:
+    """What draws the errors of a task's inputs; None where these are exact.
+
+    Parameters
+    ----------
+    seen, spread
+        As in `input_effects_of`.
+    """
+    if seen.raw is None:
+        return None
+    known = input_errors(task)
+    return DrawnInputs(corrected(task.problem, known, seen.raw.coefficients), known, seen, spread)
 
 
-def _sum(layout: Layout, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Products of rows ``(n_record, n_local, n)`` in the places of the free values."""
-    return _gathered(layout, np.einsum("rin,rjn->rij", left, right))
+def whitened_residuals(problem: Problem, whitening: Whitening, local: np.ndarray) -> np.ndarray:
+    """Innovations ``(n_point, n_record, n_channel, n_time)`` at values ``(n_point, n_record, n_local)``."""
+    return np.array(_whitened_residuals(problem, whitening, jnp.asarray(local)))
 
 
-def _gathered(layout: Layout, grams: np.ndarray | list[np.ndarray]) -> np.ndarray:
-    """Products ``(n_record, n_local, n_local)`` in the places of the free values."""
-    return assembled(np.asarray(grams), layout.local_columns, layout.size)
-
-
-def _named(known: Mapping[str, InputErrors], rows: np.ndarray) -> InputCoefficients:
-    ends = np.cumsum([of.size.shape[1] for of in known.values()])[:-1]
-    return dict(zip(known, np.split(rows, ends, axis=1), strict=True))
-
-
-def _inside(layout: Layout, values: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Values after a step, kept off their limits: a step is one in free coordinates, which have none."""
-    free = np.asarray(layout.free(jnp.asarray(values)))
-    return np.asarray(layout.values(jnp.asarray(free + step / _slope(layout, values))))
-
-
-def _slope(layout: Layout, values: np.ndarray) -> np.ndarray:
-    free = layout.free(jnp.asarray(values))
-    return np.asarray(jax.jvp(layout.values, (free,), (jnp.ones_like(free),))[1])
+@eqx.filter_jit
+def _whitened_residuals(problem: Problem, whitening: Whitening, local: jax.Array) -> jax.Array:
+    return jax.lax.map(lambda own: whitening.whiten(problem.residuals_at(own)), local)

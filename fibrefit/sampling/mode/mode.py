@@ -16,11 +16,10 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.products import column_products
-from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.problem.posterior.log_posterior import LogPosterior, Place
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.posterior.random_effects import Conditional
 from fibrefit.problem.statement.layout import assembled
-from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.thresholds import FLAT_PART
 
@@ -51,58 +50,79 @@ class _Local(NamedTuple):
 
 @eqx.filter_jit
 def _local(density: LogPosterior, point: jax.Array) -> _Local:
-    problem, random_effects = density.problem, density.random_effects
-    free, noise = density.split(point)
-    values = problem.layout.values(free)
-    local, stretched = problem.layout.local(values), jnp.ones(len(problem.layout.local_free))
-    known = None
-    if random_effects is not None:
-        eta = random_effects.deviations(values)
-        local = random_effects.moved(local, eta)
-        stretched = (
-            jnp.ones((len(local), len(problem.layout.slots))).at[:, jnp.array(random_effects.columns)].set(jnp.exp(eta))
-        )
-        stretched = stretched[:, None, None, jnp.array(problem.layout.local_free)]
-    linear = problem.linearised_at(local)
-    linear = linear._replace(slopes=linear.slopes * stretched)
-    slope = jax.jvp(problem.layout.values, (free,), (jnp.ones_like(free),))[1]
+    layout, free, noise = density.problem.layout, *density.split(point)
+    place = density.place(layout.values(free))
+    seen = _seen(density, place)
+    slope = jax.jvp(layout.values, (free,), (jnp.ones_like(free),))[1]
     value, gradient = jax.value_and_grad(density.log_likelihood)(point)
     of_prior, flat = jax.value_and_grad(density.log_prior)(point)
     # Priors are independent: the diagonal is all there is.
     bend = -jax.jvp(jax.grad(density.log_prior), (point,), (jnp.ones_like(point),))[1]
-    curvature, cross = _curvature(density, linear, slope, noise)
-    if random_effects is not None:
-        innovations = density.likelihood.whitening.whiten(linear.residuals)
-        known = random_effects.conditional(density.likelihood, innovations, noise, eta)
+    curvature, cross = _curvature(density, seen, slope, noise)
+    known = None if density.random_effects is None else density.conditional(seen.innovations, noise, place)
     return _Local(value + of_prior, gradient + flat, curvature, bend, cross, known)
 
 
+class _Seen(NamedTuple):
+    """Innovations at a place and how they move with what records share and have of their own.
+
+    Parameters
+    ----------
+    innovations : (n_record, n_channel, n_time)
+    slopes : (n_record, n_channel, n_time, n_local_free)
+    beside, across : (n_record, n_local_free, n_local_free) and (n_record, n_local_free, n_scattering)
+        Products of the slopes of errors of inputs that follow, and with those that follow a deviation; 0 without them.
+    """
+
+    innovations: jax.Array
+    slopes: jax.Array
+    beside: jax.Array | float = 0.0
+    across: jax.Array | float = 0.0
+
+
+def _seen(density: LogPosterior, place: Place) -> _Seen:
+    layout, inputs, random_effects = density.problem.layout, density.inputs, density.random_effects
+    linear, whiten = density.problem.linearised_at(place.local), density.likelihood.whitening.whiten
+    innovations, slopes = whiten(linear.residuals), jax.vmap(whiten, in_axes=-1, out_axes=-1)(linear.slopes)
+    stretched = jnp.ones((len(place.local), len(layout.slots)))
+    if random_effects is not None and place.eta is not None:
+        stretched = stretched.at[:, jnp.array(random_effects.columns)].set(jnp.exp(place.eta))
+    stretched = stretched[:, jnp.array(layout.local_free)]
+    if inputs is None:
+        return _Seen(innovations, slopes * stretched[:, None, None])
+    moved = inputs.squares[:, :-1, :-1] * stretched[:, :, None]
+    across: jax.Array | float = 0.0
+    if random_effects is not None:
+        places = inputs.places(random_effects.columns)
+        across = moved[:, :, places] * inputs.local[:, None, places]
+    slopes = (slopes + inputs.slopes) * stretched[:, None, None]
+    return _Seen(inputs.at_best(innovations, place.local), slopes, moved * stretched[:, None], across)
+
+
 def _curvature(
-    density: LogPosterior, linear: Linearised, slope: jax.Array, noise: jax.Array
+    density: LogPosterior, seen: _Seen, slope: jax.Array, noise: jax.Array
 ) -> tuple[jax.Array, jax.Array | None]:
     """Expected curvature of minus the log likelihood, ``(n, n)``, and products with the slopes of deviations."""
     layout, likelihood = density.problem.layout, density.likelihood
-    innovations = likelihood.whitening.whiten(linear.residuals)
-    slopes = jax.vmap(likelihood.whitening.whiten, in_axes=-1, out_axes=-1)(linear.slopes)
     levels = likelihood.levels(noise)[:, None]
-    weight = jnp.broadcast_to(1.0 / levels**2, innovations.shape)
+    weight = jnp.broadcast_to(1.0 / levels**2, seen.innovations.shape)
     if likelihood.heavy:
         freedom = jnp.exp(noise[-1])
-        weight = weight * (freedom + 1.0) / (freedom + (innovations / levels) ** 2)
-    weighted = slopes * weight[..., None]
-    local = _over_samples(weighted, slopes)
+        weight = weight * (freedom + 1.0) / (freedom + (seen.innovations / levels) ** 2)
+    weighted = seen.slopes * weight[..., None]
+    local = _over_samples(weighted, seen.slopes) + seen.beside
     rows, size = layout.local_columns, layout.size
     gram = assembled(local, rows, size)
     whole = jnp.zeros((density.size, density.size)).at[:size, :size].set(gram * slope[:, None] * slope)
     cross = None
     if density.random_effects is not None:
-        own = _over_samples(weighted, density.random_effects.slopes)
+        own = _over_samples(weighted, density.random_effects.slopes) + seen.across
         number = jnp.arange(len(rows))[:, None]
         cross = jnp.zeros((len(rows), density.size, own.shape[-1])).at[number, rows].add(own, mode="drop")
         cross = cross.at[:, :size].multiply(slope[:, None]).at[:, size:].set(0.0)
     if not likelihood.size:
         return whole, cross
-    return whole.at[size:, size:].set(likelihood.information(linear.residuals, noise)), cross
+    return whole.at[size:, size:].set(likelihood.information(seen.innovations, noise)), cross
 
 
 def _over_samples(one: jax.Array, other: jax.Array) -> jax.Array:

@@ -26,8 +26,6 @@ from fibrefit.workflow.sampling.groups import chosen_draws, posterior_groups
 
 SCORED = 800
 """Draws, of all ensembles together, whose likelihood is kept block by block, where ensembles are no more than these."""
-AT_ONCE = 1000
-"""As many as cross-validation takes, so that both are one program."""
 
 
 def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
@@ -161,20 +159,17 @@ def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
     scored = scored_draws(len(chosen), len(kept))
     points = kept[:, chosen[scored]].reshape(-1, kept.shape[-1])
     blocks, number = block_index(density)
-    parts = []
-    for i in range(0, len(points), AT_ONCE):
-        some = np.resize(points[i : i + AT_ONCE], (AT_ONCE, points.shape[1]))
-        parts.append(np.asarray(blockwise(density, jnp.asarray(some), jnp.asarray(blocks), number)))
+    each = blockwise(density, jnp.asarray(points), jnp.asarray(blocks), number, posterior.inputs)
     used = np.unique(blocks[blocks < number - 1])
-    values = np.concatenate(parts)[: len(points), used].reshape(len(kept), len(scored), -1)
-    records, each = density.problem.layout.records, (number - 1) // len(blocks)
+    values = each[:, used].reshape(len(kept), len(scored), -1)
+    records, each_record = density.problem.layout.records, (number - 1) // len(blocks)
     usual = usual_log_density(density, blocks, number)[used]
     return {
         "draw": Variable(scored, ("draw",), doc="Place in the draws of the posterior."),
         "readings": Variable(values, ("chain", "draw", "block"), doc="Of all channels together, SI units."),
         "usual": Variable(usual, ("block",), doc="Of noise that scatters as neighbouring readings do, SI units."),
-        "block_record": Variable(np.array([records[b // each] for b in used], dtype=object), ("block",)),
+        "block_record": Variable(np.array([records[b // each_record] for b in used], dtype=object), ("block",)),
         "block_begin": Variable(
-            used % each * LEFT_OUT_SECONDS, ("block",), "s", "After the first sample of the record."
+            used % each_record * LEFT_OUT_SECONDS, ("block",), "s", "After the first sample of the record."
         ),
     }

@@ -18,7 +18,8 @@ from fibrefit.problem.task import Task
 from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
-from fibrefit.sampling.sample import ChainStart, PosteriorRequest, number_of_coordinates, sample_posterior
+from fibrefit.sampling.ready import ChainStart, PosteriorRequest, number_of_coordinates
+from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study, as_study

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,8 +48,6 @@ class SamplingStart:
         Errors of measured inputs that it found.
     rests_on : str
         Digest of the study and its records, see `digest_of`.
-    differ : mapping of str to float
-        Parameters in which records differ, and by how much: relative standard deviations that the fit found.
     """
 
     names: tuple[str, ...]
@@ -59,7 +57,6 @@ class SamplingStart:
     status: str
     coefficients: InputCoefficients = field(default_factory=dict)
     rests_on: str = ""
-    differ: Mapping[str, float] = field(default_factory=dict)
 
     def save(self, folder: Path) -> None:
         """Keep it in a folder."""
@@ -68,11 +65,10 @@ class SamplingStart:
         ends = {"values": self.values.tolist(), "plain": self.plain.tolist(), "basins": basins}
         coefficients = {name: np.asarray(rows).tolist() for name, rows in self.coefficients.items()}
         content = {"names": self.names, **ends, "status": self.status, "waves": coefficients, "rests_on": self.rests_on}
-        content["differ"] = dict(self.differ)
         write_whole(folder / START, json.dumps(content, indent=1) + "\n")
 
     def checks(self) -> tuple[Check, ...]:
-        """Whether the fit came to an end that can be built on and, where inputs have errors, found records alike."""
+        """Whether the fit came to an end that can be built on."""
         usable = Check(
             name="the initial fit is usable",
             passed=self.status != "failed",
@@ -80,17 +76,7 @@ class SamplingStart:
             quantity="status of the initial fit",
             facts={"status": self.status},
         )
-        if not self.coefficients:
-            return (usable,)
-        # Walkers of exact inputs let records differ; where errors of inputs are eliminated they count as alike.
-        alike = Check(
-            name="records are alike",
-            passed=not self.differ,
-            identifier="records_differ",
-            quantity="differences between records",
-            facts={"differ": dict(self.differ)},
-        )
-        return usable, alike
+        return (usable,)
 
 
 def digest_of(study: Study, records: Sequence[Record]) -> str:
@@ -172,7 +158,6 @@ def start_of(found: Identification, rests_on: str) -> SamplingStart:
         found.status,
         found.coefficients,
         rests_on,
-        {name: one.sd for name, one in found.between.items() if one.found},
     )
 
 
@@ -183,8 +168,7 @@ def _read(path: Path) -> SamplingStart:
         values, plain = (np.array(kept[name], dtype=float) for name in ("values", "plain"))
         coefficients = {name: np.array(rows, dtype=float) for name, rows in kept["waves"].items()}
         names, status, rests_on = tuple(kept["names"]), str(kept["status"]), str(kept["rests_on"])
-        differ = {str(name): float(sd) for name, sd in kept["differ"].items()}
-        return SamplingStart(names, values, plain, basins, status, coefficients, rests_on, differ)
+        return SamplingStart(names, values, plain, basins, status, coefficients, rests_on)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise UsageError(
             str(path), f"cannot be read: {error}", "what this program kept", "Start anew, with --force."
