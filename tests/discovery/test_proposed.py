@@ -12,7 +12,7 @@ import pytest
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import conclusion
-from fibrefit.discovery.curves import free_form
+from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.curves.free_form import proposing
 from fibrefit.discovery.curves.probes import (
     COURSES,
@@ -57,7 +57,8 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     task: Task, found: Identification, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rise: float, route: str
 ) -> None:
     """A friction that is proportional to speed: where it is strong, bounces come at other times."""
-    monkeypatch.setattr(free_form, "PROBES", (FrictionOfSpeed, TensionOfRate))
+    monkeypatch.setattr(predicted, "PROBES", (FrictionOfSpeed, TensionOfRate))
+    monkeypatch.setattr(free_form, "COURSES", ())
     taken: list[str] = []
     for name in ("_far", "_near"):
         way = getattr(propose, name)
