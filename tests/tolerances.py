@@ -80,8 +80,8 @@ REASONS: dict[str, dict[str, str]] = {
     "sampling.chains.ensembles": {"20.0": WORK},
     "sampling.deviations": {"LIGHT": WORK},
     "sampling.evidence": {"1e-10": ENDS},
-    "sampling.mode.inputs": {"SETTLED": ENDS},
     "sampling.mode.mode": {"SETTLED": ENDS, "1e-05": STEP, "STUCK_AT": ENDS, "BLIND": ROUNDING},
+    "sampling.ready": {"ROUNDS": STEP, "MOST_ROUNDS": STEP, "SETTLED": ENDS},
     "sampling.settings": {"MOST_WALKERS": WORK},
     "series.engines": {"AHEAD": WORK},
     "series.periods": {

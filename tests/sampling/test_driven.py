@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -128,6 +129,17 @@ def test_errors_of_the_drive_widen_what_they_imitate(alike: Driven) -> None:
     index = next(i for i, name in enumerate(ready.target.names) if name.startswith("start_tension"))
     ratio = spread(mode_of(ready, same), ready)[index] / spread(mode_of(ready, held), ready)[index]
     assert ratio > 2.0
+
+
+@pytest.mark.slow
+def test_its_gradient_is_that_of_differences(apart: Driven) -> None:
+    """NUTS follows it."""
+    density, mode = apart.ready.density, mode_of(apart.ready)
+    error = np.sqrt(np.diag(mode.covariance))
+    point = mode.centre + 0.5 * error
+    gradient = np.asarray(jax.jit(jax.grad(density))(jnp.asarray(point))) * error
+    high, low = (apart.ready.target.log_density(point + side * 1e-3 * np.diag(error)) for side in (1.0, -1.0))
+    np.testing.assert_allclose(gradient, (high - low) / 2e-3, rtol=1e-2, atol=1e-2)
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ TAIL_PRIOR = Prior(True, 15.0, 1.0, 2.0, 200.0, "default")
 """Of the degrees of freedom: from tails as heavy as can be, with a variance still, to none at all."""
 
 
-class Place(NamedTuple):
+class RecordPlace(NamedTuple):
     """Where records are simulated at a point.
 
     Parameters
@@ -92,20 +92,20 @@ class LogPosterior(eqx.Module):
             total = total + jax.nn.logsumexp(self.conditional(innovations, noise, place).logs)
         return total
 
-    def place(self, values: jax.Array) -> Place:
+    def place(self, values: jax.Array) -> RecordPlace:
         """Where records are simulated, given the free values ``(n_free,)`` in SI units: deviations linearised there."""
         local = self.problem.layout.local(values)
         if self.random_effects is None:
-            return Place(local, None)
+            return RecordPlace(local, None)
         eta = self.random_effects.deviations(values)
-        return Place(self.random_effects.moved(local, eta), eta)
+        return RecordPlace(self.random_effects.moved(local, eta), eta)
 
     def innovations(self, local: jax.Array) -> jax.Array:
         """Innovations ``(n_record, n_channel, n_time)`` at values of each record, errors of inputs at their best."""
         white = self.likelihood.whitening.whiten(residuals_at(self.problem, local))
         return white if self.inputs is None else self.inputs.at_best(white, local)
 
-    def conditional(self, innovations: jax.Array, noise: jax.Array, place: Place) -> Conditional:
+    def conditional(self, innovations: jax.Array, noise: jax.Array, place: RecordPlace) -> Conditional:
         """What innovations at a place say of the deviations of records."""
         assert self.random_effects is not None
         assert place.eta is not None

@@ -105,7 +105,7 @@ def _offset(seen: View) -> np.ndarray:
     return np.asarray(seen.raw.offset).reshape(seen.raw.downweight.shape)
 
 
-class LeftOut(NamedTuple):
+class BlockPredictor(NamedTuple):
     """Blocks of readings predicted from all others, errors of inputs integrated out.
 
     Parameters
@@ -173,7 +173,7 @@ class DrawnInputs:
         ends = np.cumsum([of.size.shape[1] for of in self.known.values()])[:-1]
         return dict(zip(self.known, np.split(np.stack(waves, axis=1), ends, axis=-1), strict=True))
 
-    def left_out(self, blocks: np.ndarray, n_block: int) -> LeftOut:
+    def left_out(self, blocks: np.ndarray, n_block: int) -> BlockPredictor:
         """What predicts blocks from the others.
 
         Law
@@ -202,7 +202,7 @@ class DrawnInputs:
                 factor = np.linalg.cholesky(np.linalg.inv(inside))
                 factors.append((r, where, factor))
                 log_det[block] += np.sum(np.log(np.diag(factor)))
-        return LeftOut(tuple(factors), log_det, self.spread)
+        return BlockPredictor(tuple(factors), log_det, self.spread)
 
     def readings(self, local: np.ndarray, errors: InputCoefficients) -> dict[str, jax.Array]:
         """The model's readings by channel, ``(n_point, n_record, n_time)`` in SI units, such errors taken off as well.

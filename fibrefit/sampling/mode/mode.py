@@ -16,7 +16,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.products import column_products
-from fibrefit.problem.posterior.log_posterior import LogPosterior, Place
+from fibrefit.problem.posterior.log_posterior import LogPosterior, RecordPlace
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.posterior.random_effects import Conditional
 from fibrefit.problem.statement.layout import assembled
@@ -80,7 +80,7 @@ class _Seen(NamedTuple):
     across: jax.Array | float = 0.0
 
 
-def _seen(density: LogPosterior, place: Place) -> _Seen:
+def _seen(density: LogPosterior, place: RecordPlace) -> _Seen:
     layout, inputs, random_effects = density.problem.layout, density.inputs, density.random_effects
     linear, whiten = density.problem.linearised_at(place.local), density.likelihood.whitening.whiten
     innovations, slopes = whiten(linear.residuals), jax.vmap(whiten, in_axes=-1, out_axes=-1)(linear.slopes)
