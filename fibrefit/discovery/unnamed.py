@@ -75,7 +75,9 @@ def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tupl
     """
     swift = [effect for effect in search.extensions(parent) if not is_costly(effect)]
     gains = search.predicted_gains(parent, search.inference.slopes(parent), swift, "looking for what slopes promise")
-    most = max((one.gain for one in gains.values()), default=np.inf)
+    if not gains:
+        return None
+    most = max(one.gain for one in gains.values())
     looks = look_at(search, parent, before, tuple(PORTS))
     if max(most, looks.promise) > BEYOND_DOUBT:
         looks = looks.joined(look_at(search, parent, before, tuple(PORTS), COURSES))
@@ -282,9 +284,11 @@ def _law_about(
     """
     curves = proposing(search, parent, before, ports)
     found = _law_of(search, parent, chosen, curves, left)
-    if found is not None or all(curve.probe in COURSES for curve in curves):
+    over_course = [curve for curve in curves if curve.probe in COURSES]
+    if found is not None or len(over_course) == len(curves):
         return found
-    return _law_of(search, parent, chosen, proposing(search, parent, before, ports, COURSES), left)
+    more = over_course or proposing(search, parent, before, ports, COURSES)
+    return _law_of(search, parent, chosen, more, left)
 
 
 def _law_of(

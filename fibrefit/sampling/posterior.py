@@ -108,6 +108,9 @@ class Posterior:
         Errors of measured inputs, which belong to each record; None where inputs are exact.
     alike : bool
         Whether records are taken for alike that might differ.
+    moving : float
+        Standard deviations by which errors of inputs still moved when readings were last linearised in them; 0 where
+        they had come to rest.
     """
 
     target: Target
@@ -124,6 +127,7 @@ class Posterior:
     between: Mapping[str, BetweenRecordsSummary] = field(default_factory=dict)
     inputs: DrawnInputs | None = None
     alike: bool = False
+    moving: float = 0.0
 
     @property
     def course(self) -> ChainHistory:
@@ -147,11 +151,15 @@ class Posterior:
     @property
     def remarks(self) -> tuple[Statement, ...]:
         """What a reader should know besides the checks."""
-        return (*self._of_records(), *self._of_autocorrelation())
+        return (*self._of_records(), *self._of_inputs(), *self._of_autocorrelation())
 
     def _of_records(self) -> tuple[Statement, ...]:
         """Where records may differ, and no mode in which they may was reached."""
         return (Statement("records_alike"),) if self.alike else ()
+
+    def _of_inputs(self) -> tuple[Statement, ...]:
+        """Where errors of measured inputs had not come to rest before the first draw."""
+        return (Statement("inputs_moving", {"moving": self.moving}),) if self.moving else ()
 
     def _of_autocorrelation(self) -> tuple[Statement, ...]:
         """Where the noise spectrum makes much of a difference: GLS against OLS standard errors."""

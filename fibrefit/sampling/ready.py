@@ -86,6 +86,8 @@ class Ready(NamedTuple):
         None where inputs are exact.
     alike : bool
         Whether records are taken for alike that might differ.
+    moving : float
+        Standard deviations by which errors of inputs still moved when readings were last linearised in them.
     """
 
     ratio: np.ndarray
@@ -98,6 +100,7 @@ class Ready(NamedTuple):
     deviations: Deviations | None = None
     inputs: DrawnInputs | None = None
     alike: bool = False
+    moving: float = 0.0
 
 
 class _Found(NamedTuple):
@@ -110,12 +113,15 @@ class _Found(NamedTuple):
     local : (n_record, n_local) in SI units
     seen : View
         Records linearised in errors of inputs.
+    moving : float
+        See `Ready`.
     """
 
     where: Deviations | None
     local: np.ndarray
     seen: View
     model: NoiseModel
+    moving: float = 0.0
 
 
 def prepare(
@@ -126,7 +132,7 @@ def prepare(
     task = _in_steps(task, start, begin.coefficients)
     first = seen_at(task, start, begin.coefficients)
     plain = ols_deviations(task, start, first)
-    where, local, seen, model = _noise_and_mode(task, plain, start, first, request)
+    where, local, seen, model, moving = _noise_and_mode(task, plain, start, first, request)
     level, likelihood = _level(seen, local, model.likelihood.whitening), _counted(task, seen, model.likelihood)
     spread = _noise_at(likelihood, np.where(likelihood.known, 1.0, level))
     spread = np.asarray(likelihood.curvature(jnp.asarray(spread))) ** -0.5
@@ -150,6 +156,7 @@ def prepare(
         deviations=where,
         inputs=drawn_inputs_of(task, there, spread),
         alike=where is None and plain is not None and len(plain.names) > 0,
+        moving=moving if moving >= SETTLED else 0.0,
     )
 
 
@@ -178,7 +185,7 @@ def _noise_and_mode(
 
     Readings are linearised in errors of inputs anew where these are best, until they are found where they were.
     """
-    where, model, reached = first, None, False
+    where, model, reached, moved = first, None, False, 0.0
     for number in range(1, MOST_ROUNDS + 1):
         if where is None:
             break
@@ -201,7 +208,7 @@ def _noise_and_mode(
         there = _at_minimum(task.problem, start, _linearised(task.problem, start))
         model = noise_model_of(task, task.problem, there, request)
     local = np.asarray(task.problem.layout.local(start)) if where is None else where.local
-    return _Found(where if reached else None, local, seen, model)
+    return _Found(where if reached else None, local, seen, model, moved)
 
 
 def _noise_left(task: Task, seen: View, where: Deviations, request: PosteriorRequest) -> NoiseModel:

@@ -104,6 +104,7 @@ def _concluded(
         between=_between(ready, course),
         inputs=ready.inputs,
         alike=ready.alike,
+        moving=ready.moving,
     )
 
 

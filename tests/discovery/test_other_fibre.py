@@ -87,6 +87,9 @@ def test_two_of_five_are_found_together(tmp_path: Path) -> None:
     search, base = searched(tmp_path)
     (both,) = of_record_sets(base, search.effects)
     assert both.name == "study.other_fibre@2+4"
+    # Of a family of which a member is left out, or whose set is there already, none is offered.
+    assert not of_record_sets(base, [one for one in search.effects if one.name != "study.other_fibre@5"])
+    assert not of_record_sets(base, (*search.effects, both))
     whole = replace(search, effects=(*search.effects, both))
     first, *others = whole.tried(base, whole.effects, "").found
     assert first.effects[-1] is both

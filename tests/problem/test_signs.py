@@ -14,7 +14,7 @@ import pytest
 import fibrefit
 from fibrefit.core.errors import DataError
 from fibrefit.problem.diagnose import signs
-from fibrefit.problem.diagnose.signs import Sense, refuse_turned, senses_of, turned_channels
+from fibrefit.problem.diagnose.signs import GRAVITY, Sense, refuse_turned, senses_of, turned_channels
 from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.problem.formulate.traces import trace_of
 from fibrefit.rigs.catalogue import rig_of
@@ -29,6 +29,8 @@ from tests.validation.designs import NOISES
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 OF_RIG = {DROP: ("force", "position"), DRIVE: ("force", "position", "drive")}
+STATED = {one.name: one.typical for one in rig_of("pulley_drive").conditions}
+STATED |= {"weight_mass": 3.0, "inclination": 0.5}
 SAID = re.compile(r"Check the sign of the (.*?):")
 
 
@@ -131,6 +133,21 @@ def test_an_offset_of_the_force_is_no_wrong_sign(records: tuple[Rig, list[Trace]
     # A slow drive hardly accelerates its weight: without the weight in the force, it shows too little.
     assert set(named) <= {"force", "force, or of the position", "force, or of the position and the drive", ""}
     assert sum(map(bool, named)) >= 0.7 * len(named)
+
+
+def test_on_a_nearly_level_guide_gravity_tells_no_sign(records: tuple[Rig, list[Trace]]) -> None:
+    """A gauge 2 N low would turn a pull of one newton round."""
+    rig, (trace, *_) = records
+    level = trace._replace(conditions={**trace.conditions, "inclination": np.radians(2.0)})
+    assert GRAVITY not in senses_of(level, rig)
+    assert GRAVITY in senses_of(trace, rig)
+
+
+def test_a_drive_that_no_instant_shows_beside_its_weight_tells_no_sign() -> None:
+    times = np.linspace(0.0, 2.0, 200)
+    early, late = (np.where(there, np.sin(times), np.nan) for there in (times < 1.0, times > 1.0))
+    trace = Trace("apart", times, {"force": early, "position": late}, {"drive": np.stack([times] * 3, axis=1)}, STATED)
+    assert senses_of(trace, rig_of("pulley_drive"))["drive"].sign == 0
 
 
 def test_without_gravity_both_ways_are_told() -> None:

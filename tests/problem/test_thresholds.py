@@ -26,7 +26,7 @@ from fibrefit.problem.statement import observations
 from fibrefit.problem.statement.layout import Slot
 from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.catalogue import rig_of
-from fibrefit.rigs.signals.newton import Sizes
+from fibrefit.rigs.signals.newton import Pull, Sizes
 from fibrefit.rigs.signals.trace import Trace
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
@@ -174,16 +174,25 @@ def sign_told(explained: float) -> bool:
     """Whether a force is told to have another sign, where Newton's law explains so much of the positions."""
     signals = {"position": np.zeros(1), "force": np.zeros(1)}
     trace: Any = SimpleNamespace(times=None, channels=signals, conditions={}, inputs={})
-    rig: Any = SimpleNamespace(pulled=lambda *_: None)
+    rig: Any = SimpleNamespace(pulled=lambda *_: Pull(1.0, 1.0, np.ones(1)))
     with patch.object(signs, "newton_of", lambda *_: Sizes(1.0, -1.0, 0.01, 0.01, 0.0, explained)):
         return signs.against_which(signs.senses_of(trace, rig)) == ("force",)
 
 
 def weighing(size: float) -> bool:
     """Whether force and position are told to be turned round, where gravity seems to have such a size upwards."""
-    signals = {"position": np.zeros(1), "force": np.zeros(1)}
+    return turned_by(size, 1.0)
+
+
+def levelled(share: float) -> bool:
+    """The same, where the pull of gravity is such a share of the range of the force."""
+    return turned_by(1.0, share)
+
+
+def turned_by(size: float, share: float) -> bool:
+    signals = {"position": np.zeros(2), "force": np.array([0.0, 1.0])}
     trace: Any = SimpleNamespace(times=None, channels=signals, conditions={}, inputs={})
-    rig: Any = SimpleNamespace(pulled=lambda *_: None)
+    rig: Any = SimpleNamespace(pulled=lambda *_: Pull(1.0, share, np.ones(2)))
     with patch.object(signs, "newton_of", lambda *_: Sizes(-size, 1.0, 0.01, 0.01, 0.0, 1.0)):
         return signs.against_which(signs.senses_of(trace, rig)) == ("gravity",)
 
@@ -287,6 +296,7 @@ CASES = (
     Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),
     Bracket("TELLS_A_SIGN", signs, sign_told, 0.14, 0.07),
     Bracket("NO_OFFSET", signs, weighing, 0.7, 0.35),
+    Bracket("ZERO_KNOWN", signs, levelled, 0.06, 0.04),
     Bracket("FOLLOWS", signs, leading, 0.5, 0.3),
     Bracket("CARRIES_LOAD", contacts, loaded, 0.035, 0.07),
     Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),

@@ -15,6 +15,7 @@ from fibrefit.problem.estimate.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.task import Task
+from fibrefit.report.sentences.posterior import remark
 from fibrefit.sampling import deviations
 from fibrefit.sampling import ready as readiness
 from fibrefit.sampling.approximation import Approximation
@@ -126,6 +127,14 @@ def test_where_no_mode_with_deviations_is_reached_it_is_told_that_records_count_
     assert "records_alike" in [one.identifier for one in lost.remarks]
     # The negative control: a posterior with deviations in it says nothing of the kind.
     assert "records_alike" not in [one.identifier for one in posterior.remarks]
+
+
+@pytest.mark.slow
+def test_errors_of_inputs_that_had_not_come_to_rest_are_told(posterior: Posterior) -> None:
+    moving = replace(posterior, moving=0.3)
+    (said,) = [one for one in moving.remarks if one.identifier == "inputs_moving"]
+    assert "0.3 of their standard deviations" in remark(said)
+    assert "inputs_moving" not in [one.identifier for one in posterior.remarks]
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fibrefit.core.programs.longest import longest_compilation
 from fibrefit.core.roles import SI
 from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.curves.predicted import Looks, PromisedCurve, look_at
@@ -19,7 +20,7 @@ from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.engine.supermodel import supermodel_of
-from fibrefit.discovery.engine.thresholds import ACTS, NAMED, false_alarm_at_most
+from fibrefit.discovery.engine.thresholds import ACTS, NAMED
 from fibrefit.discovery.search.inputs import linearised_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import may_do_better
@@ -70,7 +71,7 @@ def probe_all(
 ) -> list[Reading]:
     """Probes that explain more than a hypothesis does, best first.
 
-    Where one over a state does, those over the course of a record are looked at, too, see `_over_course`.
+    Where one over a state does, those over the course of a record are looked at, too, see `_with_course`.
 
     Parameters
     ----------
@@ -140,7 +141,8 @@ def _with_course(
 
     A rig with the latter takes longer to simulate, so that most are not followed. Where none is, a stiffness that
     grows with the speed of the drive is told as a bump of the position: where the drive goes to and fro one goes with
-    the other, and no test objects to what that leaves.
+    the other, and no test objects to what that leaves. They are told and propose laws; that something is missing was
+    said before, by a curve over a state.
     """
     best = readings[0].gain
 
@@ -150,8 +152,11 @@ def _with_course(
         check_time()
         return [_read(search, end, parent.log, looks) for end in worthy]
 
+    share = COURSE * time_left()
+    if share < longest_compilation():
+        return list(readings)
     # What the time does not suffice for takes nothing from what was drawn.
-    further, _ = in_time(over_course, list[Reading](), COURSE * time_left())
+    further, _ = in_time(over_course, list[Reading](), share)
     return sorted((*further, *readings), key=lambda one: -one.gain)
 
 
@@ -220,7 +225,6 @@ def curve_facts(reading: Reading) -> dict[str, Any]:
     beyond = acts is not None and acts[1] == len(knots) - 1
     return {
         "curve": probe.says,
-        "chance": false_alarm_at_most(reading.gain),
         "variable": probe.variable,
         "unit": SI[probe.variable],
         "height_unit": probe.unit,

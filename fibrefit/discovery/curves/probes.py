@@ -336,5 +336,5 @@ COURSES: tuple[type[Curve], ...] = (
     StiffnessOfDriveSpeed,
     DampingOfDriveSpeed,
 )
-"""Curves over the course of a record. A rig with them takes longer to simulate: they are asked where no law over a
-state accounts for what tests or curves object to."""
+"""Curves over the course of a record. A rig with them takes longer to simulate: they are followed where slopes predict
+more of them than a curve over a state gains, or no law over a state accounts for what tests or curves object to."""

@@ -153,8 +153,8 @@ def false_alarm(log_factor: float, candidates: Sequence[tuple[int, float]]) -> f
 def false_alarm_at_most(log_factor: float) -> float:
     """Bound on the probability that a Bayes factor reaches a value although nothing is missing.
 
-    Where nothing is, its mean is one, and so it is averaged over all curves or laws that were looked at, each by its
-    share of the prior. It holds whatever the number and the forms of these are.
+    Where nothing is, its mean is one in the noise that is known, and so it is averaged over all laws that were looked
+    at, each by its share of the prior.
 
     Parameters
     ----------

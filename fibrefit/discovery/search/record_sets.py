@@ -27,18 +27,20 @@ def of_record_sets(parent: LaplaceFit, effects: Sequence[type[Effect]]) -> tuple
     parent : LaplaceFit
         Of all records, which may differ.
     effects : sequence of Effect classes
-        That may be added to it, those of single records among them.
+        That may be added to it, those of single records among them. Of a family of which some are left out by whoever
+        asks, no set of records is offered either.
     """
-    families = {
-        family_of(one): one
-        for one in effects
-        if len(one.records) == 1 and may_be_shared(one) and stands_for_differences(one)
-    }
-    found = []
-    for one in families.values():
+    single = [one for one in effects if len(one.records) == 1 and may_be_shared(one) and stands_for_differences(one)]
+    families = dict[str, list[type[Effect]]]()
+    for one in single:
+        families.setdefault(family_of(one), []).append(one)
+    known, found = {one.name for one in (*parent.supermodel.effects, *effects)}, []
+    for one in (members[0] for members in families.values() if len(members) == len(parent.local)):
         split = most_likely_split(_deviations(parent, one))
-        if split is not None and split[1] > PRICE * len(one.parameters):
-            found.append(shared_by(one, split[0]))
+        if split is None or split[1] <= PRICE * len(one.parameters):
+            continue
+        if (shared := shared_by(one, split[0])).name not in known:
+            found.append(shared)
     return tuple(found)
 
 

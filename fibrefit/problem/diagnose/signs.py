@@ -14,7 +14,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
-from fibrefit.problem.thresholds import CARRIES_LOAD, FOLLOWS, NO_OFFSET, PROVEN_FACTOR, TELLS_A_SIGN
+from fibrefit.problem.thresholds import CARRIES_LOAD, FOLLOWS, NO_OFFSET, PROVEN_FACTOR, TELLS_A_SIGN, ZERO_KNOWN
 from fibrefit.rigs.rig import Rig
 from fibrefit.rigs.signals.newton import newton_of
 from fibrefit.rigs.signals.trace import Trace
@@ -84,9 +84,11 @@ def senses_of(trace: Trace, rig: Rig) -> dict[str, Sense]:
     if position is None or rig.pulled is None:
         return found
     if force is not None:
-        sizes = newton_of(trace.times, position, force, rig.pulled(trace.conditions, position))
+        pulled = rig.pulled(trace.conditions, position)
+        sizes = newton_of(trace.times, position, force, pulled)
         if sizes is not None and sizes.explained >= TELLS_A_SIGN:
-            found[GRAVITY] = Sense(sizes.gravity, max(sizes.gravity_error, NO_OFFSET / PROVEN_FACTOR))
+            if pulled.mass * abs(pulled.gravity) > ZERO_KNOWN * (np.nanmax(force) - np.nanmin(force)):
+                found[GRAVITY] = Sense(sizes.gravity, max(sizes.gravity_error, NO_OFFSET / PROVEN_FACTOR))
             found[FORCE] = Sense(sizes.force, sizes.force_error)
     if DRIVE in trace.inputs:
         found[DRIVE] = Sense(_followed(trace.inputs[DRIVE][:, 0], position, force), FOLLOWS / PROVEN_FACTOR)
@@ -105,6 +107,8 @@ def _followed(drive: np.ndarray, position: np.ndarray, force: np.ndarray | None)
     """
     signals = [drive, position] + ([] if force is None else [force])
     known = np.isfinite(signals).all(axis=0)
+    if not known.any():
+        return 0.0
     x, u, *load = (signal[known] for signal in signals)
     follows = _product(x, u) / max(_product(x, x), _product(u, u), TINY)
     if not load:

@@ -259,9 +259,7 @@ SENTENCES: dict[str, Callable[[Facts], str]] = {
     "all_untried": lambda facts: (
         "A gap is left, and the time ended before any effect was tried; more is given by --time."
     ),
-    "curve_gains": lambda facts: (
-        f"{_curve(facts)} gains {facts['gain']:.3g} nats{by_chance(facts.get('chance'), 'some curve')}."
-    ),
+    "curve_gains": lambda facts: f"{_curve(facts)} gains {facts['gain']:.3g} nats.",
     "curve_left": _curve_left,
     "curve_stays": lambda facts: (
         "No law that was tried says as much as the free curve and holds on records it was not fitted to: the curve "

@@ -47,6 +47,10 @@ REMARKS: dict[str, Callable[[Statement], str]] = {
         "Records are taken for alike: no values were found that are most probable if they may differ. Where fibrefit "
         "fit finds that they differ, these intervals are too narrow and values may be off by several of them."
     ),
+    "inputs_moving": lambda found: (
+        f"Errors of the measured inputs still moved by {found.facts['moving']:.2g} of their standard deviations when "
+        "readings were last linearised in them: values may be off by as large a share of their errors."
+    ),
     "gls_gains": _gls_gains,
 }
 """By identifier."""
