@@ -74,8 +74,8 @@ NO_OFFSET = 0.5
 """Size of gravity, as it is or turned round, from which it has a sign: a force that reads nil under the weight makes it
 nil, and one that reads less than nil by half as much turns it round."""
 ZERO_KNOWN = 0.05
-"""Share of the range of a force that the pull of gravity along the guide has to be for it to tell a sign, 0.07 to 0.57 in
-the practice series: an offset by half as much again turns it round, on a guide of 2 degrees 1.5 N for 3 kg."""
+"""Share of the range of a force that the pull of gravity along the guide has to be for it to tell a sign, 0.07 to 0.57
+in the practice series: an offset by half as much again turns it round, on a guide of 2 degrees 1.5 N for 3 kg."""
 FOLLOWS = 0.4
 """Size, see `diagnose.signs`, from which a weight follows its drive or moves against it: -0.25 to 1 in 26 000 parts of
 105 records of drives, half of them with 0.05 mm and 1 N of further noise or 15 N less; 0.57 at the least in whole
