@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -241,3 +242,16 @@ def not_trusted(task: Task) -> Finding:
 
 
 FINDINGS = {"named": named, "unexplained": unexplained, "nothing_missing": nothing_missing, "not_trusted": not_trusted}
+
+
+def with_estimates(finding: Finding, said: Mapping[str, tuple[float, float]]) -> Finding:
+    """A finding whose effect has these values and standard errors, by the names of its parameters."""
+    estimates = tuple(
+        estimate._replace(
+            found=estimate.found.model_copy(update=dict(zip(("value", "std_error"), values, strict=True)))
+        )
+        if (values := said.get(estimate.name.rpartition(".")[2])) is not None
+        else estimate
+        for estimate in finding.after.estimates
+    )
+    return replace(finding, after=replace(finding.after, estimates=estimates))

@@ -25,7 +25,7 @@ from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import load_study
 from fibrefit.workflow.discovery.statements import statements_of
 from fibrefit.workflow.prepare import task_of
-from tests.discovery.made import identified, named
+from tests.discovery.made import identified, named, with_estimates
 from tests.independent.laws import DROP
 from tests.independent.make import write_study
 from tests.independent.series import Series, scattered, take
@@ -160,13 +160,5 @@ def test_a_sentence_says_which_records_were_taken_with_another_fibre(
 ) -> None:
     finding = replace(named(task), added=(effect,), after=identified(task, (effect,)))
     said = {"stiffness_change": (0.3, 0.01), "damping_change": (-0.05, 0.02)}
-    estimates = tuple(
-        estimate._replace(
-            found=estimate.found.model_copy(update=dict(zip(("value", "std_error"), values, strict=True)))
-        )
-        if (values := said.get(estimate.name.rpartition(".")[2])) is not None
-        else estimate
-        for estimate in finding.after.estimates
-    )
-    (sentence,) = statements_of(replace(finding, after=replace(finding.after, estimates=estimates)))
+    (sentence,) = statements_of(with_estimates(finding, said))
     assert sentence == taken.format(*task.problem.layout.records)

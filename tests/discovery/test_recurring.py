@@ -23,7 +23,7 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.statements import statements_of
-from tests.discovery.made import identified, named
+from tests.discovery.made import identified, named, with_estimates
 from tests.discovery.test_free_form import begun_at, measured_of
 from tests.discovery.test_pairs import Model
 
@@ -176,15 +176,7 @@ def test_a_sentence_says_what_happened_and_when(task: Task) -> None:
     twice = of_each(SLIP, 2)
     finding = replace(named(task), added=(twice,), after=identified(task, (twice,)))
     said = {"slip": (1.2e-5, 1e-6), "instant": (0.25, 0.001), "instant_2": (0.5, 3.0)}
-    estimates = tuple(
-        estimate._replace(
-            found=estimate.found.model_copy(update=dict(zip(("value", "std_error"), values, strict=True)))
-        )
-        if (values := said.get(estimate.name.rpartition(".")[2])) is not None
-        else estimate
-        for estimate in finding.after.estimates
-    )
-    (sentence,) = statements_of(replace(finding, after=replace(finding.after, estimates=estimates)))
+    (sentence,) = statements_of(with_estimates(finding, said))
     records, ends = task.problem.layout.records, [trace.times[[0, -1]] for trace in task.traces]
     first, second = (start + share * (stop - start) for (start, stop), share in zip(ends, (0.25, 0.5), strict=True))
     assert sentence.startswith("Once in each record, length the knot gives; negative: it has caught 12 +/- 1 um: at ")
