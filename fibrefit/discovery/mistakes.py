@@ -2,7 +2,8 @@
 
 Up to the first bounces little speaks for a slope or a clock that is wrong; beyond them, where readings linearised in
 errors of the inputs say nothing, all does. Each mistake is led from there through whole records in plain squares, which
-takes a second, and those that leave least are asked about themselves, until one is more than chance.
+takes a second, and those that leave least are asked about themselves, until one is more than chance and leaves hardly
+more than noise. One that explains a part is a candidate among all others: a missing effect loses bounces, too.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from fibrefit.core.time_limit import in_time
 from fibrefit.discovery.choice import Believed, among_rivals
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred, with_values
-from fibrefit.discovery.engine.effort import COMPARED, leads_through
+from fibrefit.discovery.engine.effort import COMPARED, leads_through, meets_all_bounces, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
@@ -43,10 +44,11 @@ def mistaken(search: Search, parent: LaplaceFit) -> Believed | None:
     before, *ends = fit_all(led, lambda done: None)
     if before is None:
         return None
-    found = [_as_found(search, parent, end) for end in _that_lead(before, [end for end in ends if end is not None])]
+    met = [end for end in ends if end is not None and meets_all_bounces(end.fit.cost, search.task.problem.n_measured)]
+    found = [_as_found(search, parent, end) for end in _that_lead(before, met)]
     for i, one in enumerate(found):
         seen, _ = in_time(partial(confirmed, search, parent, one, lead=True), None)
-        if seen is not None and seen.gain > NAMED:
+        if seen is not None and seen.gain > NAMED and slopes_tell(seen.search.gap(seen.search.plain(seen.found))):
             return _believed(Comparison(search, parent, tuple(found)), one, seen)
         found[i] = one.with_log(parent.log + (0.0 if seen is None else seen.gain))
     return None
@@ -78,7 +80,7 @@ def _led(search: Search, parent: LaplaceFit, effects: tuple[type[Effect], ...]) 
 
 def _that_lead(before: Hypothesis, ends: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The mistakes that may lead through the bounces, those that leave least first, and no more than are compared."""
-    ranked = sorted((end for end in ends if np.isfinite(end.fit.cost)), key=lambda end: end.fit.cost)
+    ranked = sorted(ends, key=lambda end: end.fit.cost)
     leading = [end for end in ranked if leads_through(end.fit.cost, before.fit.cost)]
     return [end for end in leading[:COMPARED] if not leads_through(leading[0].fit.cost, end.fit.cost)]
 

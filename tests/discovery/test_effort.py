@@ -83,6 +83,7 @@ def overshot() -> float:
 CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
     Bracket("LED", effort, lambda x: effort.leads_through(100.0 * x, 100.0), 0.45, 0.55),
+    Bracket("MET", effort, lambda x: effort.meets_all_bounces(100.0 * x**2, 100), 2.9, 3.1),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("SETTLES", effort, lambda x: effort.settles(100.0, 100.0 * x), 0.4, 0.6),
@@ -183,7 +184,7 @@ def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
     assert not effort.motion_lost(3.0, 1.2)
 
 
-@pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (25.0, 75.0), (90.0, 105.0)])
+@pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (40.0, 80.0), (90.0, 105.0)])
 def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, kept: float) -> None:
     assert kept_for_conclusion(first, 300.0) == pytest.approx(kept)
 

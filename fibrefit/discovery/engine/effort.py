@@ -79,6 +79,10 @@ LED = 0.5
 """Share of what a model with noisy inputs leaves of whole records in plain squares that one with a mistake of the study
 may leave to be asked about itself, and the best of several of another one: errors of an input are in all of them, and a
 bounce that is lost leaves a hundred times as much."""
+MET = 3.0
+"""Gap of whole records in plain squares up to which what is led there meets all bounces. Errors of a drive leave 1.0 to
+1.7 of it (five series whose study was wrong in a slope or a clock); in a series that lacked a friction the best mistake
+left 10, where the base model left 15."""
 HOPE = 3.0
 """Nats by which slopes may predict less than a curve then gains."""
 STEADY_LIMIT = 0.1
@@ -119,6 +123,11 @@ def slopes_tell(gap: float) -> bool:
 def leads_through(cost: float, before: float) -> bool:
     """Whether what is led to whole records in plain squares may lead through bounces that the model before it loses."""
     return cost < LED * before
+
+
+def meets_all_bounces(cost: float, samples: int) -> bool:
+    """Whether what is led to whole records in plain squares leaves so little that it has lost no motion."""
+    return cost <= MET**2 * samples
 
 
 def motion_lost(before: float, after: float) -> bool:

@@ -13,7 +13,7 @@ from fibrefit.discovery.search.search import Search
 CONCLUDING = 0.2, 0.35
 """Least and largest share of the time given that is kept for tests of what was found and for the fit of the final
 model."""
-FINAL = 3.0
+FINAL = 2.0
 """Factor on the time of the first fit that is kept for these: in four driven searches they took 0.7 to 2.4 times that,
 and in one 6 times, which the least share covers."""
 FITTED_AGAIN = 2.0
