@@ -27,7 +27,7 @@ from fibrefit.discovery.laws.told import described, holding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import PAIRING
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
-from fibrefit.discovery.search.inputs import Confirmation, fitted_about
+from fibrefit.discovery.search.inputs import Confirmation, confirmed, fitted_about
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
@@ -306,7 +306,22 @@ def _law_of(
     there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, PAIRING * time_left())
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
-    if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED or alarms_of(there.search, fitted):
+    if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED:
         return None
+    if alarms_of(there.search, fitted):
+        # What readings miss that are linearised about another model looks like something left.
+        job = partial(_about_itself, there, fitted, left)
+        about, _ = in_time(job, None, PAIRING * time_left())
+        if about is None:
+            return None
+        there, fitted = about
     told = described(there.search, there.parent, held._replace(fit=fitted))
     return Unnamed(there.search, there.parent, curves, (fitted, told))
+
+
+def _about_itself(there: Comparison, law: LaplaceFit, left: float) -> tuple[Comparison, LaplaceFit] | None:
+    """A law with readings linearised about itself; None where it gains too little there, or tests object still."""
+    seen = confirmed(there.search, there.parent, law)
+    if seen is None or seen.gain <= PRICE_OF_LOOKS + left + NAMED or alarms_of(seen.search, seen.found):
+        return None
+    return Comparison(seen.search, seen.parent, (seen.found,)), seen.found

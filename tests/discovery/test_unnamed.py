@@ -84,9 +84,12 @@ class Bench:
         monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
+        monkeypatch.setattr(module, "confirmed", self.confirm)
+        self.about_itself: tuple[float, float] | None = None
         monkeypatch.setattr(module, "is_costly", lambda effect: False)
         self.second, self.least = 0.0, list[float]()
         self.slopes: dict[Any, float] = {HARDENING: 0.0}
+        self.there = self.search()
 
     def alarms(self, search: Any, one: Model) -> list[Alarm]:
         self.searches.append(search)
@@ -107,6 +110,13 @@ class Bench:
     def about(self, search: Any, other: Model) -> Model:
         # A later round has another noise, in which nats count from elsewhere.
         return replace(other, log=other.log + self.elsewhere)
+
+    def confirm(self, search: Any, parent: Any, law: Any) -> Any:
+        """A law where readings are linearised about it: what it gains there, and what tests see left."""
+        if self.about_itself is None:
+            return None
+        gain, self.left[LAW.name] = self.about_itself
+        return Confirmation(self.there, replace(law, log=gain), cast(Any, BASE))
 
     def tried(self, parent: Model, effects: Any, what: str, least: float) -> Any:
         """A second effect beside the first."""
@@ -201,6 +211,28 @@ def test_an_effect_is_not_added_where_the_time_ends_before_a_curve_that_promises
     else:
         with pytest.raises(OutOfTimeError):
             bench.asked(BASE, Model((TOE,), 17.0))
+
+
+@pytest.mark.parametrize(
+    ("about_itself", "there"),
+    [
+        (None, False),  # inputs are exact, or a motion is lost there
+        ((WORTH, 3.0), False),
+        ((WORTH, 0.0), True),
+        ((PRICE_OF_LOOKS + NAMED + 60.0, 0.0), False),
+        ((PRICE_OF_LOOKS + NAMED + 60.1, 0.0), True),
+    ],
+)
+def test_a_law_to_which_tests_object_is_asked_with_readings_linearised_about_itself(
+    monkeypatch: pytest.MonkeyPatch, about_itself: tuple[float, float] | None, there: bool
+) -> None:
+    bench = Bench(monkeypatch, **{TOE.name: 60.0, LAW.name: 9.0})
+    bench.gap, bench.about_itself = FAR, about_itself
+    found = bench.asked(BASE, Model((TOE,), 17.0))
+    assert (found is not None) is there
+    if found is not None:
+        assert about_itself is not None
+        assert (found.search, found.parent, found.law[0].log) == (bench.there, BASE, about_itself[0])
 
 
 def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkeypatch: pytest.MonkeyPatch) -> None:
