@@ -80,19 +80,29 @@ def among_rivals(found: Believed) -> Believed:
     Readings linearised about the parent put one in front by tens of nats that another is as probable as where they are
     linearised about either of them.
     """
-    compared_before: set[tuple[str, ...]] = set()
+    views: dict[tuple[str, ...], Believed] = {}
     while (seen := found.seen) is not None and seen.gain > NAMED:
-        compared_before.add(seen.found.names)
         if (there := compared_about(found.comparison, seen)) is None:
             break
         found, best = Believed(there, seen.found, seen), chosen_of(there)
-        if best is None or best.names in compared_before:
+        views[seen.found.names] = found
+        if best is None or best.names == seen.found.names:
             break
+        if best.names in views:
+            # Each is less probable about itself than the other: it is the one that is behind by less.
+            return min(found, views[best.names], key=_behind)
         further, _ = in_time(partial(confirmed, there.search, there.parent, best), None)
         if further is None or further.gain <= NAMED:
             break
         found = Believed(there, best, further)
     return found
+
+
+def _behind(found: Believed) -> float:
+    """Nats by which what is believed is less probable about itself than the best there."""
+    assert found.chosen is not None
+    names = found.chosen.names
+    return found.comparison.found[0].log - max(one.log for one in found.comparison.found if one.names == names)
 
 
 def chosen_of(
