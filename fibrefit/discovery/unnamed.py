@@ -306,11 +306,12 @@ def _law_of(
     there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, PAIRING * time_left())
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
-    if fitted.log - PRICE_OF_LOOKS <= most + left + NAMED:
+    needed = most + left + NAMED
+    if fitted.log - PRICE_OF_LOOKS <= needed:
         return None
     if alarms_of(there.search, fitted):
         # What readings miss that are linearised about another model looks like something left.
-        job = partial(_about_itself, there, fitted, left)
+        job = partial(_about_itself, there, fitted, needed - there.parent.log)
         about, _ = in_time(job, None, PAIRING * time_left())
         if about is None:
             return None
@@ -319,9 +320,9 @@ def _law_of(
     return Unnamed(there.search, there.parent, curves, (fitted, told))
 
 
-def _about_itself(there: Comparison, law: LaplaceFit, left: float) -> tuple[Comparison, LaplaceFit] | None:
-    """A law with readings linearised about itself; None where it gains too little there, or tests object still."""
+def _about_itself(there: Comparison, law: LaplaceFit, needed: float) -> tuple[Comparison, LaplaceFit] | None:
+    """A law with readings linearised about itself; None where it gains less there than is needed, or tests object."""
     seen = confirmed(there.search, there.parent, law)
-    if seen is None or seen.gain <= PRICE_OF_LOOKS + left + NAMED or alarms_of(seen.search, seen.found):
+    if seen is None or seen.gain - PRICE_OF_LOOKS <= needed or alarms_of(seen.search, seen.found):
         return None
     return Comparison(seen.search, seen.parent, (seen.found,)), seen.found

@@ -219,8 +219,8 @@ def test_an_effect_is_not_added_where_the_time_ends_before_a_curve_that_promises
         (None, False),  # inputs are exact, or a motion is lost there
         ((WORTH, 3.0), False),
         ((WORTH, 0.0), True),
-        ((PRICE_OF_LOOKS + NAMED + 60.0, 0.0), False),
-        ((PRICE_OF_LOOKS + NAMED + 60.1, 0.0), True),
+        ((PRICE_OF_LOOKS + NAMED + 60.0 + 17.0, 0.0), False),  # what is left, and what the effect gains
+        ((PRICE_OF_LOOKS + NAMED + 60.0 + 17.1, 0.0), True),
     ],
 )
 def test_a_law_to_which_tests_object_is_asked_with_readings_linearised_about_itself(

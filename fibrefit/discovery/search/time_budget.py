@@ -15,7 +15,7 @@ CONCLUDING = 0.2, 0.35
 model."""
 FINAL = 2.0
 """Factor on the time of the first fit that is kept for these: in four driven searches they took 0.7 to 2.4 times that,
-and in one 6 times, which the least share covers."""
+and in one 6 times, which the least share covers; what they take beyond it ends within what is kept for last steps."""
 FITTED_AGAIN = 2.0
 """Factor on the time of the first fit, and on how much slower simulations are with what was found, that is kept for the
 final fit beside that: one of drops with a fibre of mass took 17 times the first, its simulations 8 times as long."""
