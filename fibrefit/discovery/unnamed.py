@@ -296,11 +296,13 @@ def _law_of(
 ) -> Unnamed | None:
     """The same of curves that were drawn; where no effect is `chosen`, beside the parent."""
     proposal = proposed(search, parent, curves) if curves else None
-    held = None if proposal is None else holding(search, proposal)
-    if held is None:
+    held = None if proposal is None else holding(proposal)
+    if proposal is None or held is None:
         return None
     law = held.fit
-    others = () if chosen is None else (chosen,)
+    if chosen is not None and proposal.search is not search:
+        chosen = fitted_about(proposal.search, chosen)
+    search, parent, others = proposal.search, proposal.parent, () if chosen is None else (chosen,)
     here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
     # What the time does not suffice to compare in better known noise is compared in the noise at hand.
     there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, PAIRING * time_left())

@@ -26,6 +26,7 @@ from fibrefit.discovery.curves.probes import (
     StiffnessOfTime,
     TensionOfRate,
 )
+from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.laws import propose, told
 from fibrefit.discovery.laws.forms import FORMS, FittedForm
@@ -35,6 +36,7 @@ from fibrefit.discovery.laws.source import composed, effect_of_law, start_of_law
 from fibrefit.discovery.laws.told import described, holding, law_for, law_over_course
 from fibrefit.discovery.search import cross_validation
 from fibrefit.discovery.search.cross_validation import LeftOut
+from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
@@ -43,6 +45,7 @@ from fibrefit.problem.task import Task
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.discovery.test_free_form import begun_at, identified, measured_of, planted
+from tests.discovery.test_pairs import Model
 from tests.validation.cases import Case
 
 
@@ -73,7 +76,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     assert proposal is not None
     assert set(taken) == {route}
     assert search.gap(search.plain(proposal.best)) == pytest.approx(1.0, abs=0.02)
-    held = holding(search, proposal)
+    held = holding(proposal)
     assert held is not None
     without, with_it = held.left_out
     assert with_it < without
@@ -92,7 +95,7 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     resumed = proposed(search, parent, proposing(search, parent, found, tuple(PORTS)))
     assert resumed is not None
     assert [end.log for end, _ in resumed.ranked] == [end.log for end, _ in proposal.ranked]
-    kept = holding(search, resumed)
+    kept = holding(resumed)
     assert kept is not None
     assert described(search, parent, kept).summary == law.summary
 
@@ -126,11 +129,50 @@ def _held(
     seen = {name: LeftOut(np.ones(2), np.array(nats)) for name, nats in foreseen.items()}
     monkeypatch.setattr(told, "left_out", left_out or (lambda search, one, tell: seen[one.name]))
     fits = [(SimpleNamespace(log=log, name=name), name) for name, log in logs.items()]
-    proposal = Proposal(cast(Any, SimpleNamespace(log=0.0, name="parent")), cast(Any, fits), ())
     layout = SimpleNamespace(records=("one", "other"))
-    task = SimpleNamespace(problem=SimpleNamespace(layout=layout))
-    found = holding(cast(Any, SimpleNamespace(task=task)), proposal)
+    search = SimpleNamespace(task=SimpleNamespace(problem=SimpleNamespace(layout=layout)))
+    parent = SimpleNamespace(log=0.0, name="parent")
+    found = holding(Proposal(cast(Any, search), cast(Any, parent), cast(Any, fits), ()))
     return None if found is None else str(found.law)
+
+
+NEEDED = 200.0
+"""Nats that a law needs to do what its curve does."""
+
+
+@pytest.mark.parametrize(
+    ("gain", "about_itself", "there"),
+    [
+        (NEEDED + 0.1, 500.0, False),  # does as well as it is
+        (PROMISING * NEEDED, 500.0, False),  # so little that another cause is likelier
+        (PROMISING * NEEDED + 0.1, 500.0, True),
+        (NEEDED, NEEDED, False),
+        (NEEDED, NEEDED + 0.1, True),
+        (NEEDED, None, False),  # inputs are exact, or a motion is lost there
+    ],
+)
+def test_a_law_that_falls_short_of_its_curve_is_seen_with_readings_linearised_about_itself(
+    monkeypatch: pytest.MonkeyPatch, gain: float, about_itself: float | None, there: bool
+) -> None:
+    parent, elsewhere = Model((), 10.0), Model((), -3.0)
+    best, near, far = (Model((), 10.0 + gain - behind) for behind in (0.0, FAR_BEHIND - 1.0, FAR_BEHIND + 1.0))
+
+    def seen(search: Any, parent: Any, one: Any) -> Any:
+        assert one is best
+        own = None if about_itself is None else Model((), elsewhere.log + about_itself)
+        return None if own is None else Confirmation(cast(Any, "there"), cast(Any, own), cast(Any, elsewhere))
+
+    monkeypatch.setattr(propose, "confirmed", seen)
+    monkeypatch.setattr(propose, "fitted_beside", lambda seen, one: Model((), one.log + 1000.0))
+    ranked: Any = [(best, "best"), (near, "near"), (far, "far")]
+    begun = Proposal(cast(Any, "here"), cast(Any, parent), ranked, ())
+    found = propose._about_the_best(begun, NEEDED)
+    assert (found is not begun) is there
+    if there:
+        assert (found.search, found.parent) == ("there", elsewhere)
+        assert [(law, one.log) for one, law in found.ranked] == [
+            ("near", near.log + 1000.0), ("best", elsewhere.log + cast(float, about_itself))
+        ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

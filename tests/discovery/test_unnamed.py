@@ -15,7 +15,7 @@ from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import HARDLY, PROMISING
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
-from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal
 from fibrefit.discovery.laws.told import HeldLaw
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
@@ -79,8 +79,9 @@ class Bench:
         monkeypatch.setattr(module, "look_at", self.looked_at)
         self.held_by: dict[str, HeldLaw | None] = {}
         self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
-        monkeypatch.setattr(module, "proposed", lambda search, parent, curves: curves[0])
-        monkeypatch.setattr(module, "holding", lambda search, proposal: self.held_by.get(str(proposal), self.held))
+        self.proposed_in: tuple[Any, Any] | None = None
+        monkeypatch.setattr(module, "proposed", self.propose)
+        monkeypatch.setattr(module, "holding", lambda proposal: self.held_by.get(str(proposal.readings), self.held))
         monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
@@ -106,6 +107,10 @@ class Bench:
             return list(self.courses)
         self.ports.append(set(ports))
         return [self.curve]
+
+    def propose(self, search: Any, parent: Any, curves: Sequence[str]) -> Proposal:
+        """Laws of the best curve, compared there or where readings are linearised about the best of them."""
+        return Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]))
 
     def about(self, search: Any, other: Model) -> Model:
         # A later round has another noise, in which nats count from elsewhere.
@@ -233,6 +238,20 @@ def test_a_law_to_which_tests_object_is_asked_with_readings_linearised_about_its
     if found is not None:
         assert about_itself is not None
         assert (found.search, found.parent, found.law[0].log) == (bench.there, BASE, about_itself[0])
+
+
+@pytest.mark.parametrize(("behind", "there"), [(0.0, False), (40.0, True)])
+def test_a_law_that_was_seen_about_itself_is_held_against_the_effect_there(
+    monkeypatch: pytest.MonkeyPatch, behind: float, there: bool
+) -> None:
+    """And what comes of it is what was found there."""
+    bench = Bench(monkeypatch, **{TOE.name: 17.0})
+    bench.gap, bench.elsewhere = FAR, -behind
+    bench.proposed_in = bench.there, Model((), -5.0)
+    found = bench.asked(BASE, Model((TOE,), 90.0))
+    assert (found is not None) is there
+    if found is not None:
+        assert (found.search, found.parent) == bench.proposed_in
 
 
 def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,26 +50,26 @@ class HeldLaw(NamedTuple):
     foreseen: float = np.nan
 
 
-def holding(search: Search, proposal: Proposal) -> HeldLaw | None:
+def holding(proposal: Proposal) -> HeldLaw | None:
     """Of laws that are not distinguished, the one that predicts left-out records best; None where none holds on them.
 
     Parameters
     ----------
-    search : Search
     proposal : Proposal
     """
     best = HeldLaw(*proposal.ranked[0], proposal)
-    if len(search.task.problem.layout.records) == 1:
+    if len(proposal.search.task.problem.layout.records) == 1:
         return best
-    found, came = in_time(partial(_by_left_out, search, proposal), best)
+    found, came = in_time(partial(_by_left_out, proposal), best)
     return found if not came or 0.0 < found.foreseen < np.inf else None
 
 
-def _by_left_out(search: Search, proposal: Proposal) -> HeldLaw:
+def _by_left_out(proposal: Proposal) -> HeldLaw:
     """The law that foresees most of records left out, each with deviations of its own, as probable as they are.
 
     What shared values leave of a record is mostly what it differs by: a law that is right moves that as it comes.
     """
+    search = proposal.search
     near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
     number = 1 + len(near)
     before, *seen = (
@@ -99,8 +99,8 @@ def law_for(
         Free curves on top of it, the best first.
     """
     proposal = proposed(search, best, readings, before)
-    held = None if proposal is None else holding(search, proposal)
-    return None if held is None else (held.fit, described(search, best, held))
+    held = None if proposal is None else holding(proposal)
+    return None if held is None else (held.fit, described(held.proposal.search, held.proposal.parent, held))
 
 
 def law_over_course(
