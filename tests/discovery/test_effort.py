@@ -24,10 +24,10 @@ LOGS = (50.0, *[-200.0] * 10)
 """Nats of candidates, the others far behind the first."""
 
 
-def curve_goes_on_after(steps: int) -> bool:
-    """Whether a free curve that gains at each step is followed beyond so many evaluations."""
+def curve_goes_on_after(steps: int, last: float = 1.0) -> bool:
+    """Whether a free curve is followed beyond so many evaluations, the last ones of which took such a share of all."""
     found = SimpleNamespace(steps=steps, objective=-1e6)
-    return effort.curve_descent(0.0)["effort"].goes_on(found, [0.0] * steps)
+    return effort.curve_descent(0.0)["effort"].goes_on(found, [-1e6 * (1.0 - last)] * steps)
 
 
 def goes_on_after(steps: int) -> bool:
@@ -92,6 +92,8 @@ CASES = (
     Bracket("LEAST_FALL", effort, lambda x: x < effort.descent()["tolerance"], 0.19, 0.21),
     Bracket("PATIENCE_OF_DESCENT", effort, lambda x: x < effort.descent()["effort"].patience, 9.0, 10.0),
     Bracket("CURVE_STEPS", effort, lambda x: curve_goes_on_after(int(x)), 29.0, 30.0),
+    Bracket("CURVE_PATIENCE", effort, lambda x: curve_goes_on_after(int(x), 0.0), 5.0, 6.0),
+    Bracket("CURVE_SHARE", effort, lambda x: curve_goes_on_after(9, x), 0.03, 0.01),
     Bracket("WARM_START_STEPS", effort, lambda x: goes_on_after(int(x)), 9.0, 10.0),
     Bracket("CONTINUATION_STEPS", effort, lambda x: len(effort.continuation_steps()) >= x, 3.0, 4.0),
     Bracket("LINEARISED_ANEW", inputs, lambda x: linearised(int(x)), 6.0, 7.0),

@@ -348,6 +348,14 @@ def test_what_creeps_is_left_and_what_is_worth_nothing_given_up() -> None:
     assert ends[1].objective - ends[0].objective < ends[0].steps / 5 * NOTICED
     given_up = Effort(patience=5, worthless=ends[1].objective - 1.0)
     assert mode(of, begun(of), misled, nothing, effort=given_up).steps == 6
+    # So is what gains little beside what it has gained so far, and more of what has gained nothing yet is waited for.
+    before = mode(of, begun(of), misled, nothing, effort=Effort(steps=1)).objective
+    shares = [
+        mode(of, begun(of), misled, nothing, effort=Effort(patience=5, share=share, before=before))
+        for share in (0.0, 0.5)
+    ]
+    assert shares[0].steps == ends[1].steps > shares[1].steps >= 6
+    assert shares[1].objective < before
     # What does not creep ends where it ended.
     easy = [mode(of, begun(of), linear.gram, nothing, effort=effort) for effort in (Effort(), Effort(patience=2))]
     assert easy[0].objective == pytest.approx(easy[1].objective, abs=MODE_TOLERANCE)

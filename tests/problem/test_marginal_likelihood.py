@@ -318,6 +318,24 @@ def test_a_place_that_is_worth_nothing_has_no_evidence_but_its_own() -> None:
     assert weighed(linear, of, sigma=alike).log > found.log + 15.0
 
 
+def test_what_was_found_is_not_lost_where_other_scatters_lead_to_what_is_worth_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    of, linear = unknowns(), Linear.drawn(9, TRUTH, scatter=0.03, loud=20.0)
+    begun_at, rounds = np.array([0.001]), list[PosteriorMode]()
+    enough = mode(of, begun(of), linear.gram, begun_at, 1e-9).objective + 1.0
+
+    def astray(of: Unknowns, start: Any, gram: Any, sigma: Any, *how: Any) -> PosteriorMode:
+        rounds.append(mode(of, begun(of), gram, sigma, effort=Effort(steps=1 if rounds else 40)))
+        return rounds[-1]
+
+    monkeypatch.setattr(weighing, "mode", astray)
+    found = laplace_evidence(of, begun(of), linear.gram, begun_at, 1e-9, Effort(worthless=enough))
+    assert len(rounds) == 2
+    assert found.mode is rounds[0]
+    assert found.log <= found.log_if(begun_at) + np.log(len(found.grid))
+
+
 def test_what_lies_beyond_a_bound_takes_the_others_along() -> None:
     """Held at the bound, the others are where a normal law is highest there; what is inside stays to the last bit."""
     random = np.random.default_rng(5)

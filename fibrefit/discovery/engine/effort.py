@@ -26,6 +26,11 @@ PATIENCE_OF_DESCENT = 10
 CURVE_STEPS = 30
 """Evaluations of a free curve: it says where laws are to be looked for, and far from a good fit it creeps for hundreds,
 to end a thousand nats below the law."""
+CURVE_PATIENCE = 6
+"""Evaluations in which it has to gain a noticeable share of what it has gained so far."""
+CURVE_SHARE = 0.02
+"""That share: two curves on a drive had 97 and 98 % of what they came to gain, 2150 nats and 1088, after six and nine
+evaluations, and took 45 s for 45 and a hundred."""
 WARM_START_STEPS = 10
 """Evaluations of a warm start, a parent from where a candidate ended; where it is more probable there, it goes on."""
 CONTINUATION_STEPS = 4
@@ -157,7 +162,8 @@ def descent(parent: float = np.inf) -> dict[str, Any]:
 def curve_descent(parent: float) -> dict[str, Any]:
     """The same of a free curve on top of a parent with such an objective."""
     how = descent(parent)
-    return how | {"effort": replace(how["effort"], steps=CURVE_STEPS)}
+    limits = {"steps": CURVE_STEPS, "patience": CURVE_PATIENCE, "share": CURVE_SHARE, "before": parent}
+    return how | {"effort": replace(how["effort"], **limits)}
 
 
 def warm_start() -> dict[str, Any]:

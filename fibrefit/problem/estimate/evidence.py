@@ -125,6 +125,8 @@ def laplace_evidence(
         found = mode(unknowns, at, gram, sigma, tolerance, effort)
         evidence = laplace(found)
         here = np.flatnonzero(np.all(evidence.grid == sigma, axis=1)).tolist()
+        if found.objective > effort.worthless and seen:
+            break  # other standard deviations led away from what was found
         if found.objective > effort.worthless:
             # Nothing is looked for from here: what it predicts of other standard deviations is no find, and far from a
             # minimum it may be anything.

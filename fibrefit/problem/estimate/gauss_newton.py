@@ -48,11 +48,17 @@ class Effort:
         Evaluations in which Q has to fall noticeably. A cost with kinks, as bounces make them, is crept down else.
     worthless : float
         Q above which a minimum is of no use once patience has ended.
+    share : float
+        Of the fall below `before` so far; a fall that is less is not noticeable either.
+    before : float
+        Q of what the model contains.
     """
 
     steps: int = STEPS
     patience: int = STEPS
     worthless: float = np.inf
+    share: float = 0.0
+    before: float = np.inf
 
     def goes_on(self, found: PosteriorMode, lowest: Sequence[float]) -> bool:
         """Whether there is another step.
@@ -66,7 +72,9 @@ class Effort:
             return False
         if len(lowest) < self.patience:
             return True
-        return found.objective <= self.worthless and lowest[-self.patience] - found.objective >= NOTICED
+        so_far = self.share * (self.before - found.objective) if np.isfinite(self.before) else 0.0
+        fall = lowest[-self.patience] - found.objective
+        return found.objective <= self.worthless and fall >= max(NOTICED, so_far)
 
 
 EVERYTHING = Effort()
