@@ -26,7 +26,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, ENOUGH, NAMED
 from fibrefit.discovery.search.alarms import alarms_of
-from fibrefit.discovery.search.inputs import Confirmation, fitted_beside, overdispersion_corrected, overdispersion_of
+from fibrefit.discovery.search.inputs import Confirmation, fitted_about, overdispersion_corrected, overdispersion_of
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
@@ -297,7 +297,7 @@ def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | N
         if one.names != mine and one.evidence.mode.steps and comparison.gain(one) > NAMED
     ]
     near = [one for one in likely if comparison.gain(one) > first - FAR_BEHIND][:PARTNERS]
-    there = fit_all([partial(fitted_beside, seen, one) for one in near], lambda done: None)
+    there = fit_all([partial(_about, seen, one) for one in near], lambda done: None)
     if any(one is None for one in there):
         return None
     fitted = {mine: seen.found} | {one.names: one for one in there}
@@ -309,6 +309,14 @@ def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | N
     shares = {one.names: comparison.gap_of(one) / before for one in comparison.found if one.names not in fitted}
     return replace(
         comparison, search=seen.search, parent=seen.parent, found=found, compared=frozenset(fitted), shares=shares
+    )
+
+
+def _about(seen: Confirmation, other: LaplaceFit) -> LaplaceFit:
+    """Another candidate where readings are linearised about the best one."""
+    found = fitted_about(seen.search, other, seen.led)
+    return overdispersion_corrected(
+        seen.parent, found, max(seen.overdispersion, overdispersion_of(seen.search.inference, seen.parent, found))
     )
 
 

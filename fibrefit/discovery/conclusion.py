@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
@@ -21,7 +21,7 @@ from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls,
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.forward_selection import Limits, Selection
-from fibrefit.discovery.laws.told import law_for, law_over_course, told_by_fit
+from fibrefit.discovery.laws.told import ToldLaw, law_for, law_over_course, told_by_fit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import curves_beyond
@@ -39,7 +39,6 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
-from fibrefit.laws.law import Effect
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
 
 FINAL_STARTS = 3
@@ -96,7 +95,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
     # What is still to be fitted comes last, and no other part takes its time.
-    kept_for_law = 0.0 if law is None else before.seconds + _takes_longer(search, law[0], before)
+    kept_for_law = 0.0 if law is None else before.seconds + _takes_longer(search, law.fit, before)
     complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=kept_for_law)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at) or at.law)
@@ -112,7 +111,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
-        unexplained=_left_over(search, kept, after, None if complete else readings, law and law[1]),
+        unexplained=_left_over(search, kept, after, None if complete else readings, law and law.told),
         looks_like=None if complete or not known else _looks_like(kept, search, after, readings, cut),
         before=before,
         after=after,
@@ -122,34 +121,23 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         weights=parts.take("weights", partial(effect_sizes, search, best, after), ()) if added else (),
         detectable=parts.take("detectable", partial(detectable, search), ()) if verdict == NOTHING else (),
         separated_by=parts.take("rivals", partial(_separated, search, tuple(rivals.values())), (), 0.9),
-        proposed_law=law and law[1],
+        proposed_law=law and law.told,
         untried=untried,
     )
     more = (*(("further",) if at.cut_short else ()), *at.undone)
     if law is not None:
         gone = set(found.effects) - set(best.effects)
-        finding = _with_law(search, finding, _without(search, law, gone), limits.seed, budget)
-        more = (*more, *_not_predicted(search, law[1]))
+        finding = _with_law(finding, law.without(gone), limits.seed, budget)
+        more = (*more, *_not_predicted(search, law.told))
     return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
 
 
-def _without(
-    search: Search, law: tuple[LaplaceFit, ProposedLaw], gone: Collection[type[Effect]]
-) -> tuple[LaplaceFit, ProposedLaw]:
-    """A model with a law, without effects that are not kept."""
-    fit, told = law
-    kept = tuple(effect for effect in fit.effects if effect not in gone)
-    return (search.inference.without(fit, kept) if len(kept) < len(fit.effects) else fit), told
-
-
-def _with_law(
-    search: Search, finding: Finding, law: tuple[LaplaceFit, ProposedLaw], seed: int, budget: Budget
-) -> Finding:
+def _with_law(finding: Finding, law: ToldLaw, seed: int, budget: Budget) -> Finding:
     """A finding whose final fit is that with a law, told as that has it; without the law where that loses a motion.
 
     Where inputs are exact it is the fit that ended in a wrong minimum, as of an effect (see `_fitted`).
     """
-    (fit, told), said = law, list[Statement]()
+    (search, fit, told), said = law, list[Statement]()
     after = _final(search, fit, FINAL_STARTS, seed, budget)
     gaps = total(finding.after.gap), total(after.gap)
     if motion_lost(*gaps):
@@ -163,12 +151,12 @@ def _with_law(
 
 def _left_beside(
     parts: _Parts, at: Selection, base: LaplaceFit, before: Identification
-) -> tuple[list[Alarm], LaplaceFit, tuple[LaplaceFit, ProposedLaw] | None, list[Reading]]:
+) -> tuple[list[Alarm], LaplaceFit, ToldLaw | None, list[Reading]]:
     """Tests that object to what was selected, that or what a curve does better, and a law and free curves beside it.
 
     Where a test objects to a law over a state, one over the course of a record may be more probable.
     """
-    search, best, law = at.search, at.best, at.law
+    search, best, law = at.search, at.best, at.law and ToldLaw(at.search, *at.law)
     search.tell("testing the innovations", None)
     alarms, draw = alarms_of(search, best), partial(curves_beyond, search, best, before)
     readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
@@ -179,16 +167,14 @@ def _left_beside(
         best, readings = instead or (best, readings)
     if readings:
         law = parts.take("law", partial(law_for, search, best, before, readings), None)
-    if (law is None or alarms_of(search, law[0])) and "law" not in parts.undone:
+    if (law is None or alarms_of(law.search, law.fit)) and "law" not in parts.undone:
         course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
-        if course is not None and (law is None or course[0][1].summary.evidence > law[1].summary.evidence):
+        if course is not None and (law is None or course[0].told.summary.evidence > law.told.summary.evidence):
             law, readings = course
     return alarms, best, law, readings
 
 
-def _curve_stays(
-    parts: _Parts, law: tuple[LaplaceFit, ProposedLaw] | None, readings: Sequence[Reading]
-) -> list[Statement]:
+def _curve_stays(parts: _Parts, law: ToldLaw | None, readings: Sequence[Reading]) -> list[Statement]:
     """Said where laws for free curves were fitted and none does better."""
     return [Statement("curve_stays")] if readings and law is None and "law" not in parts.undone else []
 

@@ -213,7 +213,9 @@ def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
 
     Two effects of the catalogue are no less likely than one law that nobody has seen.
     """
-    first = found.search.inference.again(chosen)
+    there, known = found.search, found.parent.supermodel.sensitivities
+    seen_there = chosen.supermodel.sensitivities is known
+    first = there.inference.again(chosen) if seen_there else fitted_about(there, chosen)
     swift = [effect for effect in found.search.extensions(first) if not is_costly(effect)]
     return _does_as_well(found, _tried_against(found, first, swift, PROMISING))
 
@@ -299,15 +301,17 @@ def _law_of(
     held = None if proposal is None else holding(proposal)
     if proposal is None or held is None:
         return None
-    law = held.fit
+    law, before = held.fit, 0.0
     if chosen is not None and proposal.search is not search:
-        chosen = fitted_about(proposal.search, chosen)
+        # Where readings are linearised about a law, an effect is worth no less than it was where it was found.
+        before = chosen.log - parent.log
+        chosen = fitted_about(proposal.search, chosen, proposal.led)
     search, parent, others = proposal.search, proposal.parent, () if chosen is None else (chosen,)
     here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
     # What the time does not suffice to compare in better known noise is compared in the noise at hand.
     there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, PAIRING * time_left())
     fitted = next(one for one in there.found if one.names == law.names)
-    most = max([there.parent.log, *(one.log for one in there.found if one is not fitted)])
+    most = max([there.parent.log + before, *(one.log for one in there.found if one is not fitted)])
     needed = most + left + NAMED
     if fitted.log - PRICE_OF_LOOKS <= needed:
         return None

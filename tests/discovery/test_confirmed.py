@@ -13,7 +13,6 @@ from fibrefit.discovery import choice, comparison, conclusion, forward_selection
 from fibrefit.discovery.choice import believed
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _further
-from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.test_pairs import Model, round_of
@@ -73,9 +72,9 @@ def seen_from_there(monkeypatch: pytest.MonkeyPatch, gains: dict[Any, dict[Any, 
         return own(ranked, replace(seen, search=search))
 
     own = comparison.compared_about
-    monkeypatch.setattr(inputs, "fitted_about", about)
-    monkeypatch.setattr(inputs, "overdispersion_of", lambda inference, parent, one: 1.0)
-    monkeypatch.setattr(inputs, "overdispersion_corrected", lambda parent, one, overdispersion: one)
+    monkeypatch.setattr(comparison, "fitted_about", about)
+    monkeypatch.setattr(comparison, "overdispersion_of", lambda inference, parent, one: 1.0)
+    monkeypatch.setattr(comparison, "overdispersion_corrected", lambda parent, one, overdispersion: one)
     monkeypatch.setattr(choice, "compared_about", compared)
 
 
@@ -205,10 +204,10 @@ def test_rivals_are_led_where_the_one_they_are_held_against_was(monkeypatch: pyt
         return other
 
     seen_from_there(monkeypatch, {})
-    monkeypatch.setattr(inputs, "fitted_about", about)
+    monkeypatch.setattr(comparison, "fitted_about", about)
     here = with_gaps(SimpleNamespace(inference=None), {})
     seen = Confirmation(here, cast(Any, Model((A,), 30.0)), cast(Any, Model((), 0.0)), led=led)
-    inputs.fitted_beside(seen, cast(Any, Model((B,), 20.0)))
+    comparison._about(seen, cast(Any, Model((B,), 20.0)))
     assert said == [led]
 
 

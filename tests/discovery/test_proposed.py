@@ -33,7 +33,7 @@ from fibrefit.discovery.laws.forms import FORMS, FittedForm
 from fibrefit.discovery.laws.places import SECOND, SECOND_VARIABLES
 from fibrefit.discovery.laws.propose import Proposal, proposed
 from fibrefit.discovery.laws.source import composed, effect_of_law, start_of_law
-from fibrefit.discovery.laws.told import described, holding, law_for, law_over_course
+from fibrefit.discovery.laws.told import ToldLaw, described, holding, law_for, law_over_course
 from fibrefit.discovery.search import cross_validation
 from fibrefit.discovery.search.cross_validation import LeftOut
 from fibrefit.discovery.search.inputs import Confirmation
@@ -141,38 +141,55 @@ NEEDED = 200.0
 
 
 @pytest.mark.parametrize(
-    ("gain", "about_itself", "there"),
+    ("gain", "about_itself", "objects", "there"),
     [
-        (NEEDED + 0.1, 500.0, False),  # does as well as it is
-        (PROMISING * NEEDED, 500.0, False),  # so little that another cause is likelier
-        (PROMISING * NEEDED + 0.1, 500.0, True),
-        (NEEDED, NEEDED, False),
-        (NEEDED, NEEDED + 0.1, True),
-        (NEEDED, None, False),  # inputs are exact, or a motion is lost there
+        (NEEDED + 0.1, 500.0, False, False),  # does as well as it is
+        (PROMISING * NEEDED, 500.0, False, False),  # so little that another cause is likelier
+        (PROMISING * NEEDED + 0.1, 500.0, False, True),
+        (PROMISING * NEEDED + 0.1, 500.0, True, False),
+        (NEEDED, NEEDED, False, False),
+        (NEEDED, NEEDED + 0.1, False, True),
+        (NEEDED, None, False, False),  # inputs are exact, or a motion is lost there
     ],
 )
+@pytest.mark.parametrize("led", [True, False])
 def test_a_law_that_falls_short_of_its_curve_is_seen_with_readings_linearised_about_itself(
-    monkeypatch: pytest.MonkeyPatch, gain: float, about_itself: float | None, there: bool
+    monkeypatch: pytest.MonkeyPatch, gain: float, about_itself: float | None, objects: bool, there: bool, led: bool
 ) -> None:
-    parent, elsewhere = Model((), 10.0), Model((), -3.0)
+    parent, elsewhere, search = Model((), 10.0), Model((), -3.0), SimpleNamespace(inference=None)
     best, near, far = (Model((), 10.0 + gain - behind) for behind in (0.0, FAR_BEHIND - 1.0, FAR_BEHIND + 1.0))
 
-    def seen(search: Any, parent: Any, one: Any) -> Any:
+    def seen(here: Any, parent: Any, one: Any) -> Any:
         assert one is best
         own = None if about_itself is None else Model((), elsewhere.log + about_itself)
-        return None if own is None else Confirmation(cast(Any, "there"), cast(Any, own), cast(Any, elsewhere))
+        return None if own is None else Confirmation(cast(Any, search), cast(Any, own), cast(Any, elsewhere), led=led)
+
+    def about(there: Any, one: Any, with_lead: bool) -> Any:
+        assert (there, with_lead) == (search, led)
+        return Model((), one.log + 1000.0)
 
     monkeypatch.setattr(propose, "confirmed", seen)
-    monkeypatch.setattr(propose, "fitted_beside", lambda seen, one: Model((), one.log + 1000.0))
+    monkeypatch.setattr(propose, "fitted_about", about)
+    monkeypatch.setattr(propose, "alarms_of", lambda search, one: ["objects"] * objects)
     ranked: Any = [(best, "best"), (near, "near"), (far, "far")]
     begun = Proposal(cast(Any, "here"), cast(Any, parent), ranked, ())
     found = propose._about_the_best(begun, NEEDED)
     assert (found is not begun) is there
     if there:
-        assert (found.search, found.parent) == ("there", elsewhere)
+        assert (found.search, found.parent, found.led) == (search, elsewhere, led)
         assert [(law, one.log) for one, law in found.ranked] == [
             ("near", near.log + 1000.0), ("best", elsewhere.log + cast(float, about_itself))
         ]  # fmt: skip
+
+
+def test_of_laws_seen_about_the_best_none_is_divided_by_an_overdispersion(monkeypatch: pytest.MonkeyPatch) -> None:
+    parent, best, raw = Model((), 0.0), Model((), 50.0), Model((), 90.0)
+    search = SimpleNamespace(inference=SimpleNamespace(again=lambda one: raw))
+    seen = Confirmation(cast(Any, search), cast(Any, Model((), 70.0)), cast(Any, parent), overdispersion=1.3)
+    monkeypatch.setattr(propose, "confirmed", lambda *of: seen)
+    monkeypatch.setattr(propose, "alarms_of", lambda search, one: [])
+    begun = Proposal(cast(Any, "here"), cast(Any, parent), cast(Any, [(best, "best")]), ())
+    assert propose._about_the_best(begun, 60.0).best is cast(Any, raw)
 
 
 @pytest.mark.parametrize(
@@ -195,7 +212,7 @@ def test_a_law_over_the_course_of_a_record_is_found(
     parent = search.inference.fitted(base, (), fit.local)
     law = law_over_course(search, parent, found, ())
     assert law is not None
-    (_, told_of), curves = law
+    told_of, curves = law[0].told, law[1]
     assert (told_of.probe, curves[0].probe) == (probe.name, probe)
     assert told_of.summary.gap_after == pytest.approx(1.0, abs=0.03)
     # A curve over a state that gains more comes first.
@@ -246,7 +263,7 @@ def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
     readings = proposing(search, parent, found, tuple(PORTS), (FrictionOfSpeed,))
     told_of = law_for(search, parent, found, readings)
     assert told_of is not None
-    summary = told_of[1].summary
+    summary = told_of.told.summary
     assert (summary.port, summary.variables) == ("guide.friction", ("speed", second) if second else ("speed",))
     assert summary.gap_after == pytest.approx(1.0, abs=0.02)
     if second:
@@ -269,18 +286,22 @@ def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
 def test_a_more_probable_law_over_the_course_is_looked_for_where_a_test_objects_to_one_over_a_state(
     monkeypatch: pytest.MonkeyPatch, of_state: float | None, objects: bool, course: float, told: str
 ) -> None:
-    def law(name: str, evidence: float) -> Any:
-        return name, SimpleNamespace(summary=SimpleNamespace(evidence=evidence))
+    def law(name: str, evidence: float) -> ToldLaw:
+        there: Any = f"search of {name}"
+        return ToldLaw(there, cast(Any, name), cast(Any, SimpleNamespace(summary=SimpleNamespace(evidence=evidence))))
+
+    def alarms(search: Any, one: Any) -> list[str]:
+        # A law is tested in the search that it was found in: readings are linearised there.
+        assert one is best or search == f"search of {one}"
+        return ["objects"] if one is best or (one == "state" and objects) else []
 
     best: Any = SimpleNamespace(effects=())
-    monkeypatch.setattr(
-        conclusion, "alarms_of", lambda search, one: ["objects"] if one is best or (one == "state" and objects) else []
-    )
+    monkeypatch.setattr(conclusion, "alarms_of", alarms)
     monkeypatch.setattr(conclusion, "law_for", lambda *of: None if of_state is None else law("state", of_state))
     monkeypatch.setattr(conclusion, "law_over_course", lambda *of: (law("course", course), ["course curve"]))
     parts = conclusion._Parts(cast(Any, SimpleNamespace(left=100.0)))
     at = SimpleNamespace(search=SimpleNamespace(tell=quiet), best=best, law=None, curves=["curve"])
     _, _, found, readings = conclusion._left_beside(parts, cast(Any, at), best, cast(Any, None))
     assert found is not None
-    assert found[0] == told
+    assert found.fit == told
     assert readings == (["course curve"] if told == "course" else ["curve"])

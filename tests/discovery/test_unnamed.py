@@ -80,6 +80,7 @@ class Bench:
         self.held_by: dict[str, HeldLaw | None] = {}
         self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
         self.proposed_in: tuple[Any, Any] | None = None
+        self.led = False
         monkeypatch.setattr(module, "proposed", self.propose)
         monkeypatch.setattr(module, "holding", lambda proposal: self.held_by.get(str(proposal.readings), self.held))
         monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
@@ -110,9 +111,9 @@ class Bench:
 
     def propose(self, search: Any, parent: Any, curves: Sequence[str]) -> Proposal:
         """Laws of the best curve, compared there or where readings are linearised about the best of them."""
-        return Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]))
+        return Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]), self.led)
 
-    def about(self, search: Any, other: Model) -> Model:
+    def about(self, search: Any, other: Model, led: bool = False) -> Model:
         # A later round has another noise, in which nats count from elsewhere.
         return replace(other, log=other.log + self.elsewhere)
 
@@ -240,18 +241,38 @@ def test_a_law_to_which_tests_object_is_asked_with_readings_linearised_about_its
         assert (found.search, found.parent, found.law[0].log) == (bench.there, BASE, about_itself[0])
 
 
-@pytest.mark.parametrize(("behind", "there"), [(0.0, False), (40.0, True)])
-def test_a_law_that_was_seen_about_itself_is_held_against_the_effect_there(
-    monkeypatch: pytest.MonkeyPatch, behind: float, there: bool
+@pytest.mark.parametrize(
+    ("gain", "there_too", "there"),
+    [(60.0, 0.0, True), (60.0, -50.0, True), (90.0, -80.0, False), (60.0, 40.0, False)],
+)
+def test_a_law_that_was_seen_about_itself_is_held_against_the_effect_there_and_where_that_was_found(
+    monkeypatch: pytest.MonkeyPatch, gain: float, there_too: float, there: bool
 ) -> None:
-    """And what comes of it is what was found there."""
+    """Of two models the one that readings are linearised about is favoured: the law has to win in both places."""
     bench = Bench(monkeypatch, **{TOE.name: 17.0})
-    bench.gap, bench.elsewhere = FAR, -behind
-    bench.proposed_in = bench.there, Model((), -5.0)
-    found = bench.asked(BASE, Model((TOE,), 90.0))
-    assert (found is not None) is there
+    parent = Model((), -5.0 if there_too >= 0.0 else 5.0)
+    bench.gap, bench.elsewhere = FAR, there_too
+    bench.proposed_in = bench.there, parent
+    found = bench.asked(BASE, Model((TOE,), gain))
+    needed = max(gain + there_too, parent.log + gain) + 17.0 + NAMED + PRICE_OF_LOOKS
+    assert (needed < WORTH) is there is (found is not None)
     if found is not None:
         assert (found.search, found.parent) == bench.proposed_in
+
+
+@pytest.mark.parametrize("led", [True, False])
+def test_an_effect_is_led_where_the_law_it_is_held_against_was(monkeypatch: pytest.MonkeyPatch, led: bool) -> None:
+    said = list[bool]()
+
+    def about(search: Any, other: Model, led: bool = False) -> Model:
+        said.append(led)
+        return other
+
+    bench = Bench(monkeypatch, **{TOE.name: 17.0})
+    bench.gap, bench.proposed_in, bench.led = FAR, (bench.there, Model((), 0.0)), led
+    monkeypatch.setattr(module, "fitted_about", about)
+    bench.asked(BASE, Model((TOE,), 50.0))
+    assert said[0] is led
 
 
 def test_where_no_effect_gains_enough_there_is_none_to_hold_a_law_against(monkeypatch: pytest.MonkeyPatch) -> None:

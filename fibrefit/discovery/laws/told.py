@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ from fibrefit.discovery.model.law import LAWS, ProposedLaw
 from fibrefit.discovery.search.cross_validation import left_out
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification, total
+from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS
 from fibrefit.study.summaries.discovery import LawParameter, OtherLaw, ProposedLawSummary
 
@@ -83,9 +84,20 @@ def _by_left_out(proposal: Proposal) -> HeldLaw:
     return max(found, key=lambda one: one.foreseen if np.isfinite(one.foreseen) else -np.inf)
 
 
-def law_for(
-    search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]
-) -> tuple[LaplaceFit, ProposedLaw] | None:
+class ToldLaw(NamedTuple):
+    """A law, the model with it, and the search that it was found in."""
+
+    search: Search
+    fit: LaplaceFit
+    told: ProposedLaw
+
+    def without(self, gone: Collection[type[Effect]]) -> ToldLaw:
+        """The same with a model without effects that are not kept."""
+        kept = tuple(effect for effect in self.fit.effects if effect not in gone)
+        return self if kept == self.fit.effects else self._replace(fit=self.search.inference.without(self.fit, kept))
+
+
+def law_for(search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]) -> ToldLaw | None:
     """The best law for free curves on top of a model; None where they do better, or it does not hold.
 
     Parameters
@@ -100,12 +112,14 @@ def law_for(
     """
     proposal = proposed(search, best, readings, before)
     held = None if proposal is None else holding(proposal)
-    return None if held is None else (held.fit, described(held.proposal.search, held.proposal.parent, held))
+    if proposal is None or held is None:
+        return None
+    return ToldLaw(proposal.search, held.fit, described(proposal.search, proposal.parent, held))
 
 
 def law_over_course(
     search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]
-) -> tuple[tuple[LaplaceFit, ProposedLaw], list[Reading]] | None:
+) -> tuple[ToldLaw, list[Reading]] | None:
     """The best law over the course of a record, and its curves, where it gains what the best curve of a state does.
 
     Parameters
@@ -120,7 +134,7 @@ def law_over_course(
     """
     curves = proposing(search, best, before, tuple(PORTS), COURSES)
     law = law_for(search, best, before, curves) if curves else None
-    if law is None or (readings and law[1].summary.evidence <= readings[0].gain):
+    if law is None or (readings and law.told.summary.evidence <= readings[0].gain):
         return None
     return law, [*curves, *readings]
 

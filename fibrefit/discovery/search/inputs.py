@@ -303,13 +303,6 @@ def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit, lead: bool 
     return Confirmation(there, overdispersion_corrected(best, own, overdispersion), best, overdispersion, led)
 
 
-def fitted_beside(seen: Confirmation, other: LaplaceFit) -> LaplaceFit:
-    """Another candidate where readings are linearised about one that was seen, with no less overdispersion."""
-    found = fitted_about(seen.search, other, seen.led)
-    overdispersion = max(seen.overdispersion, overdispersion_of(seen.search.inference, seen.parent, found))
-    return overdispersion_corrected(seen.parent, found, overdispersion)
-
-
 def fitted_about(about: Search, other: LaplaceFit, led: bool = False) -> LaplaceFit:
     """A hypothesis where readings are linearised about another one, from where it is, or is `led` as that one was."""
     return _fitted_in(about, about.supermodel_with(other.supermodel.effects), other, led)
