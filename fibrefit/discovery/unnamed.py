@@ -25,7 +25,7 @@ from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
 from fibrefit.discovery.laws.told import described, holding
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING
+from fibrefit.discovery.pairs import PAIRING, pruned
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, fitted_about
 from fibrefit.discovery.search.search import Search, Tried
@@ -322,8 +322,24 @@ def _law_of(
         if about is None:
             return None
         there, fitted = about
-    told = described(there.search, there.parent, held._replace(fit=fitted))
-    return Unnamed(there.search, there.parent, curves, (fitted, told))
+    parent, fitted = _without_needless(there, fitted)
+    told = described(there.search, parent, held._replace(fit=fitted))
+    return Unnamed(there.search, parent, curves, (fitted, told))
+
+
+def _without_needless(there: Comparison, law: LaplaceFit) -> tuple[LaplaceFit, LaplaceFit]:
+    """A law without the effects that it makes needless, as a later effect does, and its parent without them.
+
+    What was added before may be but the likeness of the law, in the first place where some effect did most of it.
+    """
+    if not there.parent.effects:
+        return there.parent, law
+    inference = there.search.inference
+    left, _ = in_time(partial(pruned, inference, law), law, PAIRING * time_left())
+    rest = tuple(effect for effect in there.parent.effects if effect in left.effects)
+    if law.effects[-1] not in left.effects or len(rest) == len(there.parent.effects):
+        return there.parent, law
+    return inference.without(there.parent, rest), left
 
 
 def _about_itself(there: Comparison, law: LaplaceFit, needed: float) -> tuple[Comparison, LaplaceFit] | None:

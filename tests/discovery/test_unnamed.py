@@ -81,6 +81,8 @@ class Bench:
         self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
         self.proposed_in: tuple[Any, Any] | None = None
         self.led = False
+        self.needless = list[Any]()
+        monkeypatch.setattr(module, "pruned", self.prune)
         monkeypatch.setattr(module, "proposed", self.propose)
         monkeypatch.setattr(module, "holding", lambda proposal: self.held_by.get(str(proposal.readings), self.held))
         monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
@@ -113,6 +115,9 @@ class Bench:
         """Laws of the best curve, compared there or where readings are linearised about the best of them."""
         return Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]), self.led)
 
+    def prune(self, inference: Any, one: Model) -> Model:
+        return replace(one, effects=tuple(effect for effect in one.effects if effect not in self.needless))
+
     def about(self, search: Any, other: Model, led: bool = False) -> Model:
         # A later round has another noise, in which nats count from elsewhere.
         return replace(other, log=other.log + self.elsewhere)
@@ -136,7 +141,9 @@ class Bench:
             plain=lambda one: one,
             gap=lambda one: self.gap,
             tried=self.tried,
-            inference=SimpleNamespace(again=lambda one: one, slopes=lambda one: None),
+            inference=SimpleNamespace(
+                again=lambda one: one, slopes=lambda one: None, without=lambda one, rest: replace(one, effects=rest)
+            ),
             extensions=lambda one: list(self.slopes),
             predicted_gains=lambda *of: predicted,
         )
@@ -258,6 +265,21 @@ def test_a_law_that_was_seen_about_itself_is_held_against_the_effect_there_and_w
     assert (needed < WORTH) is there is (found is not None)
     if found is not None:
         assert (found.search, found.parent) == bench.proposed_in
+
+
+@pytest.mark.parametrize(
+    ("needless", "left"), [((), (STRIBECK,)), ((STRIBECK,), ()), ((STRIBECK, LAW), (STRIBECK,)), ((LAW,), (STRIBECK,))]
+)
+def test_what_a_law_makes_needless_goes(
+    monkeypatch: pytest.MonkeyPatch, needless: tuple[Any, ...], left: tuple[Any, ...]
+) -> None:
+    """As what a later effect makes needless does; a law itself never."""
+    bench = Bench(monkeypatch, **{f"{STRIBECK.name}+{TOE.name}": 60.0})
+    bench.gap, bench.needless = FAR, list(needless)
+    bench.held = HeldLaw(cast(Any, Model((STRIBECK, LAW), WORTH)), cast(Any, None), cast(Any, None))
+    found = bench.asked(Model((STRIBECK,), 0.0), Model((STRIBECK, TOE), 17.0))
+    assert found is not None
+    assert (found.parent.effects, found.law[0].effects) == (left, (*left, LAW))
 
 
 @pytest.mark.parametrize("led", [True, False])

@@ -1,6 +1,7 @@
-"""Every number that says how far a search looks, with its meaning: it costs time or a miss, and no verdict rests on it.
+"""Every number that says how far a search looks, with its meaning: it costs time or a miss.
 
-What decides stands in `thresholds`.
+What decides between explanations stands in `thresholds`. Of those here the ones that say whether a motion was lost show
+in a verdict, too: `TOO_FAR`, `NEARLY` and `MET`.
 """
 
 from __future__ import annotations
