@@ -114,11 +114,18 @@ def verdict_line(summary: DiscoverySummary) -> str:
     if summary.verdict == "named":
         return f"NAMED: {' and '.join(_or_others(name, summary) for name in summary.added)}"
     if summary.verdict == "unexplained":
+        if summary.proposed_law is not None:
+            return f"UNEXPLAINED: {_asked_for(summary.proposed_law)}"
         looks = summary.unexplained.looks_like if summary.unexplained else None
         return f"UNEXPLAINED: looks like {looks}" if looks else "UNEXPLAINED"
     if summary.verdict == "not_trusted":
         return f"NOT TRUSTED: {summary.reason}"
     return "NOTHING MISSING"
+
+
+def _asked_for(law: ProposedLawSummary) -> str:
+    """What the records ask for, in words."""
+    return f"the records ask for {law.says[:1].lower()}{law.says[1:].rstrip('.')}"
 
 
 def _or_others(name: str, summary: DiscoverySummary) -> str:
@@ -185,7 +192,13 @@ def _law(summary: DiscoverySummary) -> list[str]:
 
 def law_sentences(law: ProposedLawSummary) -> list[str]:
     """What is said of a law that was composed: how it does first, then what its equation and its file are."""
-    said = f"No catalogued effect does it. {law.says} With it, the gap falls from {law.gap_before:.3g} to "
+    numbers = (with_error(one.value, one.std_error, one.unit) for one in law.parameters.values())
+    told = (
+        f"{one.symbol} = {value}{f' +/- {error}' if error else ''} {unit}"
+        for one, (value, error, unit) in zip(law.parameters.values(), numbers, strict=True)
+    )
+    said = f"No catalogued effect does it; {_asked_for(law)}, {', '.join(told)}. "
+    said += f"With it, the gap falls from {law.gap_before:.3g} to "
     said += f"{law.gap_after:.3g} (logarithm of the Bayes factor {law.evidence:.3g}"
     said += f"{by_chance(law.false_alarm, 'some law')})"
     if law.gap_left_out is not None and law.gap_left_out_before is not None:

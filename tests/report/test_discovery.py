@@ -81,7 +81,23 @@ SENSED = CURVE.model_copy(
 )
 
 
+LAW = d.ProposedLawSummary(
+    name="guide.friction_of_position_sine", file="laws/friction_of_position_sine.py",
+    effect="laws/friction_of_position_sine.py:FrictionOfPositionSine",
+    says="A friction that depends on the position of the weight: it varies as a sine of position.",
+    port="guide.friction", variables=("position",), variable_units=("m",), valid_range=(-0.02, 0.01), form="sine",
+    expression="a sin(2 pi x / p)",
+    parameters={
+        "amplitude": d.LawParameter(symbol="a", value=0.7291, std_error=0.0082, unit="N"),
+        "period": d.LawParameter(symbol="p", value=4.8521e-3, std_error=None, unit="m"),
+    },
+    evidence=1210.0, false_alarm=0.0, gap_before=3.43, gap_after=0.994, gap_left_out_before=3.5, gap_left_out=0.999,
+    elpd_left_out=2400.0,
+)  # fmt: skip
+
+
 ALL = {
+    "law": with_verdict("unexplained", unexplained=d.Unexplained(gap=2.0, curves=(CURVE,)), proposed_law=LAW),
     "named": NAMED.model_copy(update={"before": BEFORE}),
     "full": full(),
     "nothing_missing": with_verdict("nothing_missing"),
@@ -118,6 +134,13 @@ def test_the_unexplained_says_what_it_looks_like() -> None:
     text = discovery_report(ALL["unexplained"])
     assert text.startswith("UNEXPLAINED: looks like a friction that depends on the position")
     assert discovery_report(with_verdict("unexplained", unexplained=None)).startswith("UNEXPLAINED\n")
+
+
+def test_a_law_is_what_the_records_ask_for_with_its_numbers_and_their_errors() -> None:
+    asked = "the records ask for a friction that depends on the position of the weight: it varies as a sine of position"
+    assert verdict_line(ALL["law"]) == f"UNEXPLAINED: {asked}"
+    text = " ".join(discovery_report(ALL["law"]).split())
+    assert f"No catalogued effect does it; {asked}, a = 0.7291 +/- 0.0082 N, p = 4.8521 mm. With it," in text
 
 
 def test_what_was_not_tried_is_counted_where_nothing_was() -> None:
