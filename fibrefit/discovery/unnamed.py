@@ -322,7 +322,9 @@ def _law_of(
         if about is None:
             return None
         there, fitted = about
-    parent, fitted = _without_needless(there, fitted)
+    # A law that was found is not lost with the time that this takes.
+    whole, look = (there.parent, fitted), partial(_without_needless, there, fitted)
+    (parent, fitted), _ = in_time(look, whole, PAIRING * time_left())
     told = described(there.search, parent, held._replace(fit=fitted))
     return Unnamed(there.search, parent, curves, (fitted, told))
 
@@ -335,7 +337,7 @@ def _without_needless(there: Comparison, law: LaplaceFit) -> tuple[LaplaceFit, L
     if not there.parent.effects:
         return there.parent, law
     inference = there.search.inference
-    left, _ = in_time(partial(pruned, inference, law), law, PAIRING * time_left())
+    left = pruned(inference, law)
     rest = tuple(effect for effect in there.parent.effects if effect in left.effects)
     if law.effects[-1] not in left.effects or len(rest) == len(there.parent.effects):
         return there.parent, law

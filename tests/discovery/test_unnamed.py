@@ -282,6 +282,18 @@ def test_what_a_law_makes_needless_goes(
     assert (found.parent.effects, found.law[0].effects) == (left, (*left, LAW))
 
 
+def test_a_law_is_not_lost_with_the_time_that_what_it_makes_needless_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(*of: Any) -> None:
+        raise OutOfTimeError
+
+    bench = Bench(monkeypatch, **{f"{STRIBECK.name}+{TOE.name}": 60.0})
+    bench.gap, bench.held = FAR, HeldLaw(cast(Any, Model((STRIBECK, LAW), WORTH)), cast(Any, None), cast(Any, None))
+    monkeypatch.setattr(module, "pruned", late)
+    found = bench.asked(Model((STRIBECK,), 0.0), Model((STRIBECK, TOE), 17.0))
+    assert found is not None
+    assert found.law[0].effects == (STRIBECK, LAW)
+
+
 @pytest.mark.parametrize("led", [True, False])
 def test_an_effect_is_led_where_the_law_it_is_held_against_was(monkeypatch: pytest.MonkeyPatch, led: bool) -> None:
     said = list[bool]()
