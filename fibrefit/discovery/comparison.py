@@ -20,7 +20,6 @@ from fibrefit.discovery.engine.effort import (
     compared_again,
     in_wrong_minimum,
     noise_is_taken_again,
-    slopes_tell,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
@@ -91,7 +90,7 @@ class Comparison:
 
 
 def comparison_of(
-    search: Search, parent: LaplaceFit, what: str, first: Comparison | None = None, before: Comparison | None = None
+    search: Search, parent: LaplaceFit, what: str, first: Comparison | None = None, near: LaplaceFit | None = None
 ) -> Comparison:
     """A parent with each further effect, all compared in the noise that the best one of them leaves.
 
@@ -105,11 +104,11 @@ def comparison_of(
         What is said of it while it goes on.
     first : Comparison, optional
         Of effects one by one: what gained most there is tried first, in case the time ends.
-    before : Comparison, optional
-        Of the round that led to the parent.
+    near : LaplaceFit, optional
+        A model before the parent that lacks little of it, in which slopes may be taken.
     """
     began = time.monotonic()
-    comparison = _looked_at(search, parent, what, first, before)
+    comparison = _looked_at(search, parent, what, first, near)
     if comparison.moved and _all_left_behind(comparison):
         anew, _ = in_time(partial(_looked_at, comparison.search, comparison.parent, what, first), None)
         comparison = comparison if anew is None else replace(anew, moved=True)
@@ -123,7 +122,7 @@ def _all_left_behind(comparison: Comparison) -> bool:
 
 
 def _looked_at(
-    search: Search, parent: LaplaceFit, what: str, first: Comparison | None, before: Comparison | None = None
+    search: Search, parent: LaplaceFit, what: str, first: Comparison | None, near: LaplaceFit | None = None
 ) -> Comparison:
     """A parent with each further effect, from where the parent is."""
     gains = {} if first is None else {one.effects[-1]: first.gain(one) for one in first.found}
@@ -132,9 +131,6 @@ def _looked_at(
     # What explained much by itself does not wait for what did not.
     costly = [each for each in effects if is_costly(each) and not (each in known and gains[each] > BEYOND_DOUBT)]
     swift = [each for each in effects if each not in costly]
-    near = None if before is None else before.parent
-    if near is not None and not (parent.effects and slopes_tell(search.gap(search.plain(near)))):
-        near = None
     with time_limit(LOOKING * time_left()):
         look = partial(search.tried, parent, swift, what, near=near, blindly=near is None)
         tried, _ = in_time(look, Tried([], tuple(swift)))

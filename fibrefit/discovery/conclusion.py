@@ -95,7 +95,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
     # What is still to be fitted comes last, and no other part takes its time.
-    kept_for_law = 0.0 if law is None else before.seconds + _takes_longer(search, law.fit, before)
+    kept_for_law = 0.0 if law is None else before.running + _takes_longer(search, law.fit, before)
     complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=kept_for_law)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at) or at.law)
@@ -187,7 +187,7 @@ def _not_predicted(search: Search, law: ProposedLaw) -> tuple[str, ...]:
 
 def _takes_longer(search: Search, best: LaplaceFit, before: Identification) -> float:
     """Time in s by which a final fit takes longer than the first one: its simulations may be slower."""
-    return FITTED_AGAIN * before.seconds * (slowdown(search, best) - 1.0) if best.effects else 0.0
+    return FITTED_AGAIN * before.running * (slowdown(search, best) - 1.0) if best.effects else 0.0
 
 
 def _fitted(

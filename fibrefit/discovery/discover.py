@@ -67,7 +67,7 @@ def discover(
     )
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
-    with time_limit(budget.left - kept_for_conclusion(before.seconds, budget.seconds)):
+    with time_limit(budget.left - kept_for_conclusion(before.running, budget.seconds)):
         started, _ = in_time(partial(_started, task, before, effects, tell, limits.folder), None)
         if started is None:
             return _not_trusted(before, (Statement("no_time"),), budget)

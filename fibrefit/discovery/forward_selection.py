@@ -36,6 +36,7 @@ from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import coefficients_of, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
 from fibrefit.discovery.unnamed import Unnamed, foreseen, nameless, unnamed
 from fibrefit.fitting.result import Identification
@@ -153,8 +154,8 @@ def _more_to_conclude(at: Selection, before: Identification, given: float) -> fl
 
     Its final fit makes a program of its own, as large as any so far, and nothing ends that on the way.
     """
-    slower = slowdown(at.search, at.best) * before.seconds
-    return kept_for_conclusion(slower, given) - kept_for_conclusion(before.seconds, given) + longest_compilation()
+    slower = slowdown(at.search, at.best) * before.running
+    return kept_for_conclusion(slower, given) - kept_for_conclusion(before.running, given) + longest_compilation()
 
 
 def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Selection, bool]:
@@ -169,7 +170,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         if law_first is not None:
             return _ended_by(law_first[0], replace(at, comparison=law_first[1])), False
     what = f"trying each effect, round {len(at.steps) + 1}"
-    comparison = comparison_of(at.search, at.best, what, at.singles, at.comparison)
+    comparison = comparison_of(at.search, at.best, what, at.singles, _near(at))
     comparison = replace(comparison, gained=max(at.gained, default=0.0))
     single, found = at.singles or comparison, believed(comparison, limits.choose)
     at, found = _where_it_is(
@@ -205,6 +206,15 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if found.chosen is not None:
         return _grown(at, found, single, before, limits), True
     return at, False
+
+
+def _near(at: Selection) -> LaplaceFit | None:
+    """The first model that lacks little of the best one: slopes are nearly the same there, and its programs known."""
+    steps = ((at.singles, sum(at.gained)), (at.comparison, at.gained[-1])) if at.gained else ()
+    for before, gain in steps:
+        if before is not None and little_is_missing(at.search.gap(at.search.plain(before.parent)), gain):
+            return before.parent
+    return None
 
 
 def _settled_there(at: Selection) -> Selection:

@@ -196,16 +196,25 @@ def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None)
 def _curve_predicts_more(
     comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None, before: Identification
 ) -> bool:
-    """Whether slopes predict more of a free curve than the effect gains, where little is missing.
+    """Whether slopes predict more of a free curve than of the effect, and than it gains, where little is missing.
 
     No effect of the catalogue is what is missing then: of some that a friction over the position looks like, one
-    gained 30 nats where a curve gains 300. From afar slopes predict too much of everything.
+    gained 30 nats where a curve gains 300. From afar slopes predict too much of everything, of an effect as of a
+    curve; where the effect gains nothing like what they predict, that says nothing of it.
     """
     search, parent = comparison.search, comparison.parent
     if not slopes_tell(search.gap(search.plain(parent))):
         return False
     gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
-    return predicted_gain(search, parent, before) > gain + NAMED + PRICE_OF_LOOKS
+    curve = predicted_gain(search, parent, before) - NAMED - PRICE_OF_LOOKS
+    return curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING)
+
+
+def _predicted_of(search: Search, parent: LaplaceFit, chosen: LaplaceFit) -> float:
+    """What slopes predict of the effects that are to be added, one by one."""
+    added = [effect for effect in chosen.effects if effect not in parent.effects]
+    gains = search.predicted_gains(parent, search.inference.slopes(parent), added, "what slopes promise of it")
+    return sum(one.gain for one in gains.values())
 
 
 def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:

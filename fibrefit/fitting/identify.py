@@ -14,6 +14,7 @@ import numpy as np
 
 from fibrefit.core.allowance import refuse_seed, refuse_starts
 from fibrefit.core.errors import DataError
+from fibrefit.core.programs.longest import all_compilations
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
@@ -118,7 +119,7 @@ def identify(
     """
     refuse_starts(starts)
     refuse_seed(seed)
-    began, tell, how = time.perf_counter(), progress or quiet, how or How()
+    began, compiled, tell, how = time.perf_counter(), all_compilations(), progress or quiet, how or How()
     task = _with_soft_l1(task) if how.robust else task
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
@@ -142,7 +143,8 @@ def identify(
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
     if stop():
         found_all = replace(found_all, checks=(judge.interrupted(found), *found_all.checks))
-    return replace(found_all, seconds=time.perf_counter() - began)
+    compiling = all_compilations() - compiled
+    return replace(found_all, seconds=time.perf_counter() - began, compiling=compiling)
 
 
 SOFT_BEYOND = 3.0

@@ -130,6 +130,8 @@ class Identification:
         Shared parameters first, then those of each record.
     balance : ChannelGap or None
         Of the force that drives the rig, by inverse dynamics; None where none does.
+    seconds, compiling : float
+        Time it took in s, and what of that went to compiling programs.
     expected_gap : float
         Of a perfect model: less than 1 where errors of measured inputs are fitted and take some of the noise with them.
     record_gaps : dict of record to Gap
@@ -173,6 +175,13 @@ class Identification:
     input_errors: Mapping[str, InputErrorSummary] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
     balance: ChannelGap | None = None
+    compiling: float = 0.0
+
+    @property
+    def running(self) -> float:
+        """Time in s that a like fit takes once its programs are there."""
+        # Other threads compile in the same time.
+        return max(self.seconds - self.compiling, 0.0)
 
     @property
     def status(self) -> Status:

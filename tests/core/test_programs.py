@@ -149,6 +149,14 @@ def test_the_time_of_the_largest_program_is_known(monkeypatch: pytest.MonkeyPatc
     assert longest.longest_compilation() == 11.0
 
 
+def test_the_time_of_all_programs_counts_no_part_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(longest, "_ALL", dict.fromkeys(longest._ALL, 0.0))
+    trace, lower, compiling = longest._STAGES
+    for event, seconds in [(trace, 1.0), (lower, 2.0), (compiling, 4.0), (compiling, 8.0), ("/jax/another", 64.0)]:
+        longest._told(event, seconds)
+    assert longest.all_compilations() == 14.0
+
+
 def test_every_stage_of_making_a_program_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(longest, "_STAGES", dict.fromkeys(longest._STAGES, 0.0))
     with programs._without_cache():

@@ -13,6 +13,7 @@ from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
 from fibrefit.discovery import comparison
 from fibrefit.discovery.choice import chosen_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
+from fibrefit.discovery.forward_selection import Selection, _near
 from fibrefit.discovery.search.search import Tried
 from fibrefit.laws.catalogue import CATALOGUE
 from tests.discovery.test_pairs import EFFECTS, Model
@@ -101,33 +102,52 @@ def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
 PRESLIDING, DRAG, CREEP = (CATALOGUE[name] for name in ("guide.presliding", "guide.quadratic_drag", "fibre.creep"))
 
 
-@pytest.mark.parametrize(("gap", "least"), [(1.05, np.inf), (1.05, 20.0), (1.05, -np.inf), (2.0, -np.inf)])
+@pytest.mark.parametrize(("near", "least"), [(BASE, np.inf), (BASE, 20.0), (BASE, -np.inf), (None, -np.inf)])
 def test_what_changes_a_models_kind_is_followed_beside_an_effect_only_where_more_is_missing(
-    monkeypatch: pytest.MonkeyPatch, gap: float, least: float
+    monkeypatch: pytest.MonkeyPatch, near: Any, least: float
 ) -> None:
     """Where slopes predict nothing of it. On a model that is far from the records slopes are not taken for anything."""
     asked: list[Any] = []
     parent = Model((CREEP,), 50.0)
 
-    def tried(at: Any, effects: Sequence[Any], *of: Any, near: Any, blindly: bool = True) -> Tried:
+    def tried(at: Any, effects: Sequence[Any], *of: Any, near: Any = None, blindly: bool = True) -> Tried:
         asked.append((tuple(effects), near, blindly))
         gains = {PRESLIDING: 9.0 if blindly else -4.0, DRAG: -2.0}
         found = [Model((CREEP, each), parent.log + gains[each], steps=3 * (gains[each] > 0.0)) for each in effects]
         return Tried(cast(Any, found), ())
 
-    search = searched(gap, extensions=lambda at: (PRESLIDING, DRAG), tried=tried)
+    search = searched(extensions=lambda at: (PRESLIDING, DRAG), tried=tried)
     as_found = lambda search, parent, tried: comparison.Comparison(search, parent, tuple(tried.found))  # noqa: E731
     monkeypatch.setattr(comparison, "_in_one_noise", as_found)
     monkeypatch.setattr(comparison, "_worth_following", lambda found: least)
-    before = comparison.Comparison(search, cast(Any, BASE), ())
-    ended = comparison.comparison_of(search, cast(Any, parent), "", None, before)
+    ended = comparison.comparison_of(search, cast(Any, parent), "", None, near)
     found = {one.effects[-1]: one.log for one in ended.found}
-    if gap > 1.1:
+    if near is None:
         assert asked == [((PRESLIDING, DRAG), None, True)]
     else:
         assert asked[0] == ((PRESLIDING, DRAG), BASE, False)
         assert asked[1:] == [((PRESLIDING,), BASE, least == -np.inf)] * (least < np.inf)
     assert found == {PRESLIDING: 59.0 if least == -np.inf else 46.0, DRAG: 48.0}
+
+
+@pytest.mark.parametrize(
+    ("gap", "gained", "expected"),
+    [
+        (1.05, (400.0, 90.0), "first"),
+        (1.2, (60.0, 40.0), "first"),
+        (1.2, (60.0, 41.0), "last"),
+        (1.2, (60.0, 101.0), None),
+        (1.5, (60.0, 40.0), None),
+        (1.05, (), None),
+    ],
+)
+def test_slopes_are_taken_in_the_first_model_that_lacks_little(
+    gap: float, gained: tuple[float, ...], expected: str | None
+) -> None:
+    """Its programs are there; that of each model with what was found by then takes long to compile."""
+    first, last = (cast(Any, SimpleNamespace(parent=name)) for name in ("first", "last"))
+    at = Selection(searched(gap), cast(Any, BASE), comparison=last, singles=first, gained=gained)
+    assert _near(at) == expected
 
 
 @pytest.mark.parametrize(("moved", "gain", "begun"), [(True, -600.0, 2), (True, -3.0, 1), (False, -600.0, 1)])

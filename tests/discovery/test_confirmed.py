@@ -280,7 +280,7 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exact(
     monkeypatch: pytest.MonkeyPatch, after: float, exact: bool, kept: bool, told: str
 ) -> None:
-    before, ended = (SimpleNamespace(gap=gap, checks=(), seconds=1.0) for gap in (1.0, after))
+    before, ended = (SimpleNamespace(gap=gap, checks=(), running=1.0) for gap in (1.0, after))
     monkeypatch.setattr(conclusion, "_final", lambda *of: ended)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
     seen = SimpleNamespace(sensitivities=None if exact else ())
@@ -301,7 +301,7 @@ def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     monkeypatch: pytest.MonkeyPatch, slower: float, searched: bool
 ) -> None:
     asked: list[int] = []
-    before: Any = SimpleNamespace(gap=1.0, checks=(), seconds=2.0)
+    before: Any = SimpleNamespace(gap=1.0, checks=(), running=2.0)
     monkeypatch.setattr(conclusion, "_final", lambda search, best, starts, *of: asked.append(starts) or before)
     monkeypatch.setattr(conclusion, "slowdown", lambda *of: slower)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)

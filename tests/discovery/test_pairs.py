@@ -225,6 +225,7 @@ def after_a_look(
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, ["curve"]))
+    monkeypatch.setattr(forward_selection, "_near", lambda at: None)
     monkeypatch.setattr(forward_selection, "foreseen", lambda *of: None)
     monkeypatch.setattr(forward_selection, "unnamed", Mock(side_effect=[law]))
     monkeypatch.setattr(forward_selection, "nameless", lambda *of: instead)

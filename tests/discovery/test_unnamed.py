@@ -136,7 +136,10 @@ class Bench:
 
     def search(self) -> Any:
         """Whose slopes predict of further effects what they are told to."""
-        predicted = {effect: SimpleNamespace(gain=gain) for effect, gain in self.slopes.items()}
+
+        def predicted(parent: Any, slopes: Any, effects: Any, what: str) -> dict[Any, Any]:
+            return {effect: SimpleNamespace(gain=self.slopes[effect]) for effect in effects if effect in self.slopes}
+
         return SimpleNamespace(
             plain=lambda one: one,
             gap=lambda one: self.gap,
@@ -145,7 +148,7 @@ class Bench:
                 again=lambda one: one, slopes=lambda one: None, without=lambda one, rest: replace(one, effects=rest)
             ),
             extensions=lambda one: list(self.slopes),
-            predicted_gains=lambda *of: predicted,
+            predicted_gains=predicted,
         )
 
     @staticmethod
@@ -205,6 +208,18 @@ def test_an_effect_that_gains_less_than_slopes_predict_of_a_curve_is_held_agains
     bench.gap, bench.predicted = gap, predicted
     assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
     assert len(bench.ports) == fitted
+
+
+@pytest.mark.parametrize(
+    ("curve", "effect", "fitted"), [(22.0, 21.9, True), (22.0, 22.0, False), (34.0, 500.0, False), (34.1, 500.0, True)]
+)
+def test_what_slopes_predict_of_a_curve_is_held_against_what_they_predict_of_the_effect(
+    monkeypatch: pytest.MonkeyPatch, curve: float, effect: float, fitted: bool
+) -> None:
+    """Of one that gains nothing like it their prediction says nothing."""
+    bench = Bench(monkeypatch)
+    bench.predicted, bench.slopes[TOE] = curve + NAMED + PRICE_OF_LOOKS, effect
+    assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
 
 
 @pytest.mark.parametrize(("predicted", "left"), [(500.0, 0.0), (0.0, 60.0)])

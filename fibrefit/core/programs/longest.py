@@ -1,4 +1,4 @@
-"""How long making a program has taken in this process: nothing ends it on the way, and who has little time asks."""
+"""How long making programs has taken in this process: nothing ends it on the way, and who has little time asks."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ _STAGES = dict.fromkeys(
     0.0,
 )
 """Longest of each stage in s, under the names by which JAX tells of them."""
+_ALL = dict.fromkeys(list(_STAGES)[1:], 0.0)
+"""Sum over all programs in s, of the stages that tell of no part of a program twice: traces lie within others."""
 
 
 def longest_compilation() -> float:
@@ -22,7 +24,14 @@ def longest_compilation() -> float:
     return sum(_STAGES.values())
 
 
+def all_compilations() -> float:
+    """Time in s that lowering and compiling programs has taken, over all threads."""
+    return sum(_ALL.values())
+
+
 def _told(event: str, duration_secs: float, **_: Any) -> None:
+    if event in _ALL:
+        _ALL[event] += duration_secs
     if event in _STAGES:
         _STAGES[event] = max(_STAGES[event], duration_secs)
 
