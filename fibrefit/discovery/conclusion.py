@@ -315,7 +315,7 @@ def _outdone(
         base = search.inference.fitted(search.base.supermodel, (), local)
     else:
         base = search.inference.again(base)
-    # Curves are not divided by an overdispersion, and what was named may be.
+    # A curve has its gain divided by an overdispersion, the name has not: it takes more to lose a name than to get it.
     named = search.inference.again(best)
     readings = probe_all(search, base, before, named.log - base.log + NAMED, NAMED)
     check_time()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
@@ -67,13 +69,24 @@ def discover(
     )
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
-    with time_limit(budget.left - kept_for_conclusion(before.running, budget.seconds)):
-        started, _ = in_time(partial(_started, task, before, effects, tell, limits.folder), None)
-        if started is None:
-            return _not_trusted(before, (Statement("no_time"),), budget)
-        search, base, before = started
-        at = forward_select(search, base, before, limits)
-    return concluded(before, base, at, limits, budget)
+    with _journal(limits.folder) as folder:
+        with time_limit(budget.left - kept_for_conclusion(before.running, budget.seconds)):
+            started, _ = in_time(partial(_started, task, before, effects, tell, folder), None)
+            if started is None:
+                return _not_trusted(before, (Statement("no_time"),), budget)
+            search, base, before = started
+            at = forward_select(search, base, before, limits)
+        return concluded(before, base, at, limits, budget)
+
+
+@contextmanager
+def _journal(folder: Path | None) -> Iterator[Path | None]:
+    """Folder of a journal; where nobody goes on with a search, one of its own, as it asks for some things twice."""
+    with ExitStack() as stack:
+        if folder is None:
+            with suppress(OSError):  # Where none can be made, it does some things twice.
+                folder = Path(stack.enter_context(TemporaryDirectory(prefix="fibrefit-", ignore_cleanup_errors=True)))
+        yield folder
 
 
 def _started(

@@ -203,6 +203,24 @@ def test_slopes_in_a_model_without_the_parent_s_effects_predict_what_those_besid
     assert abs(alone[effect].gain - beside[effect].gain) > 3.0
 
 
+def test_what_the_parent_adds_to_a_near_model_is_absent_where_slopes_are_taken(case: Callable[..., Case]) -> None:
+    """Also of a group that holds it: base values of the one model suit no strength of the other."""
+    made = case(NEAR)
+    search, first = made.search, with_effect(made, made.base, VISCOUS)
+    slopes, whole = search.inference.slopes(first), search.supermodel_with((VISCOUS, DELAY))
+    alone, together = (
+        Screen(
+            search.inference,
+            first,
+            slopes,
+            Elsewhere(lean, transferred(lean, made.base.supermodel, made.base.local), ()),
+        ).predicted(whole, [DELAY])[DELAY]
+        for lean in (search.supermodel_with((DELAY,)), search.supermodel_with((VISCOUS, DELAY)))
+    )
+    assert together.gain == pytest.approx(alone.gain, rel=1e-6)
+    assert together.values == pytest.approx(alone.values, rel=1e-6)
+
+
 @pytest.mark.parametrize("stiff", [False, True])
 def test_beside_a_stiff_effect_slopes_of_a_whole_group_are_taken_without_it(task: Task, stiff: bool) -> None:
     """Laws with a memory are a group, and each is alone where equations are stiff."""

@@ -58,8 +58,8 @@ class Screen:
     slopes : Seed
         Of the parent, see `LaplaceInference.slopes`.
     near : Elsewhere, optional
-        A model that leaves little, without the last effect of the parent: slopes of others are nearly the same there,
-        and its programs were compiled when these were looked at on it. The parent itself by default.
+        A model that leaves little, without all or the last of the parent's effects: slopes of others are nearly the
+        same there, and its programs were compiled when these were looked at on it. The parent itself by default.
     """
 
     inference: LaplaceInference
@@ -148,8 +148,9 @@ class Screen:
         seen = self.inference.common_noise.whitened(supermodel if near is None else near.supermodel)
         places = np.array([supermodel.names.index(name) for name in seen.names])
         within, number = {place: i for i, place in enumerate(places.tolist())}, known.rows.shape[1] - 1
-        held = context.subset(() if near is None else near.effects)
-        fitted = [seen.names.index(name) for name in (*held.shared, *held.each)]
+        # All that the two models fit is there as the near one has it: what the parent adds to that is absent.
+        held = context.subset(dict.fromkeys((*(near.effects if near is not None else ()), *self.parent.effects)))
+        fitted = [seen.names.index(name) for name in (*held.shared, *held.each) if name in seen.names]
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             here, own = local[:, places], np.array([within[column] for column in columns[number:].tolist()], dtype=int)

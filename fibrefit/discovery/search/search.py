@@ -88,7 +88,7 @@ class Search(SearchBase):
         least : float
             Nats that slopes have to predict of an effect that is followed, where fewer would do otherwise.
         near : LaplaceFit, optional
-            A model that leaves little, without the last effect of the parent, in which slopes may be taken.
+            A model that leaves little, without all or the last of the parent's effects, in which slopes may be taken.
         blindly : bool
             Whether what changes a model's kind is followed whatever slopes say of it.
         """
