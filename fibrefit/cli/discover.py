@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     type=click.FloatRange(min=0.0),
     default=0.0,
     show_default=True,
-    help="Smallest strength of interest: rms of what an effect explains over that of the noise. What is there but "
+    help="Smallest effect of interest: rms of what it explains, in units of the noise rms. What is there but "
     "smaller is reported, not added.",
 )
 @click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")

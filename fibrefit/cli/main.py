@@ -36,7 +36,7 @@ COMMANDS = {
     "sample": "Sample the joint posterior of the parameters, resumably.",
     "predict": "Predict records that a result has not seen, with its values.",
     "discover": "Find what the model lacks, name it, add it.",
-    "series": "Ask whether one set of parameters serves all speeds, or a law of speed.",
+    "series": "Ask whether one set of parameters serves all speeds, a law of speed, or values of each record.",
     "batch": "Identify every record or study of a series by itself, hundreds or thousands.",
     "distinguish": "Say which effects the records can distinguish, before or after measuring.",
     "confuse": "Earlier name of distinguish.",

@@ -63,7 +63,7 @@ class Limits:
     folder : pathlib.Path, optional
         Where what was found is kept for a search that goes on from there.
     least : float
-        Smallest strength of interest: rms of what an effect explains over that of the noise.
+        Smallest effect of interest: rms of what it explains, in units of the noise rms.
     """
 
     max_effects: int = 3

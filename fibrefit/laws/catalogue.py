@@ -107,7 +107,8 @@ class CatalogueEntry:
         What a rig must have, besides what the effect acts on, for a search to try it unrequested; None where
         only a person asks for it.
     costly : bool
-        Whether it is tried only where all others leave more than noise: it takes longer than all of them.
+        Whether it is tried after all others, as it takes longer than all of them: where they leave more than noise, or
+        slopes predict of it half of what was found.
     alike : tuple of str
         Effects that records do not tell from it where a search does not try them.
     alternative : frozenset of Capability or None
@@ -234,7 +235,7 @@ def is_sought(effect: type[Effect], rig: HasCapabilities) -> bool:
 
 
 def is_costly(effect: type[Effect]) -> bool:
-    """Whether a search tries an effect only where all others leave more than noise."""
+    """Whether a search tries an effect after all others, if they leave more than noise or slopes promise much of it."""
     return entry_of(effect).costly
 
 

@@ -51,7 +51,8 @@ LONGEST_CURVE = 68
 ARROW = " -> "
 EVIDENCE = (
     "Evidence: natural logarithm of the Bayes factor against the model before; an effect is named from 5 on, which is "
-    "odds of 150 to one. Of candidates far behind the best it is that which they were found with."
+    "odds of 150 to one. Of candidates far behind the best it is that which they were found with, times the share that "
+    "the best one kept of its own."
 )
 
 

@@ -117,7 +117,7 @@ class Finding:
         Smallest strength of each effect that would have been found, where nothing is missing; without those that were
         not tried, as there was nothing left for them.
     proposed_law : ProposedLaw or None
-        What accounts for what is missing, where a law does better than any curve; `after` is with it.
+        What accounts for what is missing, where a law does as well as the best curve; `after` is with it.
     untried : tuple of str
         Effects that the time did not suffice for.
     looks_like : Statement or None

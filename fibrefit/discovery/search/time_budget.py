@@ -14,8 +14,9 @@ CONCLUDING = 0.2, 0.35
 """Least and largest share of the time given that is kept for tests of what was found and for the fit of the final
 model."""
 FINAL = 2.0
-"""Factor on the time of the first fit that is kept for these: in four driven searches they took 0.7 to 2.4 times that,
-and in one 6 times, which the least share covers; what they take beyond it ends within what is kept for last steps."""
+"""Factor on the time that the first fit ran, compiling aside, that is kept for these: in four driven searches they took
+0.7 to 2.4 times all of that fit, and in one 6 times, which the least share covers; what they take beyond it ends within
+what is kept for last steps."""
 FITTED_AGAIN = 2.0
 """Factor on the time of the first fit, and on how much slower simulations are with what was found, that is kept for the
 final fit beside that: one of drops with a fibre of mass took 17 times the first, its simulations 8 times as long."""
@@ -37,7 +38,7 @@ def kept_for_conclusion(first: float, given: float) -> float:
     Parameters
     ----------
     first : float
-        Time of the first fit in s, or what it would have been with the model that was found.
+        Time in s that the first fit ran, compiling aside, or what that would have been with the model that was found.
     given : float
         For all, in s.
     """

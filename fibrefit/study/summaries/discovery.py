@@ -250,7 +250,7 @@ class DiscoverySummary(FitResultSummary):
         default=(), description="Of the last look for more, whether or not anything was added."
     )
     proposed_law: ProposedLawSummary | None = Field(
-        default=None, description="What accounts for an unexplained gap, where a law does better than any curve."
+        default=None, description="What accounts for an unexplained gap, where a law does as well as the best curve."
     )
     untried: tuple[str, ...] = Field(default=(), description="Effects that the time did not suffice for.")
     undone: tuple[str, ...] = Field(default=(), description="Other parts that it did not suffice for.")

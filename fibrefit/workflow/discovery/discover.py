@@ -201,7 +201,7 @@ def discover_study(
     seconds : float
         Time in s after which there is an answer: the best so far, and what was not tried.
     least : float
-        Smallest strength of interest, the rms of what an effect explains over that of the noise: what is there but
+        Smallest effect of interest, the rms of what it explains in units of the noise rms: what is there but
         smaller is reported, not added. It takes no part in the test of whether an effect is there.
     choose : callable, optional
         Given the candidates of a round, best first, names the effect to add, or None to add no more.
