@@ -9,7 +9,7 @@ import click
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
-from fibrefit.sampling.settings import NOISE_KINDS
+from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 
 
 @study_command("sample")
@@ -29,7 +29,13 @@ from fibrefit.sampling.settings import NOISE_KINDS
     type=int,
     help="Walkers of each ensemble, an even number [three a value, those of records and noise included; 32 at least].",
 )
-@click.option("--noise", type=click.Choice(NOISE_KINDS), default="auto", show_default=True, help="Noise spectrum.")
+@click.option(
+    "--noise",
+    type=click.Choice(NOISE_KINDS),
+    default=AS_A_FIT,
+    show_default=True,
+    help="Noise spectrum: that of a fit, the kind that explains the residuals best (auto), or one kind.",
+)
 @click.option("--student-t", "--heavy", "heavy", is_flag=True, help="Heavy-tailed (Student's t) likelihood.")
 @click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the credible intervals.")
 @click.option("--nuts", is_flag=True, help="Cross-check with the No-U-Turn sampler (NUTS).")

@@ -134,7 +134,7 @@ def correlation(names: Sequence[str], course: ChainHistory) -> Check:
 
 
 def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Check:
-    """Whether the posterior lies where the fit was, ``(n_start,)``; of the coordinates beyond these it knew nothing."""
+    """Whether the posterior lies at what the fit reports, ``(n_start,)``; of the coordinates beyond it knew nothing."""
     points = course.kept.reshape(-1, target.size)[:, : len(start)]
     centre, covariance = points.mean(axis=0), np.cov(points.T).reshape(len(start), len(start))
     scale = np.sqrt(np.diag(covariance))
@@ -216,7 +216,7 @@ def assess(
     found : mapping of str to Marginal
         Of the heaviest mode.
     start : (n_free,)
-        Where the fit was, in coordinates.
+        What the fit reports, in coordinates.
     """
     course = modes[0].course
     assert course is not None

@@ -64,8 +64,8 @@ class Deviations:
         return free_values(layout, self.unknowns, self.unknowns.value(place.z), place.own)
 
 
-def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations | None:
-    """Where records that may differ are best in plain least squares; None where nothing deviates and inputs are exact.
+def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
+    """Where records are best in plain least squares, those that may differ each with deviations of its own.
 
     Parameters
     ----------
@@ -82,8 +82,6 @@ def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations | N
     known = np.diag(inverse(normal + layout.prior_gram(values)[:-1, :-1]))
     errors = np.sqrt(np.where(known > 0.0, known, np.inf))
     unknowns = fit_unknowns(layout, values, errors)
-    if not len(unknowns.scattering) and seen.raw is None:
-        return None
     place = apart(unknowns, [place_of(unknowns, local)], seen, task.horizons)
     return Deviations(unknowns, local_of(unknowns, place))
 

@@ -14,10 +14,11 @@ from fibrefit.problem.estimate.hausman import HausmanTest
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
+from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, counted_in_part, unit_of
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
-from fibrefit.problem.noise.whitening import Levelled, Whitening
-from fibrefit.problem.noise.whittle import noise_of_residuals
+from fibrefit.problem.noise.whitening import Levelled
+from fibrefit.problem.noise.whittle import noise_of_residuals, sample_mask
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -30,7 +31,7 @@ from fibrefit.sampling.deviations import (
     random_effects_of,
 )
 from fibrefit.sampling.mode.inputs import DrawnInputs, drawn_inputs_of, input_effects_of, seen_at
-from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.settings import AS_A_FIT, Settings
 from fibrefit.sampling.target import Target, target_of
 
 if TYPE_CHECKING:
@@ -48,11 +49,14 @@ class ChainStart(NamedTuple):
         Errors of measured inputs that suit it.
     basins : sequence of (n_free,) in SI units
         Other minima of the multi-start: modes are looked for from each.
+    reported : (n_free,) in SI units, optional
+        What the fit reports, which the posterior is held against; the plain values where there is nothing else.
     """
 
     values: np.ndarray
     coefficients: InputCoefficients | None = None
     basins: Sequence[np.ndarray] = ()
+    reported: np.ndarray | None = None
 
 
 class PosteriorRequest(NamedTuple):
@@ -60,13 +64,14 @@ class PosteriorRequest(NamedTuple):
 
     Parameters
     ----------
-    noise : {"auto", "white", "autoregressive", "coloured"}
-        Noise spectrum; ``"auto"`` lets the residuals of the start choose.
+    noise : {"fit", "auto", "white", "autoregressive", "coloured"}
+        Noise spectrum: that of a fit; the kind that the residuals at the start choose; one kind, where ``"coloured"``
+        is the spectrum of the rests if all channels have one.
     heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one.
     """
 
-    noise: str = "auto"
+    noise: str = AS_A_FIT
     heavy: bool = False
     settings: Settings = Settings()
 
@@ -81,7 +86,7 @@ class Ready(NamedTuple):
     values : (n_free,) in SI units
         Where the walkers begin.
     deviations : Deviations or None
-        None where nothing may deviate, or no mode with deviations is reached.
+        None where no mode is reached.
     inputs : DrawnInputs or None
         None where inputs are exact.
     alike : bool
@@ -109,7 +114,7 @@ class _Found(NamedTuple):
     Parameters
     ----------
     where : Deviations or None
-        The mode; None where nothing may deviate or be taken off, or none is reached.
+        The mode; None where none is reached.
     local : (n_record, n_local) in SI units
     seen : View
         Records linearised in errors of inputs.
@@ -133,7 +138,7 @@ def prepare(
     first = seen_at(task, start, begin.coefficients)
     plain = ols_deviations(task, start, first)
     where, local, seen, model, moving = _noise_and_mode(task, plain, start, first, request)
-    level, likelihood = _level(seen, local, model.likelihood.whitening), _counted(task, seen, model.likelihood)
+    level, likelihood = _level(seen, local, model), _counted(task, seen, model.likelihood)
     spread = _noise_at(likelihood, np.where(likelihood.known, 1.0, level))
     spread = np.asarray(likelihood.curvature(jnp.asarray(spread))) ** -0.5
     there = seen.through(Levelled(likelihood.whitening, jnp.asarray(spread)))
@@ -143,7 +148,7 @@ def prepare(
     density = density_of(seen.problem, priors, likelihood)
     density = replace(density, random_effects=random_effects, inputs=inputs)
     target = _target(task, priors, density, request.settings)
-    near = plain.local if plain is not None and where is not None and where.found else np.asarray(layout.local(start))
+    near = plain.local if where is not None and where.found else np.asarray(layout.local(start))
     compared = hausman_of_records(first, where, near, (likelihood.whitening, level))
     return Ready(
         ratio=np.sqrt(np.sum(seen.residuals(local)[0][0] ** 2, axis=(0, 2)) / _counts(seen)),
@@ -155,7 +160,7 @@ def prepare(
         hausman=compared,
         deviations=where,
         inputs=drawn_inputs_of(task, there, spread),
-        alike=where is None and plain is not None and len(plain.names) > 0,
+        alike=where is None and len(plain.names) > 0,
         moving=moving if moving >= SETTLED else 0.0,
     )
 
@@ -164,7 +169,8 @@ def _counted(task: Task, seen: View, likelihood: Likelihood) -> Likelihood:
     """The likelihood, of which samples that are badly predicted linearly count in part."""
     if seen.raw is None:
         return likelihood
-    return counted_in_part(likelihood, task.problem.observations, seen.raw.downweight)
+    mask = sample_mask(seen.problem) if isinstance(likelihood.whitening, Coloured) else None
+    return counted_in_part(likelihood, task.problem.observations, seen.raw.downweight, mask)
 
 
 def _in_steps(task: Task, values: np.ndarray, coefficients: InputCoefficients | None) -> Task:
@@ -178,24 +184,19 @@ def _in_steps(task: Task, values: np.ndarray, coefficients: InputCoefficients | 
     return replace(task, problem=problem, noise_given=(*task.noise_given, *task.steps))
 
 
-def _noise_and_mode(
-    task: Task, first: Deviations | None, start: np.ndarray, seen: View, request: PosteriorRequest
-) -> _Found:
+def _noise_and_mode(task: Task, first: Deviations, start: np.ndarray, seen: View, request: PosteriorRequest) -> _Found:
     """Noise that is left at a place, and the mode in it; as in a fit, looked for where records may differ broadly.
 
     Readings are linearised in errors of inputs anew where these are best, until they are found where they were.
     """
-    where, model, reached, moved = first, None, False, 0.0
+    where, reached, moved = first, False, 0.0
     for number in range(1, MOST_ROUNDS + 1):
-        if where is None:
-            break
         model = _noise_left(task, seen, where, request)
-        level = np.where(model.likelihood.known, 1.0, _level(seen, where.local, model.likelihood.whitening))
+        level = np.where(model.likelihood.known, 1.0, _level(seen, where.local, model))
         seen = seen.through(Levelled(model.likelihood.whitening, jnp.asarray(level)))
         found = gls_deviations(seen, where)
         reached = found is not None
         if found is None:
-            where = where if seen.raw is not None else None
             break
         where, best = found, seen.residuals(found.local)[1]
         moved = _change(seen, best)
@@ -203,18 +204,18 @@ def _noise_and_mode(
             break
         if moved >= SETTLED and number < MOST_ROUNDS:
             seen = seen_at(task, where.local, best)
-    if where is None or model is None:
-        # What the noise is does not hang on where the walkers begin.
-        there = _at_minimum(task.problem, start, _linearised(task.problem, start))
-        model = noise_model_of(task, task.problem, there, request)
-    local = np.asarray(task.problem.layout.local(start)) if where is None else where.local
-    return _Found(where if reached else None, local, seen, model, moved)
+    if reached or seen.raw is not None:
+        return _Found(where if reached else None, where.local, seen, model, moved)
+    # What the noise is does not hang on where the walkers begin.
+    there = _at_minimum(task.problem, start, _linearised(task.problem, start))
+    model = noise_model_of(task, task.problem, there, request)
+    return _Found(None, np.asarray(task.problem.layout.local(start)), seen, model, moved)
 
 
 def _noise_left(task: Task, seen: View, where: Deviations, request: PosteriorRequest) -> NoiseModel:
-    """Noise of what is left at a place; where errors of inputs were fitted, the noise they took along is put back."""
+    """Noise of what is left at a place; as a fit finds it, the noise that what was fitted took along is put back."""
     linear = seen.problem.followed(where.local)[0]
-    if seen.raw is None:
+    if seen.raw is None and request.noise != AS_A_FIT:
         return noise_model_of(task, seen.problem, linear, request)
     rows = seen.residuals(where.local, DRAWS_OF_ERRORS)[0]
     linear = linear._replace(residuals=rows[0])
@@ -222,8 +223,14 @@ def _noise_left(task: Task, seen: View, where: Deviations, request: PosteriorReq
     return noise_model_of(task, seen.problem, linear, request, left)
 
 
-def _level(seen: View, local: np.ndarray, whitening: Whitening) -> np.ndarray:
-    """Noise over what a whitening assumes, ``(n_channel,)``; errors of inputs as they may be, not as they are best."""
+def _level(seen: View, local: np.ndarray, model: NoiseModel) -> np.ndarray:
+    """Noise over what a whitening assumes, ``(n_channel,)``; errors of inputs as they may be, not as they are best.
+
+    A spectrum that is found as a fit finds it has its level.
+    """
+    whitening = model.likelihood.whitening
+    if model.requested == AS_A_FIT:
+        return np.ones(len(model.likelihood.known))
     rows = seen.residuals(local, DRAWS_OF_ERRORS)[0]
     squares = [level_of(whitening, row, _counts(seen)) ** 2 for row in rows[min(1, len(rows) - 1) :]]
     return np.asarray(np.sqrt(np.mean(squares, axis=0)))
@@ -256,10 +263,11 @@ def noise_model_of(
     """
     channels, (noise, heavy, _) = task.problem.model.rig.channels, request
     known = tuple(channel in task.noise_given for channel in channels)
-    if left is not None and noise in ("auto", "coloured"):
-        spectrum = dict(zip(channels, noise_of_residuals(problem, left), strict=True))
+    if noise == AS_A_FIT or (left is not None and noise in ("auto", "coloured")):
+        rows = np.asarray(linear.residuals)[None] if left is None else left
+        spectrum = dict(zip(channels, noise_of_residuals(problem, rows), strict=True))
         found = choose_noise_model(problem, linear, "coloured", known, heavy, spectrum)
-        return replace(found, requested="inputs" if noise == "auto" else noise)
+        return replace(found, requested=AS_A_FIT)
     measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
     return choose_noise_model(problem, linear, noise, known, heavy, measured)
 
@@ -280,6 +288,8 @@ def coordinates_of(density: LogPosterior, values: np.ndarray) -> np.ndarray:
 def _target(task: Task, priors: Priors, density: LogPosterior, settings: Settings) -> Target:
     channels, likelihood = task.problem.model.rig.channels, density.likelihood
     rms = unit_of(task.problem.observations, channels).mean(axis=0)
+    # A level is one where noise is what the whitening assumes, which may be louder than at rest.
+    rms = rms * np.sqrt(likelihood.whitening.autocovariance(1)[..., 0].mean(axis=0))
     units = tuple(task.units[c] for c, known in zip(channels, likelihood.known, strict=True) if not known)
     levels = np.array([level for level, known in zip(rms, likelihood.known, strict=True) if not known])
     tail = ((1.0,), ("-",)) if likelihood.heavy else ((), ())

@@ -64,7 +64,7 @@ def sample_posterior(
     first, *others = starts
     found = [find_mode(ready.density, first, every)[0], *_side_modes(ready.density, others, every)]
     modes = sample_modes(ready.target, distinct(found), request.settings, checkpoint_file, progress)
-    return _concluded(task, begin.values, ready, modes, request.settings, began)
+    return _concluded(task, begin, ready, modes, request.settings, began)
 
 
 def _side_modes(density: LogPosterior, starts: Sequence[np.ndarray], priors: tuple[Prior, ...]) -> list[Approximation]:
@@ -78,12 +78,13 @@ def _side_modes(density: LogPosterior, starts: Sequence[np.ndarray], priors: tup
 
 
 def _concluded(
-    task: Task, start: np.ndarray, ready: Ready, modes: list[Mode], settings: Settings, began: float
+    task: Task, begin: ChainStart, ready: Ready, modes: list[Mode], settings: Settings, began: float
 ) -> Posterior:
     target, course = ready.target, modes[0].course
     assert course is not None  # the heaviest one is always sampled
     summary = marginals(target, course, settings.interval)
-    found = coordinates_of(ready.density, ready.values)[: task.problem.layout.size]
+    reported = begin.values if begin.reported is None else begin.reported
+    found = coordinates_of(ready.density, reported)[: task.problem.layout.size]
     checks = judge.assess(target, modes, summary, found, settings)
     return Posterior(
         target=target,
@@ -97,7 +98,7 @@ def _concluded(
             judge.residual_size(task.problem.model.rig.channels, ready.ratio),
         ),
         hausman=ready.hausman,
-        start=start,
+        start=begin.values,
         settings=settings,
         channel_units=task.units,
         seconds=time.perf_counter() - began,

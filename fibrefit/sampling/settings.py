@@ -10,7 +10,9 @@ from fibrefit.core.errors import UsageError
 from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
-NOISE_KINDS = ("auto", "white", "autoregressive", "coloured")
+AS_A_FIT = "fit"
+"""The noise that a fit takes, from what the model leaves of the records."""
+NOISE_KINDS = (AS_A_FIT, "auto", "white", "autoregressive", "coloured")
 """Kinds of noise that can be requested."""
 LARGEST_BATCH = 32
 MOST_WALKERS = 10_000

@@ -118,7 +118,7 @@ def test_interrupted_before_the_chains_nothing_is_kept(demo: Run) -> None:
         (("--r-hat", "1"), "a number above 1"),
         (("--ess", "0"), "a positive number"),
         (("--interval", "95"), "a probability between 0 and 1"),
-        (("--noise", "pink"), "'auto', 'white', 'autoregressive', 'coloured'"),
+        (("--noise", "pink"), "'fit', 'auto', 'white', 'autoregressive', 'coloured'"),
     ],
 )
 def test_settings_that_cannot_work_are_refused(demo: Run, words: tuple[str, ...], says: str) -> None:

@@ -20,11 +20,12 @@ from fibrefit.sampling import deviations
 from fibrefit.sampling import ready as readiness
 from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.deviations import records_at
+from fibrefit.sampling.mode import mode as searches
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of
 from fibrefit.sampling.sample import sample_posterior
-from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.settings import AS_A_FIT, Settings
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
 AWAY = 0.01 * np.array([-1.2, 0.3, 1.1, -0.5, 0.6])
@@ -58,7 +59,7 @@ def differing_series(
     return task_of(traces, share)
 
 
-def prepared(task: Task, noise: str = "auto") -> readiness.Ready:
+def prepared(task: Task, noise: str = AS_A_FIT) -> readiness.Ready:
     return readiness.prepare(task, ChainStart(fitted(task)), {}, PosteriorRequest(noise, settings=SETTINGS))
 
 
@@ -106,6 +107,21 @@ def test_the_bridge_finds_the_evidence_of_laplace(posterior: Posterior) -> None:
     assert mode.evidence.error < 0.05
     away = abs(mode.evidence.log_value - mode.approximation.log_evidence)
     assert away < SURE * mode.evidence.error + LAPLACE
+
+
+def test_what_slopes_promise_and_no_step_brings_is_no_evidence(
+    ready: readiness.Ready, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search that takes no step: where it stands the density is lower, and so is what Laplace's method counts."""
+    density, priors = ready.density, ready.priors.each + noise_priors(ready.model.likelihood)
+    top = mode_of(ready)
+    monkeypatch.setattr(searches, "MOST_STEPS", 0)
+    for side in (-1.0, 1.0):
+        there, arrived = find_mode(density, top.centre + 0.4 * side * top.root[:, 0], priors)
+        assert not arrived
+        lower = top.log_density - there.log_density
+        assert lower > 0.05
+        assert top.log_evidence - there.log_evidence == pytest.approx(lower, rel=0.15)
 
 
 @pytest.mark.slow

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fibrefit.core.errors import UsageError
+from fibrefit.fitting.identify import identify
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
+from fibrefit.sampling import checks as judge
 from fibrefit.sampling.compare import cross_validate
 from fibrefit.sampling.mode.mode import find_mode
 from fibrefit.sampling.mode.modes import distinct
@@ -60,12 +64,62 @@ def test_it_passes_its_checks(posterior: Posterior) -> None:
     assert len({check.name for check in posterior.checks}) == len(posterior.checks) == 11
 
 
-def test_the_noise_model_is_chosen_and_told(posterior: Posterior) -> None:
+def test_the_noise_is_told(posterior: Posterior) -> None:
     assert posterior.noise_model.kind == "coloured"
-    assert likelihood_sentence(posterior.noise_model).startswith("Likelihood: coloured noise")
+    says = likelihood_sentence(posterior.noise_model)
+    assert says.startswith("Likelihood: coloured noise")
+    assert says.endswith(", as a fit finds it from what the model leaves.")
     prior = posterior.marginals["noise.force"].prior
     assert prior is not None
-    assert prior_words(prior, "N") == "log-normal, median 0.4 N, factor 2.718"
+    assert prior.centre == pytest.approx(NOISE["force"], rel=0.1)
+    assert prior_words(prior, "N") == f"log-normal, median {prior.centre:.4g} N, factor 2.718"
+
+
+@pytest.mark.parametrize("records", [1, 2])
+def test_noise_mode_and_evidence_are_those_of_a_fit(small: tuple[Task, np.ndarray], records: int) -> None:
+    """Also where no record can differ from another, as there is one."""
+    traces = small[0].traces[:records]
+    task = task_of(list(traces))
+    fit = identify(task, 2, 0)
+    assert fit.gls is not None
+    ready = prepare(task, ChainStart(fit.plain.values), {}, PosteriorRequest())
+    frequency = np.geomspace(3.0, 900.0, 40)
+    for mine, its in zip(ready.model.noise, fit.gls.noise, strict=True):
+        np.testing.assert_allclose(mine.density(frequency), its.density(frequency), rtol=0.02)
+    found = ready.deviations
+    assert found is not None
+    assert found.evidence is not None
+    assert found.evidence.log == pytest.approx(fit.gls.evidence.log, abs=0.05)
+    assert np.all(np.abs(ready.values - fit.gls.values) < 0.1 * fit.gls.bars.errors["whitened"])
+    # The negative control: white noise of the same level is another likelihood.
+    white = prepare(task, ChainStart(fit.plain.values), {}, PosteriorRequest("white")).deviations
+    assert white is not None
+    assert white.evidence is not None
+    assert abs(white.evidence.log - fit.gls.evidence.log) > 5.0
+
+
+@pytest.mark.parametrize(("kind", "factor"), [("fit", 1.0), ("autoregressive", 1.0), ("white", 0.5)])
+def test_where_walkers_begin_a_level_is_that_of_the_noise_in_motion(
+    small: tuple[Task, np.ndarray], kind: str, factor: float
+) -> None:
+    """Of records twice as loud as their rests are said to be; white noise knows nothing but its level at rest."""
+    task, values = small
+    data = task.problem.observations
+    louder = data._replace(weight={channel: 2.0 * weight for channel, weight in data.weight.items()})
+    told = replace(task, problem=eqx.tree_at(lambda p: p.observations, task.problem, louder))
+    ready = prepare(told, ChainStart(values), {}, PosteriorRequest(kind))
+    levels = ready.target.values(coordinates_of(ready.density, ready.values)[None])[0, -2:]
+    np.testing.assert_allclose(levels, factor * np.array([NOISE["force"], NOISE["position"]]), rtol=0.1)
+
+
+def test_a_posterior_away_from_what_the_fit_reports_says_so(
+    small: tuple[Task, np.ndarray], posterior: Posterior
+) -> None:
+    near, values = next(check for check in posterior.checks if check.identifier == "distance_from_fit"), small[1]
+    assert near.passed
+    found = coordinates_of(posterior.density, values * np.where(np.arange(len(values)) == 0, 1.05, 1.0))
+    moved = judge.start_is_near(posterior.target, posterior.course, found[: len(values)])
+    assert not moved.passed
 
 
 def test_a_mode_this_normal_has_the_evidence_laplace_gives(posterior: Posterior) -> None:

@@ -36,8 +36,7 @@ class NoiseModel:
     ----------
     kind : {"white", "autoregressive", "coloured"}
     requested : str
-        ``"auto"`` where it was chosen; the kind requested; or ``"inputs"`` where errors of inputs were fitted, and the
-        noise they took along put back.
+        ``"auto"`` where it was chosen; the kind requested; or ``"fit"`` where it is that of a fit.
     scores : dict of str to float
         Log likelihood less penalty of every kind that was tried, over that of white noise.
     noise : tuple of Noise

@@ -174,7 +174,9 @@ def likelihood_of(
     return Likelihood(whitening, jnp.sum(valid, axis=(0, 2)).astype(float), log_unit, channels, known, heavy)
 
 
-def counted_in_part(likelihood: Likelihood, data: Observations, downweight: np.ndarray) -> Likelihood:
+def counted_in_part(
+    likelihood: Likelihood, data: Observations, downweight: np.ndarray, seen: np.ndarray | None = None
+) -> Likelihood:
     """A likelihood of residuals that are smaller by factors, in which no sample gains or loses by its factor.
 
     What does not count of a sample is as probable as noise is on the average: models whose samples count otherwise
@@ -185,11 +187,16 @@ def counted_in_part(likelihood: Likelihood, data: Observations, downweight: np.n
     data : Observations
         Every sample counted in full.
     downweight : (n_record, n_channel, n_time)
+    seen : (n_record, n_channel, n_time) bool, optional
+        Samples that the whitening sees; all by default.
     """
     whole = likelihood_of(likelihood.whitening, data, likelihood.channels, likelihood.known, likelihood.heavy)
     valid = np.stack([np.asarray(data.weight[c]) > 0.0 for c in likelihood.channels], axis=1)
-    counts = np.sum(np.where(valid, downweight, 0.0) ** 2, axis=(0, 2))
-    rest = 0.5 * math.log(2.0 * math.pi * math.e) * (valid.sum() - counts.sum())
+    used = valid if seen is None else valid & seen
+    counts = np.sum(np.where(used, downweight, 0.0) ** 2, axis=(0, 2))
+    # Of noise with a memory an innovation is smaller than a residual, where it is seen.
+    unseen = float(likelihood.whitening.log_scale) * (valid.sum() / max(used.sum(), 1) - 1.0)
+    rest = 0.5 * math.log(2.0 * math.pi * math.e) * (valid.sum() - counts.sum()) + unseen
     return replace(whole, counts=jnp.asarray(counts), log_unit=whole.log_unit - rest)
 
 

@@ -60,7 +60,7 @@ def likelihood_sentence(model: NoiseModel) -> str:
     """Which likelihood was taken, and why."""
     words = f"Likelihood: {_noise(model)}"
     if model.requested != "auto":
-        as_what = "the model leaves it with errors of its inputs" if model.requested == "inputs" else "requested"
+        as_what = "a fit finds it from what the model leaves" if model.requested == "fit" else "requested"
         return f"{words}, as {as_what}.{_tails(model)}"
     best = model.scores[model.kind]
     others = [f"{name} is {best - score:.4g}" for name, score in model.scores.items() if name != model.kind]

@@ -11,7 +11,7 @@ from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
 from fibrefit.sampling.predict import Bands
-from fibrefit.sampling.settings import NOISE_KINDS
+from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.summaries import ComparedModel
@@ -26,7 +26,7 @@ class SamplingOptions:
     Parameters
     ----------
     noise : str
-        ``auto``, ``white``, ``autoregressive`` or ``coloured``.
+        ``fit``, ``auto``, ``white``, ``autoregressive`` or ``coloured``.
     heavy : bool
         Student's t instead of a normal likelihood.
     nuts : bool
@@ -35,7 +35,7 @@ class SamplingOptions:
         Folders of other posteriors of the same data.
     """
 
-    noise: str = "auto"
+    noise: str = AS_A_FIT
     heavy: bool = False
     nuts: bool = False
     compare: tuple[str, ...] = ()

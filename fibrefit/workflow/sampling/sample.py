@@ -20,7 +20,7 @@ from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import predict
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, number_of_coordinates
 from fibrefit.sampling.sample import sample_posterior
-from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.settings import AS_A_FIT, Settings
 from fibrefit.store.summary import provenance
 from fibrefit.study import PriorSetting, Study, as_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
@@ -199,7 +199,7 @@ def settings_of(requested: Mapping[str, Any]) -> Settings:
 
 @one_blas_thread
 def sample(
-    study: Study | str | Path, *, start: Fit | None = None, seed: int = 0, noise: str = "auto",
+    study: Study | str | Path, *, start: Fit | None = None, seed: int = 0, noise: str = AS_A_FIT,
     student_t: bool = False, heavy: bool = False, nuts: bool = False, compare: Sequence[str | Path] = (),
     checkpoint: str | Path | None = None, progress: Progress | None = None, **settings: Any,
 ) -> Sampled:  # fmt: skip
@@ -213,8 +213,9 @@ def sample(
         Fit of the same study and records, around which the walkers are initialised; made where there is none.
     seed : int
         Of all random numbers; the same seed gives the same draws.
-    noise : {"auto", "white", "autoregressive", "coloured"}
-        Noise spectrum; ``"auto"`` lets the residuals of the fit choose.
+    noise : {"fit", "auto", "white", "autoregressive", "coloured"}
+        Noise spectrum: ``"fit"``, that of a fit; ``"auto"``, the kind that explains the residuals best; or one kind,
+        where ``"coloured"`` is the spectrum of the rests if all channels have one.
     student_t, heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one; `heavy` is its earlier name.
     nuts : bool
@@ -294,7 +295,7 @@ def sample_study(
     begun = begin(digest_of(study, records), task, start, settings.seed, kept, on_progress)
     posterior = sample_posterior(
         task,
-        ChainStart(begun.plain, begun.coefficients, begun.basins),
+        ChainStart(begun.plain, begun.coefficients, begun.basins, begun.values),
         PosteriorRequest(options.noise, options.heavy, settings),
         stated=stated,
         checkpoint_file=None if kept is None else kept / CHAINS,
