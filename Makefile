@@ -77,7 +77,7 @@ schemas: .venv/installed
 docs: .venv/installed-docs
 	$(RUN) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 
-# EMPS=file of the record that 10_a_real_record reads; without it, name the others: NOTEBOOKS="notebooks/01_first_fit.py ...".
+# EMPS=file of the record that 10_a_real_record reads; without it that notebook is left out.
 NOTEBOOKS ?= $(filter-out notebooks/10_%,$(wildcard notebooks/*.py)) $(if $(EMPS),notebooks/10_a_real_record.py)
 notebooks: .venv/installed-notebooks
 	FIBREFIT_EMPS="$(EMPS)" $(RUN) -m jupytext --to ipynb --execute $(NOTEBOOKS)

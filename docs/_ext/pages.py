@@ -37,7 +37,8 @@ def write_all(app: Any) -> None:
     listed = "\n".join(name.removesuffix(".ipynb") for name in names)
     text = (
         "# Notebooks\n\nEach runs from top to bottom in a checkout, in the folder `notebooks/`, as a notebook or as a "
-        "plain script of the same name; `make notebooks` runs them all.\n\n"
+        "plain script of the same name; `make notebooks` runs them"
+        ", the one that reads a record of another laboratory with EMPS=FILE only.\n\n"
         f"```{{toctree}}\n:maxdepth: 1\n\n{listed}\n```\n"
     )
     write_if_new(notebooks / "index.md", text)

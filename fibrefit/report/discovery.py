@@ -77,7 +77,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         *_tried(summary),
         section(UNFINISHED, items(unfinished_parts(summary))),
         section("Detection limits: smallest strength that these records would show", _detectable(summary)),
-        section("What cannot be distinguished", items(map(_alike, summary.cannot_tell_apart))),
+        section("What cannot be distinguished", items(map(alike_sentence, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
         section("What to doubt", doubts(summary)),
         section("What to do next", items(summary.advice)),
@@ -345,7 +345,8 @@ def _value(parameter: ParameterSummary) -> str:
     return f"{value} +/- {error}{shown}" if error else f"{value}{shown}"
 
 
-def _alike(names: Sequence[str]) -> str:
+def alike_sentence(names: Sequence[str]) -> str:
+    """That records do not tell some effects apart."""
     return f"These records do not tell {' from '.join(names)}."
 
 

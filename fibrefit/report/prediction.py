@@ -41,15 +41,16 @@ def _row(name: str, channel: PredictedChannel) -> tuple[str, ...]:
 
     return (
         name,
-        _share(channel.explained),
+        share_told(channel.explained),
         shown(channel.rms),
         shown(channel.expected),
         shown(channel.fit_rms),
-        _share(channel.inside),
+        share_told(channel.inside),
     )
 
 
-def _share(share: float | None) -> str:
+def share_told(share: float | None) -> str:
+    """A share as a cell; empty where it is not known."""
     return "" if share is None else format_share(share)
 
 
@@ -67,7 +68,7 @@ def _records(summary: PredictionSummary) -> list[str]:
     rows, short = [], shortened_names(listed, LONGEST_RECORD_NAME)
     for name in listed:
         gaps = summary.records[name].gap.channels
-        shares = [_share(gaps[channel].explained) if channel in gaps else "" for channel in channels]
+        shares = [share_told(gaps[channel].explained) if channel in gaps else "" for channel in channels]
         rows.append((short[name], *shares))
     lines = table(("explained by record, worst first", *channels), rows, right=set(range(1, len(channels) + 1)))
     others = len(summary.records) - len(rows)

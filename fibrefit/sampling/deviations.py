@@ -82,7 +82,9 @@ def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
     known = np.diag(inverse(normal + layout.prior_gram(values)[:-1, :-1]))
     errors = np.sqrt(np.where(known > 0.0, known, np.inf))
     unknowns = fit_unknowns(layout, values, errors)
-    place = apart(unknowns, [place_of(unknowns, local)], seen, task.horizons)
+    place = place_of(unknowns, local)
+    if len(unknowns.scattering) or seen.raw is not None:
+        place = apart(unknowns, [place], seen, task.horizons)
     return Deviations(unknowns, local_of(unknowns, place))
 
 

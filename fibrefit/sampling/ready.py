@@ -14,11 +14,10 @@ from fibrefit.problem.estimate.hausman import HausmanTest
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
-from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, counted_in_part, unit_of
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.whitening import Levelled
-from fibrefit.problem.noise.whittle import noise_of_residuals, sample_mask
+from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -66,7 +65,7 @@ class PosteriorRequest(NamedTuple):
     ----------
     noise : {"fit", "auto", "white", "autoregressive", "coloured"}
         Noise spectrum: that of a fit; the kind that the residuals at the start choose; one kind, where ``"coloured"``
-        is the spectrum of the rests if all channels have one.
+        is the spectrum of the rests if all channels have one. With measured inputs, the first, second and last are one.
     heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one.
     """
@@ -138,7 +137,8 @@ def prepare(
     first = seen_at(task, start, begin.coefficients)
     plain = ols_deviations(task, start, first)
     where, local, seen, model, moving = _noise_and_mode(task, plain, start, first, request)
-    level, likelihood = _level(seen, local, model), _counted(task, seen, model.likelihood)
+    likelihood = _counted(task, seen, model.likelihood)
+    level = _level(seen, local, likelihood)
     spread = _noise_at(likelihood, np.where(likelihood.known, 1.0, level))
     spread = np.asarray(likelihood.curvature(jnp.asarray(spread))) ** -0.5
     there = seen.through(Levelled(likelihood.whitening, jnp.asarray(spread)))
@@ -169,8 +169,7 @@ def _counted(task: Task, seen: View, likelihood: Likelihood) -> Likelihood:
     """The likelihood, of which samples that are badly predicted linearly count in part."""
     if seen.raw is None:
         return likelihood
-    mask = sample_mask(seen.problem) if isinstance(likelihood.whitening, Coloured) else None
-    return counted_in_part(likelihood, task.problem.observations, seen.raw.downweight, mask)
+    return counted_in_part(likelihood, task.problem.observations, seen.raw.downweight)
 
 
 def _in_steps(task: Task, values: np.ndarray, coefficients: InputCoefficients | None) -> Task:
@@ -192,7 +191,11 @@ def _noise_and_mode(task: Task, first: Deviations, start: np.ndarray, seen: View
     where, reached, moved = first, False, 0.0
     for number in range(1, MOST_ROUNDS + 1):
         model = _noise_left(task, seen, where, request)
-        level = np.where(model.likelihood.known, 1.0, _level(seen, where.local, model))
+        # A spectrum that is found as a fit finds it has its level.
+        level = np.ones(len(model.likelihood.known))
+        if model.requested != AS_A_FIT:
+            likelihood = _counted(task, seen, model.likelihood)
+            level = np.where(likelihood.known, 1.0, _level(seen, where.local, likelihood))
         seen = seen.through(Levelled(model.likelihood.whitening, jnp.asarray(level)))
         found = gls_deviations(seen, where)
         reached = found is not None
@@ -223,16 +226,10 @@ def _noise_left(task: Task, seen: View, where: Deviations, request: PosteriorReq
     return noise_model_of(task, seen.problem, linear, request, left)
 
 
-def _level(seen: View, local: np.ndarray, model: NoiseModel) -> np.ndarray:
-    """Noise over what a whitening assumes, ``(n_channel,)``; errors of inputs as they may be, not as they are best.
-
-    A spectrum that is found as a fit finds it has its level.
-    """
-    whitening = model.likelihood.whitening
-    if model.requested == AS_A_FIT:
-        return np.ones(len(model.likelihood.known))
-    rows = seen.residuals(local, DRAWS_OF_ERRORS)[0]
-    squares = [level_of(whitening, row, _counts(seen)) ** 2 for row in rows[min(1, len(rows) - 1) :]]
+def _level(seen: View, local: np.ndarray, likelihood: Likelihood) -> np.ndarray:
+    """Noise over what a whitening assumes, ``(n_channel,)``; errors of inputs as they may be, not as they are best."""
+    rows, counts = seen.residuals(local, DRAWS_OF_ERRORS)[0], np.maximum(np.asarray(likelihood.counts), 1.0)
+    squares = [level_of(likelihood.whitening, row, counts) ** 2 for row in rows[min(1, len(rows) - 1) :]]
     return np.asarray(np.sqrt(np.mean(squares, axis=0)))
 
 
@@ -267,7 +264,7 @@ def noise_model_of(
         rows = np.asarray(linear.residuals)[None] if left is None else left
         spectrum = dict(zip(channels, noise_of_residuals(problem, rows), strict=True))
         found = choose_noise_model(problem, linear, "coloured", known, heavy, spectrum)
-        return replace(found, requested=AS_A_FIT)
+        return replace(found, requested="coloured" if noise == "coloured" else AS_A_FIT)
     measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
     return choose_noise_model(problem, linear, noise, known, heavy, measured)
 
@@ -287,9 +284,9 @@ def coordinates_of(density: LogPosterior, values: np.ndarray) -> np.ndarray:
 
 def _target(task: Task, priors: Priors, density: LogPosterior, settings: Settings) -> Target:
     channels, likelihood = task.problem.model.rig.channels, density.likelihood
-    rms = unit_of(task.problem.observations, channels).mean(axis=0)
     # A level is one where noise is what the whitening assumes, which may be louder than at rest.
-    rms = rms * np.sqrt(likelihood.whitening.autocovariance(1)[..., 0].mean(axis=0))
+    unit = unit_of(task.problem.observations, channels)
+    rms = np.sqrt(np.mean(unit**2 * likelihood.whitening.autocovariance(1)[..., 0], axis=0))
     units = tuple(task.units[c] for c, known in zip(channels, likelihood.known, strict=True) if not known)
     levels = np.array([level for level, known in zip(rms, likelihood.known, strict=True) if not known])
     tail = ((1.0,), ("-",)) if likelihood.heavy else ((), ())

@@ -38,7 +38,7 @@ PRIOR_MATTERS = 0.3
 STRONG_CORRELATION = 0.995
 """Posterior correlation above which two parameters are not determined one by one, as `fitting.thresholds.TIED`."""
 FAR_FROM_START = 4.0
-"""Distance of the start from the posterior, beyond what its dimension explains, in standard deviations."""
+"""Distance of what the fit reports from the posterior, beyond what its dimension explains, in standard deviations."""
 TRUNCATED = 0.1
 """Distance of a lower or upper 2.5 % point from a bound, in standard deviations, below which the bound truncates."""
 PARETO_K = 0.7

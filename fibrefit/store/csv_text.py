@@ -33,6 +33,11 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
     return text.getvalue()
 
 
+def headed(name: str, unit: str) -> str:
+    """Heading of a column: its name, and its unit if it has one."""
+    return name if unit == "-" else f"{name} [{unit}]"
+
+
 def neutral(cell: str) -> str:
     """A cell that no spreadsheet computes, and that steers no terminal on which it is printed."""
     shown = harmless(cell)

@@ -30,7 +30,11 @@ SCHEMA = "fibrefit/study/1"
 class ModelTable(StudyTable):
     """``[model]``: the law of the fibre and the effects added to the base model."""
 
-    tension_law: Literal["clamped", "heaviside"] = Field(default="clamped", description="Law of the fibre's tension.")
+    tension_law: Literal["clamped", "heaviside"] = Field(
+        default="clamped",
+        description="Law of the fibre's tension: clamped, nothing where stiffness and damping would push; heaviside, "
+        "their sum wherever there is stretch.",
+    )
     effects: tuple[StrictStr, ...] = Field(
         default=(), description='Names of the catalogue, or "my_effects.py:MyEffect".'
     )

@@ -17,7 +17,7 @@ PACKAGES = ("numpy", "scipy", "jax", "optimistix", "numba", "lmfit", "diffrax")
 
 HEAD = """# Benchmarks
 
-Made by `make bench` on {date} with {cores} cores; Python {python}, {packages}.
+Made by `python -m tests.benchmarks --write` on {date} with {cores} cores; Python {python}, {packages}.
 Every number is a median of {clock}, of runs taken in turn with those it is compared with;
 all contenders were first seen to give the same answer, unless the table says otherwise. A ratio above one means that
 ours is slower; "goal" is what this project asks of itself.

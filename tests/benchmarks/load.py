@@ -3,7 +3,7 @@
 Each runs twice: with no programs compiled before, and with those that the first time left. Only the second grows with
 the size alone; the first compiles a program for each shape it meets.
 
-``python -m tests.benchmarks.load`` prints the table; ``--write`` keeps it in docs/load.md, ``--only draws`` makes one.
+``python -m tests.benchmarks.load`` prints the tables, ``--only draws`` one of them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from datetime import date
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,8 +24,6 @@ from scipy.optimize import nnls
 from tests.benchmarks.limit import Drop, simulate
 from tests.benchmarks.table import Table
 from tests.benchmarks.timing import spoken
-
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "load.md"
 
 LINEAR = 1.15
 """Exponent of what a second run takes, up to which its growth counts as linear: the scatter of such a fit."""
@@ -241,17 +238,12 @@ def _cells(one: Measured) -> tuple[str, str, str]:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.load", description=__doc__)
     parser.add_argument("--only", choices=tuple(LOADS), action="append", help="make only this table, repeatable")
-    parser.add_argument("--write", action="store_true", help=f"keep the tables in {PAGE.name}")
     given = parser.parse_args()
-    parts = [f"# Load\n\nMade by `python -m tests.benchmarks.load` on {date.today()} with {os.cpu_count()} cores.\n"]
     beyond = []
     for name in given.only or LOADS:
         made, faster = table(name)
-        parts.append(made.text())
         beyond += [made.title] if faster else []
-        print(parts[-1], flush=True)
-    if given.write:
-        PAGE.write_text("\n".join(parts), encoding="utf-8")
+        print(made.text(), flush=True)
     if beyond:
         sys.exit(f"More than linear: {', '.join(beyond)}.")
 

@@ -126,7 +126,10 @@ def test_a_curve_no_knot_of_which_is_determined_is_drawn() -> None:
     blind = CURVES[0].model_copy(
         update={"heights": nothing, "std_errors": (None,) * 40, "seconds": nothing, "acts": None}
     )
-    curve_figure((blind, blind)).canvas.draw()
+    figure = curve_figure((blind, blind))
+    figure.canvas.draw()
+    assert figure.axes
+    assert all(np.isfinite([*axes.get_xlim(), *axes.get_ylim()]).all() for axes in figure.axes)
 
 
 def with_stretch(found: Identification) -> Identification:

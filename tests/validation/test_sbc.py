@@ -1,7 +1,7 @@
 """Calibration: over many data sets, intervals hold the truth as often as they say, and ranks are even.
 
 Parameters are drawn from their priors, records are made with noise half of whose amplitude is pink, as loggers have it,
-and the whole way is gone: plain fit, choice of the noise model, sampling. The white likelihood is the negative control:
+and the whole way is gone: plain fit, noise as a fit finds it, sampling. The white likelihood is the negative control:
 it must fail the very same test.
 """
 
@@ -17,7 +17,7 @@ from scipy.stats import chisquare
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest
 from fibrefit.sampling.sample import sample_posterior
-from fibrefit.sampling.settings import Settings
+from fibrefit.sampling.settings import AS_A_FIT, Settings
 from tests.sampling.drops import fitted, series, task_of
 
 PRIORS = {
@@ -94,8 +94,8 @@ def within(shares: np.ndarray, limits: tuple[float, float]) -> bool:
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    found = study("auto", STUDIES)
-    print(f"\n{STUDIES} data sets, noise model chosen by the data\n{told(found)}")
+    found = study(AS_A_FIT, STUDIES)
+    print(f"\n{STUDIES} data sets, noise as a fit finds it\n{told(found)}")
     assert within(found.covered(0.5), HALF)
     assert within(found.covered(0.9), NINETY)
     assert np.all(found.evenness() > EVEN)

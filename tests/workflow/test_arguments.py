@@ -29,7 +29,7 @@ WRONG: dict[str, tuple[Callable[[Path], Any], str]] = {
     ),
     "noise": (
         lambda out: fibrefit.sample(SERIES, noise="colored"),
-        'noise: "colored"; expected one of auto, white, autoregressive, coloured. Did you mean "coloured"?',
+        'noise: "colored"; expected one of fit, auto, white, autoregressive, coloured. Did you mean "coloured"?',
     ),
     "purpose": (
         lambda out: Aim(purpose="error"),  # type: ignore[arg-type]

@@ -39,5 +39,5 @@ class KnotSlip(FibreLaw):
         return self.scaled(moment.past)
 
     def initial_slack(self) -> jax.Array:
-        """X."""
+        """``x``."""
         return self.slip

@@ -31,5 +31,5 @@ class LengthChange(FibreLaw):
     change: jax.Array = quantity("m", "growth of the free length", 2e-4, lower=-0.02, upper=0.02, symbol="x")
 
     def initial_slack(self) -> jax.Array:
-        """X."""
+        """``x``."""
         return self.change

@@ -35,7 +35,7 @@ class Play(DriveLaw):
     play: jax.Array = quantity("m", "lost motion of the drive", 2e-4, lower=0.0, upper=0.02, symbol="g")
 
     def passed_on(self, course: jax.Array, rates: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """Y and its rate."""
+        """``y`` and its rate."""
         moves = jnp.abs(rates) > self.rests * jnp.max(jnp.abs(rates))
 
         def follow(before: tuple, now: tuple) -> tuple[tuple, tuple]:

@@ -30,5 +30,5 @@ class FrictionOverPosition(GuideLaw):
     curvature: jax.Array = quantity("N/m^2", "change of that change along the guide", 5.0, symbol="h")
 
     def roughness(self, position: jax.Array) -> jax.Array:
-        """G u + h u²."""
+        """``g u + h u²``."""
         return (self.gradient + self.curvature * position) * position

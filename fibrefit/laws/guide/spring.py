@@ -38,5 +38,5 @@ class Spring(GuideLaw):
     )
 
     def force(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
-        """K (u - u0)."""
+        """``k (u - u0)``."""
         return self.spring_stiffness * (position - self.spring_zero)

@@ -28,5 +28,5 @@ class QuadraticDamping(PivotLaw):
     drag: jax.Array = quantity("N m s^2", "drag per square of the rate", 1e-3, lower=0.0, symbol="d")
 
     def torque(self, angle: jax.Array, rate: jax.Array) -> jax.Array:
-        """D φ' |φ'|."""
+        """``d φ' |φ'|``."""
         return self.drag * rate * jnp.abs(rate)

@@ -31,7 +31,7 @@ class PushGain(PushLaw):
     )
 
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """G F."""
+        """``g F``."""
         return self.gain * force, self.gain * rates * jnp.ones_like(times)
 
     def commanded(self, force: jax.Array, times: jax.Array) -> jax.Array:

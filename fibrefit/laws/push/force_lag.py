@@ -33,7 +33,7 @@ class PushLag(PushLaw):
     )
 
     def applied(self, force: jax.Array, rates: jax.Array, times: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """P and its rate."""
+        """``p`` and its rate."""
         tau, length = self.time_constant, times[1:] - times[:-1]
         there = tau > 0.0
         left = jnp.where(there, jnp.exp(-length / jnp.where(there, tau, 1.0)), 0.0)

@@ -17,7 +17,8 @@ class InclinationError(RigLaw):
 
     Valid range
     -----------
-    A few degrees.
+    A few degrees. Records do not tell it from `study.inclination`, which a search tries; this one is tried where it is
+    named.
 
     Source
     ------

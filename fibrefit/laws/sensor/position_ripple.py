@@ -35,7 +35,7 @@ class PositionRipple(SensorLaw):
     )
 
     def measure(self, channels: Channels, times: jax.Array) -> Channels:
-        """U + a sin(2π u/p) + b cos(2π u/p)."""
+        """``u + a sin(2π u/p) + b cos(2π u/p)``."""
         position = channels["position"]
         phase = 2.0 * jnp.pi * position / self.period
         return channels | {"position": position + self.sine * jnp.sin(phase) + self.cosine * jnp.cos(phase)}

@@ -133,6 +133,12 @@ class Coloured(eqx.Module):
         valid = self.inverse_scale > 0.0
         return -jnp.sum(jnp.where(valid, jnp.log(jnp.where(valid, self.inverse_scale, 1.0)), 0.0))
 
+    @property
+    def scales(self) -> jax.Array:
+        """Standard deviations ``(n_record, n_channel, n_time)`` of the innovations; zero where a sample is masked."""
+        valid = self.inverse_scale > 0.0
+        return jnp.moveaxis(jnp.where(valid, 1.0 / jnp.where(valid, self.inverse_scale, 1.0), 0.0), 0, -1)
+
     def whiten(self, residuals: jax.Array) -> jax.Array:
         """Innovations of unit variance; zero where a sample is masked."""
         return self.whiten_rows(residuals[None])[0]

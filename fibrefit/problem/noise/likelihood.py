@@ -174,29 +174,27 @@ def likelihood_of(
     return Likelihood(whitening, jnp.sum(valid, axis=(0, 2)).astype(float), log_unit, channels, known, heavy)
 
 
-def counted_in_part(
-    likelihood: Likelihood, data: Observations, downweight: np.ndarray, seen: np.ndarray | None = None
-) -> Likelihood:
+def counted_in_part(likelihood: Likelihood, data: Observations, downweight: np.ndarray) -> Likelihood:
     """A likelihood of residuals that are smaller by factors, in which no sample gains or loses by its factor.
 
-    What does not count of a sample is as probable as noise is on the average: models whose samples count otherwise
-    are compared by densities of the same readings.
+    What does not count of a sample is as probable as noise is on the average, and so is one that the whitening masks:
+    models whose samples count otherwise are compared by densities of the same readings.
 
     Parameters
     ----------
     data : Observations
         Every sample counted in full.
     downweight : (n_record, n_channel, n_time)
-    seen : (n_record, n_channel, n_time) bool, optional
-        Samples that the whitening sees; all by default.
     """
     whole = likelihood_of(likelihood.whitening, data, likelihood.channels, likelihood.known, likelihood.heavy)
     valid = np.stack([np.asarray(data.weight[c]) > 0.0 for c in likelihood.channels], axis=1)
-    used = valid if seen is None else valid & seen
+    scales = np.asarray(likelihood.whitening.scales)
+    used = valid & (scales > 0.0)
     counts = np.sum(np.where(used, downweight, 0.0) ** 2, axis=(0, 2))
-    # Of noise with a memory an innovation is smaller than a residual, where it is seen.
-    unseen = float(likelihood.whitening.log_scale) * (valid.sum() / max(used.sum(), 1) - 1.0)
-    rest = 0.5 * math.log(2.0 * math.pi * math.e) * (valid.sum() - counts.sum()) + unseen
+    # Of noise with a memory innovations are smaller than residuals, by as much where they are masked.
+    seen, masked = (mask.sum(axis=(0, 2)) for mask in (used, valid & ~used))
+    logs = np.sum(np.log(np.where(used, scales, 1.0)), axis=(0, 2)) / np.maximum(seen, 1)
+    rest = 0.5 * math.log(2.0 * math.pi * math.e) * (valid.sum() - counts.sum()) + float(masked @ logs)
     return replace(whole, counts=jnp.asarray(counts), log_unit=whole.log_unit - rest)
 
 

@@ -30,6 +30,11 @@ class Whitening(Protocol):
         """Innovations of unit variance, of the same shape; zero where a sample is masked."""
         ...
 
+    @property
+    def scales(self) -> jax.Array:
+        """Standard deviations ``(n_record, n_channel, n_time)`` of the innovations; zero where a sample is masked."""
+        ...
+
     def autocovariance(self, n_lag: int) -> np.ndarray:
         """Autocovariance ``(n_record, n_channel, n_lag)`` of the residuals from lag 0 on."""
         ...
@@ -49,6 +54,11 @@ class White(eqx.Module):
     def log_scale(self) -> jax.Array:
         """Zero."""
         return jnp.zeros(())
+
+    @property
+    def scales(self) -> jax.Array:
+        """One where a sample is valid, ``(n_record, n_channel, n_time)``; zero where not."""
+        return jnp.where(self.valid, 1.0, 0.0)
 
     def whiten(self, residuals: jax.Array) -> jax.Array:
         """The residuals where they are valid."""
@@ -118,6 +128,11 @@ class Autoregressive(eqx.Module):
     def _scales(self) -> jax.Array:
         scales = jnp.broadcast_to(self.scale[:, None], self.valid.shape)
         return scales.at[tuple(self.rows)].set(self.row_scale)
+
+    @property
+    def scales(self) -> jax.Array:
+        """Standard deviations ``(n_record, n_channel, n_time)`` of the innovations; zero where a sample is masked."""
+        return jnp.where(self.valid, self._scales, 0.0)
 
     @property
     def log_scale(self) -> jax.Array:
@@ -206,6 +221,11 @@ class Levelled(eqx.Module):
     def log_scale(self) -> jax.Array:
         """That of the whitening itself: the levels are left out."""
         return self.whitening.log_scale
+
+    @property
+    def scales(self) -> jax.Array:
+        """Those of the whitening itself."""
+        return jnp.asarray(self.whitening.scales)
 
     def whiten(self, residuals: jax.Array) -> jax.Array:
         """Innovations of unit variance; zero where a sample is masked."""

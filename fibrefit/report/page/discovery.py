@@ -10,6 +10,7 @@ from fibrefit.report.confusion import strength
 from fibrefit.report.discovery import (
     EVIDENCE,
     UNFINISHED,
+    alike_sentence,
     evidence_text,
     law_sentences,
     others_listed,
@@ -96,7 +97,7 @@ def _law(summary: DiscoverySummary) -> TableBlock | None:
 
 
 def _alike(summary: DiscoverySummary) -> Block | None:
-    said = [f"These records do not tell {' from '.join(names)}." for names in summary.cannot_tell_apart]
+    said = [alike_sentence(names) for names in summary.cannot_tell_apart]
     said += [one.says for one in summary.separated_by]
     return Words("What cannot be distinguished", said, listed=True) if said else None
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.units import format_share
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, TableBlock, Words
 from fibrefit.report.page.common import gaps_table, page_content, parameters_table
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block, simulated
-from fibrefit.report.prediction import EXPECTED
+from fibrefit.report.prediction import EXPECTED, share_told
 from fibrefit.report.text import known_quantity
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
@@ -32,7 +31,7 @@ def prediction_page(result: Result) -> PageContent:
         gaps_table(gaps, summary.gap, None, None),
         parameters_table(summary.parameters),
     ]
-    facts = [(f"{name} explained", _share(one.explained)) for name, one in summary.channels.items()]
+    facts = [(f"{name} explained", share_told(one.explained)) for name, one in summary.channels.items()]
     said = f"{summary.says} Values of {summary.result}."
     return page_content(result, blocks, VERDICTS[summary.verdict], said, facts)
 
@@ -45,11 +44,7 @@ def _predicted(summary: PredictionSummary) -> TableBlock:
 
 def _row(name: str, one: PredictedChannel) -> tuple[str, ...]:
     sizes = ("" if v is None else known_quantity(v, one.unit) for v in (one.rms, one.expected, one.fit_rms))
-    return name, _share(one.explained), *sizes, _share(one.inside)
-
-
-def _share(share: float | None) -> str:
-    return "" if share is None else format_share(share)
+    return name, share_told(one.explained), *sizes, share_told(one.inside)
 
 
 def view_of_prediction(result: Result) -> Records | None:

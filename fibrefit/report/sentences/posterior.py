@@ -76,8 +76,9 @@ def _noise(model: NoiseModel) -> str:
     if model.kind == "autoregressive":
         orders = [f"{order} ({channel})" for channel, order in zip(model.channels, model.orders, strict=False)]
         return f"autoregressive noise of order {', '.join(orders)}"
-    corners = [f", equal at {n.corner():.3g} Hz in {c}" for c, n in zip(model.channels, model.noise, strict=False)]
-    return f"coloured noise (white and slow parts{''.join(corners)})"
+    corners = [(c, n.corner()) for c, n in zip(model.channels, model.noise, strict=False)]
+    slow = "".join(f", equal at {corner:.3g} Hz in {c}" for c, corner in corners if corner > 0.0)
+    return f"coloured noise (white and slow parts{slow})" if slow else "noise of a spectrum without slow parts"
 
 
 def _tails(model: NoiseModel) -> str:
@@ -183,12 +184,12 @@ def _posterior_correlation(check: Check) -> str:
 
 
 def _distance_from_fit(check: Check) -> str:
-    begin = f"The posterior mean is {check.statistic:.3g} standard deviations from the"
+    begin = f"The posterior mean is {check.statistic:.3g} standard deviations from what the fit reports, threshold"
     if check.passed:
-        return f"{begin} fit, threshold {check.threshold:.3g}."
+        return f"{begin} {check.threshold:.3g}."
     return (
-        f"{begin} start, threshold {check.threshold:.3g} (most of it in {check.facts['worst']}): the start was not the "
-        "best fit, or OLS and GLS estimates differ."
+        f"{begin} {check.threshold:.3g} (most of it in {check.facts['worst']}): the fit is not at its best, or OLS and "
+        "GLS estimates differ."
     )
 
 

@@ -226,7 +226,7 @@ def find_mode(density: LogPosterior, start: np.ndarray, priors: tuple[Prior, ...
         covariance, log_mass = _mixed(here, curvature, of_grid)
         # What slopes promise and no step brings, as where the density has a kink, is no part of it.
         curvature = curvature - np.einsum("g,gij->ij", of_grid.weight, of_grid.less)
-        log_mass -= _step(curvature, here.gradient, 0.0)[1]
+        log_mass -= max(_step(curvature, here.gradient, 0.0)[1], 0.0)
     return Approximation(point, covariance, float(here.value), log_mass), arrived
 
 

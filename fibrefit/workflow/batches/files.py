@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Literal
 
 from fibrefit.report.batch import items_in_words
+from fibrefit.store.csv_text import headed
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import BatchItem
 
@@ -58,9 +59,9 @@ def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, RecordC
     """
     known = {name: one.units[name] for one in conditions.values() for name in one.values}
     values = {name: found.unit for item in items.values() for name, found in item.parameters.items()}
-    head = ["item", *(_headed(n, u) for n, u in known.items()), "status", "gap", "lacks"]
+    head = ["item", *(headed(n, u) for n, u in known.items()), "status", "gap", "lacks"]
     for name, unit in values.items():
-        head += [_headed(name, unit), _headed(f"{name} std_error", unit), f"{name} at_bound"]
+        head += [headed(name, unit), headed(f"{name} std_error", unit), f"{name} at_bound"]
     rows = [[*head, "result", "error"]]
     for name, item in items.items():
         own = conditions[name].values if name in conditions else {}
@@ -73,10 +74,6 @@ def batch_table(items: Mapping[str, BatchItem], conditions: Mapping[str, RecordC
             ]  # fmt: skip
         rows.append([*row, item.result or "", item.error or ""])
     return rows
-
-
-def _headed(name: str, unit: str) -> str:
-    return name if unit == "-" else f"{name} [{unit}]"
 
 
 def _number(value: float | None) -> str:

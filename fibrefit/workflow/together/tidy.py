@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fibrefit.store.csv_text import neutral
+from fibrefit.store.csv_text import headed, neutral
 from fibrefit.store.files import write_whole
 
 if TYPE_CHECKING:
@@ -68,16 +68,12 @@ def tidy_rows(
             "std_error": float(parameter.errors[r]),
             "unit": parameter.unit,
             **_drawn(shrunk.get(name, {}).get(parameter.name)),
-            **{_headed(one.name, one.unit): float(one.values[r]) for one in conditions},
-            **{_headed(f"{x.name} std_error", x.unit): float(x.errors[r]) for x in conditions if x.errors.any()},
+            **{headed(one.name, one.unit): float(one.values[r]) for one in conditions},
+            **{headed(f"{x.name} std_error", x.unit): float(x.errors[r]) for x in conditions if x.errors.any()},
         }
         for r, name in enumerate(names)
         for parameter in parameters
     ]
-
-
-def _headed(name: str, unit: str) -> str:
-    return name if unit == "-" else f"{name} [{unit}]"
 
 
 def _drawn(found: Measure | None) -> dict[str, float]:
