@@ -64,7 +64,7 @@ class FibreMass(eqx.Module):
 
     Source
     ------
-    Polach and Václavík, Figs 3-5.
+    Polach and Václavík (docs/rigs.md), Figs 3-5.
     """
 
     mass: jax.Array

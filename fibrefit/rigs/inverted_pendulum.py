@@ -81,7 +81,7 @@ class InvertedPendulum(eqx.Module):
 
     Source
     ------
-    Polach and Václavík, eqs (1)-(4), Fig. 1.
+    Polach and Václavík (docs/rigs.md), eqs (1)-(4), Fig. 1.
     """
 
     moment_of_inertia: jax.Array

@@ -83,7 +83,7 @@ class PulleyDrive(eqx.Module):
 
     Source
     ------
-    Polach and Václavík, Figs 6-9.
+    Polach and Václavík (docs/rigs.md), Figs 6-9.
     """
 
     mass: jax.Array

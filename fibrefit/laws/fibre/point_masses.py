@@ -25,7 +25,7 @@ class PointMasses(FibreLaw):
 
     Source
     ------
-    Lumped elastic rod; the point-mass fibres of Polach and Václavík.
+    Lumped elastic rod; the point-mass fibres of Polach and Václavík (docs/rigs.md).
     """
 
     name: ClassVar[str] = "fibre.mass"

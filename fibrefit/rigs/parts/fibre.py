@@ -42,7 +42,7 @@ class Fibre(eqx.Module):
 
     Source
     ------
-    Polach and Václavík, eq. (2); the clamp keeps a releasing fibre from pushing.
+    Polach and Václavík (docs/rigs.md), eq. (2); the clamp keeps a releasing fibre from pushing.
     """
 
     stiffness: jax.Array
