@@ -334,11 +334,7 @@ def test_a_line_is_found_on_the_way_and_a_stated_spectrum_is_taken_as_it_is() ->
     stated = {"force": Noise(2e-4, 0.0, 0.0, 0), "position": Noise(3e-13, 0.0, 0.0, 0)}
     taken = choose_noise_model(task.problem, linear, "coloured", spectrum=stated)
     assert taken.noise == tuple(stated.values())
-    assert likelihood_sentence(
-        taken
-    ) == "Likelihood: coloured noise (white and slow parts, equal at 0 Hz in force, equal at 0 Hz in " + (
-        "position), as requested."
-    )
+    assert likelihood_sentence(taken) == "Likelihood: noise of a spectrum without slow parts, as requested."
 
 
 def test_the_order_of_an_autoregression_is_found() -> None:
