@@ -108,7 +108,10 @@ def require_nuts() -> Any:
         return importlib.import_module("blackjax")
     except ImportError:
         raise UsageError(
-            "NUTS", "the package blackjax is not installed", "the extra nuts", "pip install 'fibrefit[nuts]'."
+            "NUTS",
+            "the package blackjax is not installed",
+            "the extra nuts",
+            "Install it: pip install 'fibrefit[nuts]'.",
         ) from None
 
 

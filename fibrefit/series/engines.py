@@ -187,7 +187,10 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator
         from distributed import Client, as_completed
     except ImportError:
         raise UsageError(
-            "scheduler", "the package distributed is not installed", "the extra dask", "pip install 'fibrefit[dask]'."
+            "scheduler",
+            "the package distributed is not installed",
+            "the extra dask",
+            "Install it: pip install 'fibrefit[dask]'.",
         ) from None
     try:
         client = Client(scheduler, timeout=PATIENCE, set_as_default=False)

@@ -43,9 +43,10 @@ class Mode:
 
 
 def distinct(found: Sequence[Approximation]) -> list[Approximation]:
-    """Modes without repetition, the heaviest (by Laplace's method) first."""
+    """Modes without repetition, the heaviest (by Laplace) first; of two searches that end in one, the first."""
     kept: list[Approximation] = []
-    for mode in sorted(found, key=lambda mode: -mode.log_evidence):
+    # Two that end in one differ by what their last steps left, not by a hundredth of a nat.
+    for mode in sorted(found, key=lambda mode: -round(mode.log_evidence, 2)):
         if all(min(m.distance(mode.centre), mode.distance(m.centre)) > SAME_MODE for m in kept):
             kept.append(mode)
     return kept
