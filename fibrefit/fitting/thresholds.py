@@ -26,11 +26,11 @@ USELESS = 0.05
 OUTWEIGHED = 1.0
 """What is left of an unexplained signal over what a value does in the readings, both rms, beyond which the value may be
 nothing but a fault that it took up. Stated faults that put a value off by a factor of 1.5 or more leave 0.5 to 2.2,
-most of them more than 1; masses and forces 5 to 10 % wrong leave 0.1 to 0.8: docs/reliability.md."""
+most of them more than 1; masses and forces 5 to 10 % wrong leave 0.1 to 0.8: docs/checks.md."""
 FACTOR = 1.5
 """Factor between two values, both of which leave nothing but noise, beyond which neither is of use: what is stated of
 the rig decides between them. A clock 5 % wrong puts damping or friction of one drop off by 2 to 3, one 1 % wrong by
-1.1 to 1.2: docs/reliability.md."""
+1.1 to 1.2: docs/checks.md."""
 REMAINING = 0.02
 """Share of what is left beyond the noise, in squares, that may remain where a fault in what is stated explains it: the
 right fault leaves a hundredth at the most, another one a tenth of it or more in drops."""
