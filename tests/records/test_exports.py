@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.records.exports import KINDS
+from tests.records.exports import KINDS, NOT_MET
 from tests.records.exports.outcome import CLEAR, RIGHT, differences, outcome
-from tests.records.exports.rounds import NOT_MET
 
 
 def test_names_are_distinct() -> None:
