@@ -1,7 +1,7 @@
 """Layouts of logger files with the known truth beside each, by what they hold: the key of a set is the path of its module.
 
 `heads` holds what stands around a table, `numbers` how units, rates, clocks, counts and rows are written, `programs` whole files of
-programs and devices, `remarks` what people say beside their numbers. Each set of these folders was written whole, with its truth, before
+programs and devices, `remarks` what people say beside their numbers. Each set was written whole, with its truth, before
 the reader had seen any of it. New ones go to the end: which files `test_damaged_exports` damages depends on the order.
 """
 
@@ -15,8 +15,6 @@ from tests.records.exports.channels import CHANNELS
 from tests.records.exports.clocks import CLOCKS
 from tests.records.exports.containers import CONTAINERS
 from tests.records.exports.desks import DESKS
-from tests.records.exports.fresh import FRESH
-from tests.records.exports.further import FURTHER, LAST
 from tests.records.exports.heads.accuracies_ranges_and_calibrations import ACCURACIES_RANGES_AND_CALIBRATIONS
 from tests.records.exports.heads.data_loggers import DATA_LOGGERS
 from tests.records.exports.heads.english_and_german import ENGLISH_AND_GERMAN
@@ -25,6 +23,7 @@ from tests.records.exports.heads.form_fields import FORM_FIELDS
 from tests.records.exports.heads.instruments_and_benches import INSTRUMENTS_AND_BENCHES
 from tests.records.exports.heads.keys_and_values import KEYS_AND_VALUES
 from tests.records.exports.heads.makers_programs import MAKERS_PROGRAMS
+from tests.records.exports.heads.many_languages_and_unit_rows import MANY_LANGUAGES_AND_UNIT_ROWS
 from tests.records.exports.heads.one_claim_in_six_places import ONE_CLAIM_IN_SIX_PLACES
 from tests.records.exports.heads.other_units_and_channel_tables import OTHER_UNITS_AND_CHANNEL_TABLES
 from tests.records.exports.heads.ropes_weights_and_footnotes import ROPES_WEIGHTS_AND_FOOTNOTES
@@ -32,13 +31,14 @@ from tests.records.exports.heads.scripts_databases_and_machines import SCRIPTS_D
 from tests.records.exports.heads.sections_tags_and_comments import SECTIONS_TAGS_AND_COMMENTS
 from tests.records.exports.heads.testers_gauges_and_boards import TESTERS_GAUGES_AND_BOARDS
 from tests.records.exports.laboratory import LABORATORY
-from tests.records.exports.later import LATER
 from tests.records.exports.numbers.changes_and_overflows import CHANGES_AND_OVERFLOWS
 from tests.records.exports.numbers.clocks_counts_and_headings import CLOCKS_COUNTS_AND_HEADINGS
+from tests.records.exports.numbers.factors_in_headings import FACTORS_IN_HEADINGS
 from tests.records.exports.numbers.factors_states_and_foreign_formats import FACTORS_STATES_AND_FOREIGN_FORMATS
 from tests.records.exports.numbers.rates_dates_and_brackets import RATES_DATES_AND_BRACKETS
 from tests.records.exports.numbers.rates_lost_bytes_and_bits import RATES_LOST_BYTES_AND_BITS
 from tests.records.exports.numbers.row_order_counters_and_clocks import ROW_ORDER_COUNTERS_AND_CLOCKS
+from tests.records.exports.numbers.spellings_of_units import SPELLINGS_OF_UNITS
 from tests.records.exports.numbers.units_digits_and_clocks import UNITS_DIGITS_AND_CLOCKS
 from tests.records.exports.programs.acquisition_scopes_and_testers import ACQUISITION_SCOPES_AND_TESTERS
 from tests.records.exports.programs.channel_blocks import CHANNEL_BLOCKS
@@ -48,6 +48,10 @@ from tests.records.exports.programs.motion_capture_and_controllers import MOTION
 from tests.records.exports.programs.recorders_and_serial_monitors import RECORDERS_AND_SERIAL_MONITORS
 from tests.records.exports.programs.recorders_scripts_and_archives import RECORDERS_SCRIPTS_AND_ARCHIVES
 from tests.records.exports.programs.scopes_companions_and_boards import SCOPES_COMPANIONS_AND_BOARDS
+from tests.records.exports.programs.scopes_testers_and_serial_monitors import (
+    QUANTITIES_BESIDE_FORCE,
+    SCOPES_TESTERS_AND_SERIAL_MONITORS,
+)
 from tests.records.exports.programs.segments_and_testing_machines import SEGMENTS_AND_TESTING_MACHINES
 from tests.records.exports.programs.waveforms_archives_and_structures import WAVEFORMS_ARCHIVES_AND_STRUCTURES
 from tests.records.exports.programs.workbooks_and_binary_files import WORKBOOKS_AND_BINARY_FILES
@@ -62,7 +66,6 @@ from tests.records.exports.remarks.technicians_and_students import TECHNICIANS_A
 from tests.records.exports.remarks.working_day import WORKING_DAY
 from tests.records.exports.remarks.workshop_notes import WORKSHOP_NOTES
 from tests.records.exports.scopes import SCOPES
-from tests.records.exports.strangers import STRANGERS
 from tests.records.exports.text import TEXT
 
 KINDS: dict[str, list[Export]] = {
@@ -72,14 +75,14 @@ KINDS: dict[str, list[Export]] = {
     "scopes": SCOPES,
     "channels": CHANNELS,
     "containers": CONTAINERS,
-    "fresh": FRESH,
-    "further": FURTHER,
-    "strangers": STRANGERS,
+    "heads/many_languages_and_unit_rows": MANY_LANGUAGES_AND_UNIT_ROWS,
+    "programs/scopes_testers_and_serial_monitors": SCOPES_TESTERS_AND_SERIAL_MONITORS,
+    "numbers/spellings_of_units": SPELLINGS_OF_UNITS,
     "benches": BENCHES,
     "desks": DESKS,
     "cells": CELLS,
-    "later": LATER,
-    "last": LAST,
+    "numbers/factors_in_headings": FACTORS_IN_HEADINGS,
+    "programs/quantities_beside_force": QUANTITIES_BESIDE_FORCE,
     "boxes": BOXES,
     "programs/laboratories_and_classrooms": LABORATORIES_AND_CLASSROOMS,
     "numbers/units_digits_and_clocks": UNITS_DIGITS_AND_CLOCKS,

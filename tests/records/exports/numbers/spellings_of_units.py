@@ -11,8 +11,8 @@ import numpy as np
 from tests.records.exports.base import FORCE, POSITION, RATE, TIME, Kind, N, de, f, lines, t, tfu, u
 from tests.records.exports.containers import parquet, sheet, zipped
 
-STRANGERS = Kind()
-add = STRANGERS.add
+SPELLINGS_OF_UNITS = Kind()
+add = SPELLINGS_OF_UNITS.add
 VOLTS = {"channels": {"force": {"column": "CH1", "unit": "V", "scale": "100 N/V"}}}
 
 

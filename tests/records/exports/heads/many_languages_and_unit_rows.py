@@ -1,4 +1,4 @@
-"""A second set of layouts, written after the reader was mended by the first: what it had not met."""
+"""Headings in many languages, rows of units, rates and clocks in words: what the reader had not met."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from tests.records.exports.base import FORCE, POSITION, TIME, Kind, N, de, f, fu, lines, t, tfu, u
 from tests.records.exports.containers import hdf5, parquet, sheet, zipped
 
-FRESH = Kind()
-add = FRESH.add
+MANY_LANGUAGES_AND_UNIT_ROWS = Kind()
+add = MANY_LANGUAGES_AND_UNIT_ROWS.add
 FU = "Force [N],Position [mm]\n"
 HEAD = "Time [s]," + FU
 

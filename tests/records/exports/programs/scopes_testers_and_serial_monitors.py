@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.records.exports.base import FORCE, POSITION, RATE, Kind, N, de, f, lines, t, tfu, u
 
-FURTHER = Kind()
-add = FURTHER.add
+SCOPES_TESTERS_AND_SERIAL_MONITORS = Kind()
+add = SCOPES_TESTERS_AND_SERIAL_MONITORS.add
 SLOW = np.arange(N) * 0.005
 """Times of a logger at 200 Hz, whose stamps need three decimals only."""
 
@@ -168,8 +168,8 @@ add(
 )
 
 
-LAST = Kind()
-add = LAST.add
+QUANTITIES_BESIDE_FORCE = Kind()
+add = QUANTITIES_BESIDE_FORCE.add
 """A fifth set, written after the reader was mended for the fourth."""
 
 add(

@@ -1,4 +1,4 @@
-"""A fourth set, written after the reader was mended for the third."""
+"""Factors, signs and dividers in headings, two rates, several runs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from tests.records.exports.base import FORCE, POSITION, RATE, TIME, Kind, N, de,
 from tests.records.exports.containers import hdf5, parquet, sheet
 from tests.records.exports.desks import FU, HEAD, SLOW
 
-LATER = Kind()
-add = LATER.add
+FACTORS_IN_HEADINGS = Kind()
+add = FACTORS_IN_HEADINGS.add
 NAMED = {"units": {"time": "s", "force": "N", "position": "mm"}}
 ASKED = "factor|scale|unit|sign|heading|worth"
 
