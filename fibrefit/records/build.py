@@ -26,7 +26,7 @@ from fibrefit.records.columns.known import AsRead
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles, nothing_below
 from fibrefit.records.columns.states import flagged, without_bad
-from fibrefit.records.grammar.digits import masked_with, odd_numbers
+from fibrefit.records.grammar.digits import grouped_digits, masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
 from fibrefit.records.grammar.phrases import count, not_understood
@@ -73,6 +73,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     questions, unsure = ask(settled, timed)
     doubts |= _against_header(raw, timed, options.rate, where, lambda bases: ask(frozenset(scales), bases)[0])
     doubts, notes = questions | doubts, [*notes, *unsure]
+    doubts |= _grouped(columns, roles, options, where)
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     members = [(i, g) for g, group in enumerate(groups) for i in group.members]
@@ -157,6 +158,20 @@ def _jumps(
         if got:
             place = f'{where}, column "{columns[i].header}"'
             found[role] = DataError(place, got, "readings on one scale", do)
+    return found
+
+
+def _grouped(
+    columns: Sequence[RawColumn], roles: Mapping[str, int], options: ReadOptions, where: str
+) -> dict[str, DataError]:
+    """Doubt about readings whose mark separates thousands as well as decimals, unless the user says which it is."""
+    found = {}
+    for role, i in roles.items() if options.decimal is None else ():
+        if cell := grouped_digits(columns[i].numbers):
+            place, mark = f'{where}, column "{columns[i].header}"', columns[i].numbers.mark
+            got = f'"{cell.strip()}" beside whole numbers below 1000: "{mark}" may separate thousands or decimals'
+            do = f'Export plain digits; or say which it is: decimal = "{mark}" under [files].'
+            found[role] = DataError(place, got, "one way to read a number", do)
     return found
 
 

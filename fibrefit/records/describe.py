@@ -7,9 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeBase, TimeGap
+from fibrefit.records.columns.roles import PAIR, PAIRED
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
@@ -48,11 +50,29 @@ def _of_table(table: Table) -> list[str]:
         for column in members:
             role = next((r for r, place in table.roles.items() if table.columns[place] is column), None)
             lines += _wrapped(_column(column, role), indent=2)
+    lines += _missing(table)
     for doubt in table.doubts.values():
         lines += _wrapped(f"In doubt: {doubt.got}. {doubt.do}")
     for note in table.notes:
         lines += _wrapped(note)
     return lines
+
+
+def _missing(table: Table) -> list[str]:
+    """Said where one of what is measured together was read and no column is the other, which may have another name."""
+    missing = [role for role in PAIRED if role not in table.roles and role not in table.doubts]
+    if len(missing) != 1 or PAIR[0] in table.roles:
+        return []
+    free = [column for number, column in enumerate(table.columns) if number not in table.roles.values()]
+    moving = [column for column in free if column.header and _moves(column)]
+    fits = [column.header for column in moving if column.si in (None, ROLES[missing[0]])]
+    do = f' If one is, name it: {missing[0]} = "{printable(fits[0])}" under [channels].' if fits else ""
+    return _wrapped(f"No column is taken for the {missing[0]}.{do}")
+
+
+def _moves(column: Column) -> bool:
+    values = column.values[column.valid]
+    return values.size > 0 and bool(values.min() < values.max())
 
 
 def _of_record(record: Record) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -258,15 +259,27 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
         bare.insert(0, ("time", base.header or ""))
     if len(bare) > 1:
         headers = ", ".join(f'"{header}"' for _, header in bare)
-        declared = ", ".join(f'{role} = "{_EXAMPLES[ROLES[role]]}"' for role, _ in bare)
+        words = [_word_in_brackets(header) for _, header in bare]
+        # Where a file states units that are not known, an example would be taken for them.
+        shown = [".." if any(words) else _EXAMPLES[ROLES[role]] for role, _ in bare]
+        declared = ", ".join(f'{role} = "{unit}"' for (role, _), unit in zip(bare, shown, strict=True))
         do = f"Declare them under [units], such as {declared}."
         raise DataError(f"{where}, columns {headers}", "no units", "one for each", do)
     for role, header in bare:
         place, expected = f'{where}, column "{header}"', registry.ACCEPTED[ROLES[role]]
+        if word := _word_in_brackets(header):
+            do = f'Declare under [units] which it is: {role} = "..".'
+            raise DataError(place, f'unit "{word}" is not known', expected, do)
         raise DataError(place, "no unit", expected, f'Declare it under [units]: {role} = "{_EXAMPLES[ROLES[role]]}".')
     for role, column in kept.items():
         if column.si != ROLES[role]:
             raise wrong_kind(role, column.header, column.unit or "", where)
+
+
+def _word_in_brackets(header: str) -> str:
+    """A word behind a heading that may be a unit in a spelling that is not known; empty where there is none."""
+    found = re.search(r"[(<{\[]\s*([^\W\d_][^()<>{}\[\]]*?)\s*[)>}\]]\s*$", header)
+    return found[1] if found else ""
 
 
 def _in_unit(column: Column) -> str:

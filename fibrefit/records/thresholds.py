@@ -78,6 +78,9 @@ CENTURY_ENDS = 4e9
 
 ALIKE_WRITTEN = 0.8
 """Share of a column that must be written alike before a number written otherwise counts as damaged."""
+FEWEST_WHOLE = 3
+"""Different whole numbers below a thousand beside numbers of three decimals from which a mark may part thousands: one
+reading in a thousand is whole by chance."""
 FEWEST_WRITTEN = 5
 """Fewest numbers that show how a column is written."""
 ROUND_BY_CHANCE = 0.1
@@ -119,6 +122,9 @@ SLOWEST_LIKELY = 5.0
 FASTEST_LIKELY = 5e5
 """... and the highest."""
 
+FEWEST_PAGES = 3
+"""Breaks of a table, as far apart as each other and as long, that are those of pages: a heading that is repeated once
+or twice may begin another recording."""
 FEWEST_ROWS = 3
 """Rows of numbers that make a table: fewer tell neither a rate nor a layout."""
 LAYOUT_LINES = 200

@@ -49,8 +49,15 @@ def test_of_a_damaged_file(write: Callable) -> None:
 
 
 def test_doubts_are_told(write: Callable) -> None:
-    text = "t [s];A [N];B [N];u [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};1.0;{u(i)}"))
+    text = "t [s];A [N];B [N];u [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};1.{i};{u(i)}"))
     assert 'In doubt: columns "A [N]" and "B [N]" could each be the force.' in said(describe(read_table(write(text))))
+
+
+def test_a_role_that_no_column_has_is_told(write: Callable) -> None:
+    text = "t [s];F [N];stroke in parts;height [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};{u(i)};50"))
+    told = said(describe(read_table(write(text.replace("stroke", "q")))))
+    assert 'No column is taken for the position. If one is, name it: position = "q in parts" under [channels].' in told
+    assert "No column is taken" not in said(describe(read_table(write(text))))
 
 
 def test_many_gaps_are_summed_up(write: Callable) -> None:

@@ -97,11 +97,11 @@ REFUSED = {
     ),
     "unit of another kind": ("t [s];Kraft [V];u [mm]\n" + rows(german), 'column "Kraft .V.": unit "V"; expected N, kN'),
     "two forces": (
-        "t [s];A [N];B [N];u [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};1.0;{u(i)}")),
+        "t [s];A [N];B [N];u [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};1.{i};{u(i)}")),
         r'"A \[N\]" and "B \[N\]" could each be the force; expected one. Name it: force = "A \[N\]" under',
     ),
     "two positions": (
-        "t [s];F [N];A [mm];B [mm]\n" + rows(lambda i: german(i) + ";1,0"),
+        "t [s];F [N];A [mm];B [mm]\n" + rows(lambda i: german(i) + f";1,{i}"),
         "could each be the position",
     ),
     "nothing known": ("t [s];A;B\n" + rows(german), 'no channel is known among "A", "B".*Name the channels'),

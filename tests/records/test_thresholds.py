@@ -300,6 +300,11 @@ def short(share: float) -> bool:
     return digits.oddly_written(column(*["1.50"] * alike, *["1.5"] * (100 - alike))).any()
 
 
+def in_thousands(whole: int) -> Numbers:
+    """Numbers of three decimals, one or more each, beside so many different whole ones below a thousand."""
+    return column(*[f"{i}.{100 + i}" for i in range(1, 40)], *[str(7 * i) for i in range(1, whole + 1)])
+
+
 def decade(number: float) -> bool:
     """Whether so many numbers beyond ten may have a decimal less than sixty below it."""
     return not digits.oddly_written(column(*["1.50"] * 60, *["15.5"] * int(number))).any()
@@ -358,6 +363,7 @@ GRAMMAR = (
     Bracket("ROUND_BY_CHANCE", digits, lambda odd: digits._too_few_to_be_round(int(odd), 1000), 60, 85),
     Bracket("ALIKE_WRITTEN", digits, short, 0.9, 0.7),
     Bracket("FEWEST_WRITTEN", digits, decade, 7, 4),
+    Bracket("FEWEST_WHOLE", digits, lambda x: bool(digits.grouped_digits(in_thousands(int(x)))), 4, 2),
     Bracket("LOST_MARK", digits, whole, 7, 13),
     Bracket("FAR_OUT", digits, lambda x: outlier(f"{0.02 * (2 * SCATTER * x - 1):.3f}", "0.020"), 11, 6),
     Bracket("PUT_BACK", digits, lambda x: outlier({2.5: "122.8", 4: "211.7"}[x], "2.0"), 2.5, 4),
@@ -397,6 +403,13 @@ def table(rows: float) -> bool:
     return not refused(lambda: text.read_text(Text(lines, "UTF-8", True), "", ReadOptions()))
 
 
+def paged(pages: float) -> bool:
+    """Whether rows without times are read below so many headings."""
+    page = "force [N];position [mm]\n" + "".join(f"1,{i};2,{i}\n" for i in range(9))
+    lines = ("fs = 2000 Hz\n" + page * (int(pages) + 1)).splitlines()
+    return bool(text.read_text(Text(lines, "UTF-8", True), "", ReadOptions()).placed)
+
+
 def named(share: float) -> bool:
     """Whether lines of which such a share names its values make a table."""
     pairs = round(100 * share)
@@ -432,6 +445,7 @@ def cyrillic(share: float) -> bool:
 
 FILES = (
     Bracket("FEWEST_ROWS", text, table, 3, 2),
+    Bracket("FEWEST_PAGES", text, paged, 4, 2),
     Bracket("LAYOUT_LINES", keyed, lambda x: '"1"' in keyed.requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
     Bracket("NAMED_ALIKE", keyed, named, 0.95, 0.8),
     Bracket("WORDS_BESIDE", keyed, beside, 2, 5),

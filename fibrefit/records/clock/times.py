@@ -206,9 +206,7 @@ def _refuse_uncertain_count(raw: Raw, columns: Sequence[RawColumn], group: Group
     """Without a time in each row, one row more or less moves all later samples."""
     do = "Export the file again, with a time column."
     if not raw.placed:
-        bad = raw.layout.get("unreadable_lines") or []
-        what = f"line {bad[0]} is not readable" if bad else "blank lines stand between the rows"
-        raise DataError(where, f"no column holds the time, and {what}, so later times are uncertain", "", do)
+        raise _uncertain(raw, where)
     down = next((c for c in columns if c.unit is None and not c.clock and counts_by(-c.numbers.values)), None)
     if down is not None:
         got = f'no column holds the time, and "{down.header}" counts down from row to row'
@@ -220,6 +218,22 @@ def _refuse_uncertain_count(raw: Raw, columns: Sequence[RawColumn], group: Group
     if raw.facts.samples is not None and raw.facts.samples != group.rows:
         got = f"no column holds the time; the header announces {raw.facts.samples} samples, and {group.rows} are there"
         raise DataError(where, got, "", do)
+
+
+def _uncertain(raw: Raw, where: str) -> DataError:
+    """Refusal where something stands between rows that have no times: nobody knows what is missing there."""
+    bad = raw.layout.get("unreadable_lines") or []
+    between = np.flatnonzero(np.diff(raw.lines) > 1)
+    number = int(raw.lines[between[0]]) + 1 if between.size else None
+    do = "Export the file again, with a time column."
+    if bad:
+        what = f"line {bad[0]} is not readable"
+    elif number in raw.layout.get("lines_between", ()):
+        what = f"line {number} stands between the rows, as where another recording begins"
+        do = "Split the file there; or take the line out, if no sample is missing there."
+    else:
+        what = "blank lines stand between the rows"
+    return DataError(where, f"no column holds the time, and {what}, so later times are uncertain", "", do)
 
 
 def _reliable_numbers(column: RawColumn) -> Numbers:

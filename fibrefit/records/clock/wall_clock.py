@@ -20,6 +20,9 @@ _DAY, _HOUR = 86400.0, 3600.0
 #: Offset from UTC at the end of a reading.
 _ZONE = re.compile(r"(?<=\d)\s?(?:[zZ]|([+-])(\d{2}):?(\d{2}))\s*$")
 
+#: Thousandths behind a reading, with or without their leading zeros.
+_PART = re.compile(r"[.,](\d{1,3})$")
+
 _MONTHS = {
     name: number
     for number, names in enumerate(
@@ -96,6 +99,7 @@ def parse_clock(texts: Sequence[str], where: str) -> Clock:
         decimals = max(decimals, places)
     if np.isnan(seconds).all():
         raise DataError(where, f'"{texts[0]}" is no time of day with seconds', "hours, minutes and seconds")
+    _refuse_unpadded(seconds, texts, where)
     clock = _since_first(seconds, days, decimals, offsets, texts)
     if not zones:
         _refuse_change_of_hour(clock.seconds, texts, where)
@@ -111,6 +115,21 @@ def _without_zone(text: str) -> tuple[str, float | None]:
         return text, None
     sign, hours, minutes = match.groups()
     return text[: match.start()], 0.0 if sign is None else float(f"{sign}1") * (3600 * int(hours) + 60 * int(minutes))
+
+
+def _refuse_unpadded(seconds: np.ndarray, texts: Sequence[str], where: str) -> None:
+    """Refuse parts of a second without their leading zeros: decimals run backward, and thousandths do not."""
+    back = np.flatnonzero(np.diff(seconds) < 0.0)
+    parts = [_PART.search(clean(text)) for text in texts] if back.size else []
+    digits = [part[1] for part in parts if part is not None]
+    if len(digits) < len(texts) or len(set(map(len, digits))) < 2:
+        return
+    counted = np.array([float(text) for text in digits])
+    whole = seconds - np.array([float(f"0.{text}") for text in digits])
+    if (np.diff(np.round(whole) + 1e-3 * counted) > 0.0).all():
+        before, after = (texts[back[0] + k].strip() for k in (0, 1))
+        got = f'"{before}" is followed by "{after}": thousandths without their leading zeros'
+        raise DataError(where, got, "three digits of thousandths", "Export the times with all digits, or in seconds.")
 
 
 def _refuse_change_of_hour(seconds: np.ndarray, texts: Sequence[str], where: str) -> None:

@@ -96,9 +96,9 @@ OF_OTHERS = words(
     "|microphone|mic"
 )
 STATISTIC = {
-    "max": words("max*|peak|f_?max|h(?:\u00f6|oe)chst*|largest|highest"),
-    "min": words("min|minimum|minimal*|valley|smallest|lowest"),
-    "mean": words("mean|average|avg|mittelwert|mittel"),
+    "max": words("max*|massim*|m\u00e1x*|peak|f_?max|h(?:\u00f6|oe)chst*|largest|highest"),
+    "min": words("min|minim*|m\u00ednim*|valley|smallest|lowest"),
+    "mean": words("mean|average|avg|media|moyenne|promedio|mittelwert|mittel"),
 }
 NO_STATISTIC = words(
     "limit*|range|rated|capacity|nominal|allow*|permi*|sensor|cell|speed|rate*|warn*|alarm|set*|end|stop*|travel"

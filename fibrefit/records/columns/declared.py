@@ -16,7 +16,7 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.digits import since_1970
 from fibrefit.records.grammar.headings import known_unit
-from fibrefit.records.grammar.words import score, tokens
+from fibrefit.records.grammar.words import KIND_OF_ROLE, score, tokens
 from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, stated_worth
 from fibrefit.records.thresholds import MOST_LOST, TWO_VALUED
 
@@ -77,21 +77,29 @@ def headings_of(columns: Sequence[RawColumn], units: Mapping[str, str]) -> list[
     """
     headings = [_heading(column) for column in columns]
     for key, unit in units.items():
-        place = None if key in ROLES else find_column(key, headings)
+        place = _called(key, headings) if key in ROLES else find_column(key, headings)
         if place is not None:
             headings[place] = replace(headings[place], unit=unit)
     return headings
 
 
+def _called(role: str, headings: Sequence[Heading]) -> int | None:
+    """The one column that a role is called and that has a unit of something else, which a declared one corrects."""
+    kind = KIND_OF_ROLE[role]
+    found = [i for i, h in enumerate(headings) if score(h.name, role) > 2 and h.kind not in (None, kind)]
+    return found[0] if len(found) == 1 else None
+
+
 def _heading(column: RawColumn) -> Heading:
     present = column.numbers.values[np.isfinite(column.numbers.values)]
-    two_valued = False
+    two_valued = constant = False
     if present.size >= TWO_VALUED and len(set(present[:TWO_VALUED].tolist())) <= 2:
         low, high = present.min(), present.max()
         two_valued = bool(low < high and ((present == low) | (present == high)).all())
+        constant = bool(low == high)
     stamps = column.unit is None and since_1970(present) is not None
     clock = column.clock or (stamps and np.mean(np.diff(present) > 0) >= 1 - MOST_LOST)
-    return Heading(column.header, column.name, column.unit, clock, column.number, two_valued)
+    return Heading(column.header, column.name, column.unit, clock, column.number, two_valued, constant)
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,6 +36,8 @@ class Heading:
         Which of the file's columns it is, counted from 1; 0 where it is only known by its place among the others.
     two_valued : bool
         Whether the column holds two values only, as a command does.
+    constant : bool
+        Whether it holds one value only, as a condition of the test does.
     """
 
     header: str
@@ -44,6 +46,7 @@ class Heading:
     clock: bool = False
     number: int = 0
     two_valued: bool = False
+    constant: bool = False
 
     @property
     def kind(self) -> str | None:
@@ -266,6 +269,9 @@ def _wrong_unit(role: str, headings: Sequence[Heading], used: Collection[int], w
     return {role: wrong_kind(role, named[0].header, named[0].unit or "", where)}
 
 
+_WEIGHTS = {"kg": "kgf", "g": "gf", "lb": "lbf"}
+
+
 def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
     """Refusal of a column whose unit measures something else than its role, with what would make it that.
 
@@ -280,6 +286,10 @@ def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
     """
     place, si = f'{where}, column "{header}"', ROLES[role]
     worth = units.usual(si) if units.kind_of(unit) in (None, "number") else f"{units.usual(si)}/{unit}"
+    weight = _WEIGHTS.get((units.expression(unit) or "").strip("()")) if si == "N" else None
+    if weight is not None:
+        do = f'If it is the force of that weight: {role} = "{weight}" under [units].'
+        return DataError(place, f'unit "{unit}", a mass', units.ACCEPTED[si], do)
     do = f'Say what it is worth: {role} = {{ column = "{header}", scale = "1 {worth}" }} under [channels], '
     do += f'or correct its unit: {role} = "{units.usual(si)}" under [units].'
     return DataError(place, f'unit "{unit}"', units.ACCEPTED[si], do)
@@ -299,7 +309,8 @@ def _points(heading: Heading, role: str) -> int:
         return words if words > 10 else 0
     if role == "position" and score(heading.name, "drive") > 1:
         return 0
-    by_unit = 3 if is_no_reading(heading.name) else 4
+    # A height or a preload that is written into every row has the unit of a reading.
+    by_unit = 0 if heading.constant else 3 if is_no_reading(heading.name) else 4
     return max(words + (5 if kind and words > 0 else 0), by_unit if kind else 0)
 
 

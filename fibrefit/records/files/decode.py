@@ -6,7 +6,9 @@ import contextlib
 import re
 from dataclasses import dataclass
 
+from fibrefit.core import units
 from fibrefit.core.errors import DataError
+from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.thresholds import CONTROLS, NARROW_ZEROS, WHOLE_WORDS, WIDE_ZEROS, ZEROS
 
 #: How files that are no text begin, and what to do with them.
@@ -23,7 +25,7 @@ _CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf
 READABLE = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
 
 #: Alphabets of two bytes a sign, the stricter first. Digits are the same in all of them.
-_EAST_ASIAN = ("cp932", "gbk", "euc_kr")
+_EAST_ASIAN = ("cp932", "gbk", "euc_kr", "big5")
 
 #: Bytes at the start of a file that tell its alphabet.
 _HEAD = 65536
@@ -109,13 +111,38 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
     whole = sum(1 for char in text if char > "\x7f") - broken
     if data.startswith(b"\xef\xbb\xbf") or whole > broken:
         return text, "UTF-8", (f"{broken} character{'s are' if broken > 1 else ' is'} not valid UTF-8.",)
-    encoding = "cp1251" if _is_cyrillic(data) else "cp1250" if _CZECH & set(data) else "cp1252"
+    encoding = _of_known_words(data)
     text = data.decode(encoding, errors="replace")
     if "\ufffd" in text:  # bytes that are no sign of this alphabet
         for wide in _EAST_ASIAN:
             with contextlib.suppress(UnicodeDecodeError):
                 return data.decode(wide), wide, ()
     return text, encoding, ()
+
+
+def _of_known_words(data: bytes) -> str:
+    """Alphabet in which most words with high bytes are known; where they are in none or several, the likeliest."""
+    pairs = _is_in_pairs(data)
+    likely = "cp1251" if _is_cyrillic(data) else "gbk" if pairs else "cp1250" if _CZECH & set(data) else "cp1252"
+    others = _EAST_ASIAN if pairs else ("cp1250", "cp1252")
+    return max((likely, *(other for other in others if other != likely)), key=lambda one: _known_words(data, one))
+
+
+def _known_words(data: bytes, encoding: str) -> int:
+    """Words with high bytes that name a quantity or a unit, read in an alphabet; -1 where it cannot be."""
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError:
+        return -1 if encoding in _EAST_ASIAN else 0
+    words = {word for word in re.findall(r"[^\W\d_]+", text[:_HEAD]) if not word.isascii()}
+    spelt = ((word, "".join(tokens(word))) for word in words)
+    return sum(bool(kinds_named(word)) or any(map(units.expression, (word, bare))) for word, bare in spelt)
+
+
+def _is_in_pairs(data: bytes) -> bool:
+    """Whether high bytes stand in pairs throughout, and some in two at once, as signs of two bytes do."""
+    runs = [len(run) for run in re.findall(rb"[\x80-\xff]+", data[:_HEAD])]
+    return max(runs, default=0) >= 4 and not any(length % 2 for length in runs)
 
 
 def _is_cyrillic(data: bytes) -> bool:

@@ -45,11 +45,11 @@ from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
-from fibrefit.records.grammar.tokens import kind_of_cell
+from fibrefit.records.grammar.tokens import compact_stamps, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
 from fibrefit.records.grammar.worth import contradicted, stated_unit
 from fibrefit.records.options import ReadOptions
-from fibrefit.records.thresholds import FEWEST_ROWS
+from fibrefit.records.thresholds import FEWEST_PAGES, FEWEST_ROWS
 
 _WORD = re.compile(r"[^\W\d_]{3}")
 
@@ -102,7 +102,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         facts=with_remarks(find_facts(said, dialect.mark), skipped, dialect, options.rate),
         lines=rows.numbers,
         rows=[lines[i - 1] for i in rows.numbers],
-        placed=not rows.unplaced and _blanks_are_regular(rows),
+        placed=not rows.unplaced and _breaks_are_regular(rows),
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *_line_notes(rows, lines)],
         aside=aside,
@@ -271,6 +271,8 @@ def _columns(
         shown = title or f"column {i + 1}"
         kind = kinds[i] if kinds[i] != "empty" and any(cells) else _kind_of_sparse(cells, rows.dialect.mark)
         place = f'{where}, column "{shown}"'
+        if kind == "number" and (stamps := compact_stamps(cells)):
+            kind, cells = "clock", stamps
         if kind == "clock" and has_time(cells):
             columns.append(replace(_clock_column(title, name, cells, place, notes), number=i + 1))
         elif kind == "number":
@@ -312,9 +314,16 @@ def _clock_column(title: str, name: str, cells: Sequence[str], where: str, notes
     return RawColumn(title, name, None, numbers, clock=True, start=clock.origin, resolution=clock.resolution)
 
 
-def _blanks_are_regular(rows: Rows) -> bool:
-    """Whether empty lines say nothing about missing rows: there are none, or as many after every row."""
-    return not rows.blank or int(np.ptp(np.diff(rows.numbers))) == 0
+def _breaks_are_regular(rows: Rows) -> bool:
+    """Whether lines between rows say nothing of missing ones: there are none, or as many after every row or page."""
+    steps = np.diff(rows.numbers)
+    if not rows.skipped:
+        return not rows.blank or int(np.ptp(steps)) == 0
+    breaks = np.flatnonzero(steps > 1)
+    if not breaks.size:
+        return True
+    alike = int(np.ptp(np.diff(breaks, prepend=-1))) == 0 and int(np.ptp(steps[breaks])) == 0
+    return alike and breaks.size >= FEWEST_PAGES
 
 
 def _layout(text: Text, rows: Rows, header: Header) -> dict[str, Any]:
@@ -329,6 +338,7 @@ def _layout(text: Text, rows: Rows, header: Header) -> dict[str, Any]:
         "last_row": rows.last,
         "rows": len(rows.numbers),
         "unreadable_lines": list(rows.unplaced),
+        "lines_between": list(rows.skipped),
     }
 
 

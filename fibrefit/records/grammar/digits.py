@@ -21,6 +21,7 @@ from fibrefit.records.thresholds import (
     CENTURY_BEGINS,
     CENTURY_ENDS,
     FAR_OUT,
+    FEWEST_WHOLE,
     FEWEST_WRITTEN,
     LOST_MARK,
     PUT_BACK,
@@ -67,6 +68,28 @@ def cut_short(numbers: Numbers) -> bool:
     """
     shapes = numbers.shapes
     return bool(shapes[-1] >= 0 and shapes[-1] < shapes.max())
+
+
+def grouped_digits(numbers: Numbers) -> str:
+    """A cell whose mark may separate thousands and no decimals, where no number of the column tells; empty for none.
+
+    Every number with a mark has three digits behind it and is one or more, and whole numbers are below a thousand:
+    readings that drop their last zeros have some with one or two decimals, and some below one.
+
+    Parameters
+    ----------
+    numbers : Numbers
+        A column.
+    """
+    values, shapes = np.abs(numbers.values), numbers.shapes
+    marked, whole = shapes == 3, shapes == 0
+    if not len(numbers.texts) or not marked.any() or not (marked | whole | (shapes < 0)).all():
+        return ""
+    counted = {*values[whole].tolist()} - {0.0}
+    if len(counted) < FEWEST_WHOLE or max(counted) >= 1000.0 or values[marked].min() < 1.0:
+        return ""
+    first = numbers.texts[int(np.flatnonzero(marked)[0])]
+    return first if re.fullmatch(r"\s*[+-]?[1-9]\d{0,2}[.,]\d{3}\s*", first) else ""
 
 
 def oddly_written(numbers: Numbers) -> np.ndarray:

@@ -32,14 +32,16 @@ _ONE_SAMPLE = r"(?:sampl\w*|abtast\w*|scan)"
 _RATE_KEYS = (
     rf"fs|f s|f sample|cadence|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
     r"|samples per second|s/s|vzorkovaci frekvence|frekvence vzorkovani|frequence d.echantillonnage"
-    r"|frequenza di campionamento|frecuencia de muestreo|sr"
+    r"|frequenza di campionamento|frecuencia de muestreo|frequencia de amostragem|sr|fe"
+    r"|(?:采样|取樣|采樣)(?:频率|頻率|率|速率)|サンフリンク(?:周波数|レート|速度)|샘플링(?: ?주파수| ?속도)"
 )
 _STEP_KEYS = (
-    rf"dt|ts|tinc|delta[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|step)|{_ONE_SAMPLE}[ ]?(?:period|time)"
+    rf"dt|ts|tinc|(?:delta|[\u0394\u2206\u03b4])[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|step)"
+    rf"|{_ONE_SAMPLE}[ ]?(?:period|time)"
     r"|(?:x|t|time|wf)?[ ]?incr?(?:ement)?|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution"
     r"|horizontal (?:interval|resolution)|time ?axis|clock|time[ ]?(?:step|increment|interval|resolution)"
     r"|abtast(?:intervall|zeit|periode)|zeit(?:schritt|inkrement)|samplet(?:ime)?"
-    r"|(?:vzorkovaci )?perioda(?: vzorkovani)?"
+    r"|(?:vzorkovaci )?perioda(?: vzorkovani)?|(?:采样|取樣|采樣)(?:间隔|間隔|周期|週期)|サンフリンク(?:間隔|周期)"
 )
 _COUNT_KEYS = (
     r"samples|(?:number|no\.?|num) of (?:samples|points|rows|scans)|points|record length|block ?size"
@@ -98,9 +100,10 @@ _BARE_RATE = re.compile(
     rf"[\W_]*(?:rate|sampling|abtastung)(?:\s*[\[(]([^\])]*)[\])]|[ ](k?hz))?\"?\s*(?:{_BREAK})?{_NUMBER}{_UNIT}",
     re.IGNORECASE,
 )
-#: The same of anything: of the samples, of the motion, of a filter.
+#: A frequency or a short time below any other key: of the samples, of the motion, of a filter.
 _ANY_RATE = re.compile(
-    rf"[\W_]*(?:frequen(?:cy|z|ce|cia|za)|f|frekvence)\"?\s*{_BREAK}{_NUMBER}\s*(k?hz)\b", re.IGNORECASE
+    rf"[\W_]*([^\W\d_][^\d:=;,\t]{{0,40}}?)\"?\s*{_BREAK}{_NUMBER}[ \"]*[;,\t]?[ \"]*(k?hz|[mu]?s|[mu]?sec)\b\.?",
+    re.IGNORECASE,
 )
 _PER_SAMPLE = re.compile(rf"(?<![\w/]){_NUMBER}\s*([^\W\d_]+)/sample\b", re.IGNORECASE)
 #: A rate that needs no key: by its unit, of samples; or because nothing stands before it: "# 2 kHz; rope 17".
@@ -194,11 +197,22 @@ def find_facts(above: Iterable[str], mark: str = ".") -> Facts:
     quoted = clear[0].quoted if clear else ""
     facts = Facts(rates, quoted, count, tuple(dict.fromkeys(one.note for one in clear if one.note)))
     if not open_ones:
-        bare = next((m[0].strip() for line in lines if not rates and (m := _ANY_RATE.match(line))), "")
+        bare = next(filter(None, (_may_be_a_rate(line, mark) for line in lines if not rates)), "")
         doubt = f'"{bare}", which may be the rate of the samples or of something else' if bare else ""
         return replace(facts, doubt=doubt or _thinned(lines, facts, mark))
     readings = " or ".join(f"{format_number(rate, 7)} Hz" for rate in open_ones[0].rates)
     return replace(facts, doubt=f'"{open_ones[0].quoted}", which can be read as {readings}')
+
+
+def _may_be_a_rate(line: str, mark: str) -> str:
+    """What a line says of a frequency that rows may have, or of a time that may lie between two; empty for nothing."""
+    found = _ANY_RATE.match(line) if len(line) <= LONGEST_HEADING else None
+    unit = found and next((u for u in (found[3], _capitals(found[3])) if units.expression(u)), None)
+    if found is None or not unit or OF_OTHER_RATES.search(found[1]):
+        return ""
+    said = _meant(_numbers(found[2], mark, in_groups=True), unit, found[0].strip(), units.kind_of(unit) == "time")
+    likely = any(SLOWEST_LIKELY <= rate <= FASTEST_LIKELY for one in said for rate in one.rates)
+    return found[0].strip() if likely else ""
 
 
 def frequencies_in(line: str, mark: str) -> list[float]:

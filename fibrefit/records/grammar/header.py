@@ -12,7 +12,7 @@ from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
 from fibrefit.records.grammar.headings import known_unit, split_heading, unit_by_key
 from fibrefit.records.grammar.rows import REMARK
 from fibrefit.records.grammar.tokens import kind_of_cell
-from fibrefit.records.grammar.words import counts_rows, is_remark, kinds_named
+from fibrefit.records.grammar.words import counts_rows, is_remark, kinds_named, score
 from fibrefit.records.thresholds import HEADER_DEPTH
 
 #: First cell of a line that names what the line holds.
@@ -151,7 +151,16 @@ def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Hea
         given = [_bare(cell) or None for cell in rows[unit_line]]
         none = _UNIT_LABELS | _UNIT_MARKS
         given = [None if unit is not None and unit.casefold() in none else unit for unit in given]
+        given[0] = None if _labels_units(names[0], given) else given[0]
     return Header(names, tuple(given), line + 1, None if unit_line is None else unit_line + 1)
+
+
+def _labels_units(name: str, given: Sequence[str | None]) -> bool:
+    """Whether the first of a line of units calls it that, in any language: it alone is none, and not that of a time."""
+    first, others = given[0], [unit for unit in given[1:] if unit]
+    if first is None or not others or units.expression(first) is not None or score(name, "time"):
+        return False
+    return all(units.expression(unit) is not None for unit in others)
 
 
 def header_cells(line: str, dialect: Dialect, empty: Sequence[bool]) -> list[str] | None:

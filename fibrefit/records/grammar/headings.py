@@ -41,6 +41,12 @@ _BELOW = re.compile(r"(?<=[^\W\d_])\s*/\s*(?!1(?!\d))\d+(?:[.,]\d+)?(?=[\s\[(]|$
 #: The same before a name: `10*F`, and a minus.
 _BEFORE = re.compile(rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7]|(?:{_TEN})\s*x\s)\s*(?=[^\W\d])")
 
+#: A symbol over its unit as DIN 1313 has it, or in it, where the symbol is a unit by itself: ``s/mm`` and ``s in mm``
+#: are a way, no product or quotient of units. What measures something as a whole is no such: ``m/s``, ``N/m``.
+_SYMBOL_AND_UNIT = re.compile(r"([^\W\d_])(?:\s*/\s*|\s+in\s+)([^\W\d_]+)")
+
+_SAID_BY_A_LETTER = ("time", "force", "length", "angle", "mass")
+
 #: Kinds of quantity a record is made of.
 PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
 
@@ -72,7 +78,7 @@ def split_heading(text: str) -> tuple[str, str | None]:
     if len(text) > LONGEST_HEADING:
         return text, None
     alone = text.removeprefix("in ")
-    if units.expression(alone) is not None:
+    if units.expression(alone) is not None and not _is_symbol_and_unit(alone):
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
         return text, alone if of_time else None
     factor = _BEFORE.match(text) or _FACTOR.search(text) or _IN_WORDS.search(text) or _below(text)
@@ -86,6 +92,14 @@ def split_heading(text: str) -> tuple[str, str | None]:
         if found is not None:
             return found
     return text, None
+
+
+def _is_symbol_and_unit(text: str) -> bool:
+    """Whether it is the symbol of a quantity and its unit, where both together would be a unit of nothing."""
+    found = _SYMBOL_AND_UNIT.fullmatch(text)
+    if found is None or units.kind_of(text) is not None:
+        return False
+    return units.kind_of(found[1]) in _SAID_BY_A_LETTER and units.kind_of(found[2]) in _SAID_BY_A_LETTER
 
 
 def _below(text: str) -> re.Match[str] | None:

@@ -27,7 +27,7 @@ _WEIGHT = {FULL: 1.0, PARTIAL: -0.5, BLANK: 0.0, HOLLOW: 0.0, OTHER: -1.0, HEADI
 
 #: Words that begin a line of statistics below a table.
 _SUMMARY = re.compile(
-    r"\W*(max|min|mean|avg|average|mittel\w*|summe|sum|std|stdev|rms|count|end|ende|konec|total|pr[uů]m[eě]r)\w*\b",
+    r"\W*(max|min|mean|avg|average|massim|m[a\u00e1]xim|m[i\u00ed]nim|media|moyenne|promedio|deviazione|desviaci[o\u00f3]n|[e\u00e9]cart|mittel\w*|summe|sum|std|stdev|rms|count|end|ende|konec|total|pr[uů]m[eě]r)\w*\b",
     re.I,
 )
 

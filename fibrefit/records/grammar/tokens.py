@@ -37,6 +37,9 @@ DATE = re.compile(_DATE, re.IGNORECASE)
 #: Date and time of day without signs between the parts: 20240512T142211.5.
 COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})[T_ ](\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(.*)")
 
+#: The same with nothing between them, told from any other number by what a date and a time of day may be.
+_STAMP = re.compile(r"((?:19|20)\d\d)(0[1-9]|1[0-2])(0[1-9]|[12]\d|3[01])([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:[.,]\d+)?)")
+
 _NOT_A_NUMBER = (
     r"nan|[+-]?1[.,]#(?:ind|snan|qnan)\w*|[+-]?nan\(.*\)|n/?a|#n/?a|#nv|#wert!|#value!|#num!|#zahl!|#ref!|null|none|nil"
     r"|-+|\?+|x+|missing|invalid|ung[uü]ltig|neplatn\w*|err(?:or)?|#err\w*|fehler|chyba|bad|void|no ?data|burnout|open"
@@ -96,6 +99,23 @@ def clean(cell: str) -> str:
         year, month, day, hour, minute, second, zone = match.groups()
         return f"{year}-{month}-{day}T{hour}:{minute}:{second}{zone}"
     return text[0] + text[1:].lstrip() if text[:1] in "+-" and text[1:2] == " " else text
+
+
+def compact_stamps(cells: Sequence[str]) -> list[str] | None:
+    """Dates and times of day whose parts stand side by side, set apart; None where a column holds anything else.
+
+    As a number ``20240512142211.0005`` has more digits than a float.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        Of a column.
+    """
+    if not cells or _STAMP.fullmatch(cells[0].strip()) is None:
+        return None
+    found = [_STAMP.fullmatch(cell.strip()) for cell in cells]
+    parts = [match.groups() for match in found if match is not None]
+    return [f"{y}-{m}-{d}T{h}:{n}:{s}" for y, m, d, h, n, s in parts] if len(parts) == len(cells) else None
 
 
 def kind_of_cell(cell: str, mark: str) -> str:

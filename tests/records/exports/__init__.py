@@ -39,6 +39,7 @@ from tests.records.exports.numbers.rates_dates_and_brackets import RATES_DATES_A
 from tests.records.exports.numbers.rates_lost_bytes_and_bits import RATES_LOST_BYTES_AND_BITS
 from tests.records.exports.numbers.row_order_counters_and_clocks import ROW_ORDER_COUNTERS_AND_CLOCKS
 from tests.records.exports.numbers.spellings_of_units import SPELLINGS_OF_UNITS
+from tests.records.exports.numbers.symbols_stamps_and_second_runs import SYMBOLS_STAMPS_AND_SECOND_RUNS
 from tests.records.exports.numbers.units_digits_and_clocks import UNITS_DIGITS_AND_CLOCKS
 from tests.records.exports.programs.acquisition_scopes_and_testers import ACQUISITION_SCOPES_AND_TESTERS
 from tests.records.exports.programs.channel_blocks import CHANNEL_BLOCKS
@@ -126,6 +127,7 @@ KINDS: dict[str, list[Export]] = {
     "programs/waveforms_archives_and_structures": WAVEFORMS_ARCHIVES_AND_STRUCTURES,
     "programs/scopes_companions_and_boards": SCOPES_COMPANIONS_AND_BOARDS,
     "numbers/changes_and_overflows": CHANGES_AND_OVERFLOWS,
+    "numbers/symbols_stamps_and_second_runs": SYMBOLS_STAMPS_AND_SECOND_RUNS,
 }
 
 NOT_MET = frozenset(
