@@ -36,7 +36,7 @@ FLOORS = {
 
 #: Packages that only some of ours may import. Units live in core, next to the numbers they belong to.
 SOLE_IMPORTERS = {
-    "h5py": {"store", "records.files.matlab"},
+    "h5py": {"store", "records.files.hdf5"},
     "matplotlib": {"plots"},
     "optimistix": {"fitting"},
     "emcee": {"sampling"},

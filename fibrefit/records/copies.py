@@ -130,6 +130,3 @@ def _alike(records: Sequence[Record], pair: tuple[int, int]) -> bool:
 def _equal(a: np.ndarray, b: np.ndarray) -> bool:
     both = np.isfinite(a) & np.isfinite(b)
     return bool(both.any()) and bool(np.max(np.abs(a[both] - b[both])) <= _reach(a))
-
-
-__all__ = ["Fingerprint", "copies_by_fingerprint", "fingerprint_of", "first_copy"]

@@ -99,6 +99,61 @@ def test_matlab_73_with_names_in_a_cell_array(tmp_path: Path) -> None:
     check(path)
 
 
+def test_references_and_texts_are_told_apart(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        for name, values in (("time_s", TIME), ("force_N", FORCE), ("position_mm", POSITION)):
+            file.create_dataset(name, data=values)
+        file["title"] = "Drop 7"
+        file["step"] = [f"step {i}" for i in range(500)]
+        file.create_dataset("ragged", (2,), dtype=h5py.vlen_dtype("f8"))
+        file.create_dataset("nothing", data=h5py.Empty("f8"))
+        file.create_dataset("regions", (2,), dtype=h5py.regionref_dtype)
+    check(path)
+    assert "Arrays of words are left out: step." in read_record(path).history
+
+
+def test_of_two_rates_that_of_the_vectors_that_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    channels = {"Kraft": ("N", FORCE, 2000.0), "Weg": ("mm", POSITION, 2000.0), "Temp": ("C", FORCE[:10], 200.0)}
+    variables: dict[str, Any] = {}
+    for k, (name, (unit, values, rate)) in enumerate(channels.items()):
+        variables[f"Channel_{k}_Header"] = {"SignalName": name, "Unit": unit, "SampleFrequency": rate}
+        variables[f"Channel_{k}_Data"] = values
+    scipy.io.savemat(path, variables)
+    check(path)
+    assert "Vectors of another length are left out: Temp." in read_record(path).history
+
+
+def test_a_vector_is_named_as_in_the_file_or_as_is_told_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    told = {"force": {"name": "Seil", "unit": "N", "data": FORCE}, "position": {"unit": "mm", "data": POSITION}}
+    scipy.io.savemat(path, {**told, "fs": 2000.0})
+    for name in ("Seil", "force.data"):
+        check(path, channels={"force": name, "position": "position"})
+
+
+def test_a_few_results_on_another_sheet_are_named(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    path = tmp_path / "a.xlsx"
+    book = openpyxl.Workbook()
+    book.active.title = "Data"
+    book.active.append(["time [s]", "force [N]", "position [mm]"])
+    for i in range(600):
+        book.active.append([i / 2000, 12.5 + 0.001 * i, -0.25 - 0.0001 * i])
+    results = book.create_sheet("Results")
+    for i in range(6):
+        results.append([i + 1, 50.0 + i])
+    book.save(path)
+    history = read_record(path).history
+    assert 'Read from the sheet "Data".' in history
+    assert 'Rows of numbers on other sheets are left out: "Results" (6 rows).' in history
+    results.append([7, 56.0])
+    book.save(path)
+    with pytest.raises(DataError, match=r'tables on 2 sheets \("Data", "Results"\)'):
+        read_record(path)
+
+
 def test_nan_is_masked(tmp_path: Path) -> None:
     force = FORCE.copy()
     force[[3, 4]] = np.nan, np.inf

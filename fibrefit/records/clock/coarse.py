@@ -68,7 +68,22 @@ def too_coarse(times: np.ndarray, resolution: float, rows: Sequence[str], readab
 def counted_from_coarse(
     readings: Readings, readable: np.ndarray, header_rate: float | None, rate: float | None
 ) -> TimeBase:
-    """Times counted at a rate that every printed time agrees with."""
+    """Times counted at a rate that every printed time agrees with.
+
+    Parameters
+    ----------
+    readings : Readings
+        Times as printed.
+    readable : (n,) bool array
+        Which of them are numbers.
+    header_rate, rate : float, optional
+        Rate in Hz that the file states, and that the user gives, which comes first.
+
+    Raises
+    ------
+    DataError
+        If times do not increase, leave the rate open, or show that rows are missing or doubled.
+    """
     res = readings.resolution
     printed = f"{readings.source} is printed to {format_quantity(res, 's')} only"
     rows = np.arange(readings.times.size)[readable]

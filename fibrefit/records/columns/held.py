@@ -33,8 +33,6 @@ class ReadColumn:
         Which of the columns that are no times it is, from 0, and how many these are.
     others : frozenset of str
         Words of the names of the other columns.
-    kinds : frozenset of str
-        Kinds of quantity of all columns.
     settled : bool
         Whether the user says of some column of readings what one of its numbers is worth: what is said of none by name
         is answered.
@@ -47,7 +45,6 @@ class ReadColumn:
     place: int
     beside: int
     others: frozenset[str]
-    kinds: frozenset[str]
     settled: bool
 
     def concerns(self, about: str, one: Annotation) -> bool:
@@ -138,7 +135,6 @@ def held_columns(columns: Sequence[RawColumn], roles: Mapping[str, int], answere
                 order,
                 len(valued),
                 frozenset(others),
-                frozenset(k for c in columns if c.unit and (k := registry.kind_of(c.unit))),
                 bool(answered - {roles.get("time", -1), -1}),
             )
         )

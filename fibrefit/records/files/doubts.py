@@ -110,6 +110,11 @@ def refuse_signs_apart(words: Sequence[tuple[str, Sequence[str]]], columns: Sequ
         Columns of words, each with its place for messages.
     columns : sequence of RawColumn
         Those of numbers.
+
+    Raises
+    ------
+    DataError
+        With the column of words and that of numbers.
     """
     for place, cells in words:
         kinds = sorted({clean(cell) for cell in set(cells)})

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation
+from fibrefit.records.files.extras import stated_in
 from fibrefit.records.grammar.worth import stated_worth
+from fibrefit.records.thresholds import HEADER_DEPTH
 
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
@@ -20,11 +23,30 @@ _ITEM = 1 << 14
 WORTH = "\0worth"
 #: The same for all that is said of their units.
 STATED = "\0stated"
+#: Which of its members are what attributes say.
+ATTRIBUTES = "\0attributes"
 UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
+def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation], list[str]]:
+    """Content of an HDF5 file, what its attributes say, and which arrays of words are too long to be read.
+
+    Parameters
+    ----------
+    path : Path
+    allowed : Allowance
+        What it may take, counted before any of it is read: many arrays can be too much where each of them is not.
+    """
+    import h5py  # a tenth of a second: only for version 7.3
+
+    with h5py.File(path, "r", locking=False) as file:
+        _Hdf5(file, replace(allowed), reads=False).group(file)
+        reader = _Hdf5(file, allowed)
+        return reader.group(file), reader.annotations, reader.words
+
+
 @dataclass(frozen=True)
-class Hdf5:
+class _Hdf5:
     """Content of an HDF5 file, counted before it is read: a name costs nothing, and links can lead round for ever.
 
     Parameters
@@ -35,16 +57,20 @@ class Hdf5:
         Whether numbers are read; otherwise they are only counted.
     annotations : list of Annotation
         Filled with what attributes say, as the groups are read.
+    words : list of str
+        Filled with the names of arrays of words that are left out.
     """
 
     file: Any
     allowed: Allowance
     reads: bool = True
     annotations: list[Annotation] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
 
     def group(self, group: Any) -> dict[str, Any]:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
         tree = _said(group)
+        attributes = tree[ATTRIBUTES] = {*tree, WORTH, STATED}
         self._tell(group.attrs, within=group.name.strip("/"))
         units_of = {}
         for name in group:
@@ -52,6 +78,7 @@ class Hdf5:
                 continue
             item = self._own(group, name)
             tree[name] = self.item(item)
+            attributes.discard(name)
             stated = [_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs]
             if stated and stated[0]:
                 units_of[name] = stated[0]
@@ -67,8 +94,10 @@ class Hdf5:
                 while key in tree and not np.array_equal(tree[key], value):
                     key += " "  # the same of another array, and not the same number: kept beside the first
                 tree[key] = value
+                attributes.add(key)
         if units_of and not any(key.casefold().replace("_", "") in UNITS for key in tree):
             tree["units"] = units_of
+            attributes.add("units")
         return tree
 
     def _tell(self, attributes: Any, of: str = "", within: str = "") -> None:
@@ -81,9 +110,9 @@ class Hdf5:
                 and array.size == 1
                 and array.dtype.kind in "OSUiufb"
             ):
-                text = " ".join(f"{within} {key} = {_text(array.ravel()[0])}".split())
                 place = f'attribute "{key}" of "{of}"' if of else f'attribute "{key}"'
-                self.annotations.append(Annotation(place, text, of))
+                for path, text in stated_in(key, _text(array.ravel()[0])):
+                    self.annotations.append(Annotation(place, " ".join(f"{within} {path} = {text}".split()), of))
 
     def _own(self, group: Any, name: str) -> Any:
         """What stands in the file itself: of another one, which may change or be anybody's, no digest is kept."""
@@ -103,21 +132,24 @@ class Hdf5:
         return DataError(self.allowed.where, got, "one file with all that was measured", "Copy it into one file.")
 
     def item(self, item: Any) -> Any:
-        """The same for all else: texts are arrays of codes, lists are arrays of references."""
+        """The same for all else: texts of MATLAB are arrays of codes, and lists arrays of references."""
         self.allowed.take(_ITEM)
         if hasattr(item, "items"):
             return self.group(item)
         said = item.attrs.get("MATLAB_class", b"")
         kind = said.decode() if isinstance(said, bytes) else ""
-        if item.attrs.get("MATLAB_empty", 0):
+        if item.attrs.get("MATLAB_empty", 0) or item.shape is None:
             return None
-        self.allowed.take((item.size or 0) * item.dtype.itemsize)
-        if not self.reads and item.dtype != object:
+        self.allowed.take(item.size * item.dtype.itemsize)
+        holds = _held(item.dtype)
+        if holds == "texts":
+            return self._texts(item)
+        if not self.reads and holds != "references":
             return None
         array = np.asarray(item[()])
         if kind == "char":
             return "".join(map(chr, array.ravel(order="F")))
-        if array.dtype == object:
+        if holds == "references":
             return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
         if array.dtype.names:
             return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
@@ -126,6 +158,26 @@ class Hdf5:
         array = _unpacked(array, item.attrs)
         # MATLAB stores columns first: a matrix comes out transposed.
         return np.squeeze(array.T if kind else array)
+
+    def _texts(self, item: Any) -> Any:
+        """One text, or a list of them; what is longer than any list of names is a column of words, and no numbers."""
+        if item.size > HEADER_DEPTH:
+            self.words.append(item.name.strip("/").replace("/", "."))
+            return None
+        found, texts = item.asstr(errors="replace"), []
+        for place in np.ndindex(item.shape):
+            texts.append(str(found[place]).strip())  # one by one: what they refer to may be the same, and long
+            self.allowed.take(len(texts[-1]))
+        return texts[0] if len(texts) == 1 else texts
+
+
+def _held(dtype: Any) -> str:
+    """What an array holds that are no numbers: texts, or references to other items; else nothing."""
+    import h5py
+
+    if h5py.check_string_dtype(dtype) is not None:
+        return "texts"
+    return "references" if h5py.check_ref_dtype(dtype) is h5py.Reference else ""
 
 
 def _unpacked(array: np.ndarray, said: Any) -> np.ndarray:

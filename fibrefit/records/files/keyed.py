@@ -23,6 +23,10 @@ _PAIR = re.compile(
     r"([^\W\d]{0,4}(?=[\s,;]|$))?"
 )
 
+#: Keys of the name and of the unit of a series.
+_TITLES = ("name", "label", "Name", "Label")
+_UNITS = ("unit", "units", "Unit", "Units", "einheit", "Einheit")
+
 
 def without_keys(text: Text, where: str) -> Text:
     """Text as a table with a heading, where its rows name their values; else as it is.
@@ -116,24 +120,62 @@ def _flat(item: Any) -> dict[str, Any]:
 
 
 def _rows_of(document: Any, where: str) -> list[dict[str, Any]]:
-    """Rows of a document: a list of objects, an object of lists, or the first of either inside it."""
+    """Rows of a document: a list of objects, an object of lists or of series, or the first of these inside it."""
     if isinstance(document, list) and document and all(isinstance(row, dict) for row in document):
-        return [_flat(row) for row in document]
+        lengths = [len(found[2]) if (found := _series("", row)) else 0 for row in document]
+        if min(lengths) <= len(document):
+            return [_flat(row) for row in document]
+        document = {f"{i}": row for i, row in enumerate(document, 1)}  # a channel each, and more values than channels
     if isinstance(document, dict):
-        lists = {key: value for key, value in document.items() if isinstance(value, list) and len(value) > 2}
-        if lists and all(not isinstance(v, dict | list) for value in lists.values() for v in value):
-            size = max(map(len, lists.values()))
-            if any(len(value) != size for value in lists.values()):
-                sizes = ", ".join(f"{key}: {len(value)}" for key, value in list(lists.items())[:6])
-                raise DataError(where, f"lists of different lengths ({sizes})", "one length", "Export it again.")
-            head = _flat({key: value for key, value in document.items() if key not in lists})
-            return [head, *({key: value[i] for key, value in lists.items()} for i in range(size))]
-        inner = [value for value in document.values() if _holds_rows(value)]
-        head = _flat({key: value for key, value in document.items() if not _holds_rows(value)})
-        if len(inner) == 1:
-            return [head, *_rows_of(inner[0], where)]
+        held = {key: value for key, value in document.items() if _holds_rows(value)}
+        lists = {key: value for key, value in held.items() if isinstance(value, list)}
+        series = {key: found for key, value in held.items() if (found := _series(key, value))}
+        alone = len(series) == len(held) and (len(held) > 1 or any(unit for _, unit, _ in series.values()))
+        if (lists and _are_plain(lists)) or alone:
+            return _of_lists(document, lists, series, where)
+        head = _flat({key: value for key, value in document.items() if key not in held})
+        if len(held) == 1:
+            return [head, *_rows_of(next(iter(held.values())), where)]
     do = 'Write one object a row, such as {"time [s]": 0.0, "force [N]": 12.5}.'
     raise DataError(where, "JSON without a table", "a list of objects, or lists of one length by name", do)
+
+
+def _of_lists(
+    document: dict[str, Any], lists: dict[str, list[Any]], series: dict[str, tuple[str, str, list[Any]]], where: str
+) -> list[dict[str, Any]]:
+    """Rows of lists by name and of series, behind what is beside; a series without a unit, and not as long, is none."""
+    columns = dict(lists)
+    said: dict[str, Any] = {}
+    for key, (name, unit, values) in series.items():
+        if not unit and lists and all(len(values) != len(others) for others in lists.values()):
+            continue
+        heading = f"{name} [{unit}]" if unit else name
+        while heading in columns:
+            heading += " "  # called as another one: kept beside it
+        columns[heading] = values
+        said |= {f"{name}.{sub}": v for sub, v in _flat(document[key]).items() if sub not in (*_UNITS, *_TITLES)}
+    size = max(map(len, columns.values()))
+    if any(len(values) != size for values in columns.values()):
+        sizes = ", ".join(f"{key}: {len(value)}" for key, value in list(columns.items())[:6])
+        raise DataError(where, f"lists of different lengths ({sizes})", "one length", "Export it again.")
+    head = _flat({key: value for key, value in document.items() if key not in {*lists, *series}}) | said
+    return [head, *({key: values[i] for key, values in columns.items()} for i in range(size))]
+
+
+def _series(key: str, node: Any) -> tuple[str, str, list[Any]] | None:
+    """Name, unit and values of an object that holds one list of values, as of a channel: empty where it has no unit."""
+    held = [value for value in node.values() if _holds_rows(value)] if isinstance(node, dict) else []
+    if len(held) != 1 or not isinstance(held[0], list) or not _are_plain({"": held[0]}):
+        return None
+    name, unit = (
+        next((" ".join(text.split()) for word in words if isinstance(text := node.get(word), str)), "")
+        for words in (_TITLES, _UNITS)
+    )
+    return name or " ".join(key.split()), unit, held[0]
+
+
+def _are_plain(lists: dict[str, list[Any]]) -> bool:
+    return all(not isinstance(one, dict | list) for values in lists.values() for one in values)
 
 
 def _holds_rows(node: Any) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,12 +13,14 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import damage_as_error, require
-from fibrefit.records.grammar.facts import Facts, find_facts
+from fibrefit.records.files.extras import damage_as_error, json_object, require, stated_in, with_stated_units
+from fibrefit.records.grammar.facts import find_facts
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.worth import contradicted, stated_worth
 
+#: Letters of a property at the beginning of which a rate may stand.
+_LONGEST = 60
 _UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 
 
@@ -47,7 +51,7 @@ def read_parquet(data: bytes, where: str) -> Raw:
         table = parquet.read_table(io.BytesIO(data))
         named = [(field, table.column(i)) for i, field in enumerate(table.schema)]
         columns = [_column(field, values, i + 1) for i, (field, values) in enumerate(named)]
-        facts = _facts(table.schema.metadata or {})
+        facts = find_facts(f"{path} = {text[:_LONGEST]}" for _, path, text in _stated(table.schema.metadata))
     kept = [column for column in columns if column is not None]
     if not kept or table.num_rows < 3:
         raise DataError(where, "no column of at least 3 numbers", "a column for each measured quantity", "")
@@ -56,20 +60,37 @@ def read_parquet(data: bytes, where: str) -> Raw:
     layout = {"format": "Parquet", "rows": table.num_rows}
     annotations = _annotations(table.schema)
     numbers = np.arange(1, table.num_rows + 1)
+    kept = with_stated_units(kept, annotations)
     return Raw(kept, facts, numbers, layout=layout, notes=notes, aside=aside, annotations=annotations)
 
 
 def _annotations(schema: Any) -> list[Annotation]:
-    """What the metadata of the file and of its fields say, but for what programs keep there for themselves."""
-    said = [("", schema.metadata or {}), *((field.name, field.metadata or {}) for field in schema)]
-    return [
+    """What the metadata of the file and of its fields say, but for what programs keep there for themselves.
+
+    What is stated under the name of a column is said of that one: ``{"units": {"force": "N"}}``.
+    """
+    said = [("", schema.metadata), *((field.name, field.metadata) for field in schema)]
+    found = [
         Annotation(
-            f'metadata "{_text(key)}"{of and f" of {of}"}', " ".join(f"{_text(key)} = {_text(value)}".split()), of
+            f'metadata "{key}"{of and f" of {of}"}', " ".join(f"{path} = {text}".split()), of or path.rpartition(".")[2]
         )
         for of, metadata in said
-        for key, value in metadata.items()
-        if not _text(key).startswith(("ARROW", "pandas", "PARQUET"))
+        for key, path, text in _stated(metadata)
     ]
+    return [one if one.of in schema.names else replace(one, of="") for one in found]
+
+
+def _stated(metadata: Mapping[bytes, bytes] | None) -> Iterator[tuple[str, str, str]]:
+    """Key, path and value of what metadata state, what users of Pandas add to its frames among it."""
+    said = {_text(key): _text(value) for key, value in (metadata or {}).items()}
+    own = json_object(said.get("pandas", "")).get("attributes")
+    added = json_object(said.get("PANDAS_ATTRS", "")) or (own if isinstance(own, dict) else {})
+    said |= {key: value if isinstance(value, str) else json.dumps(value) for key, value in added.items()}
+    if added:
+        said.pop("PANDAS_ATTRS", None)
+    for key, value in said.items():
+        if not key.startswith(("ARROW", "pandas", "PARQUET")):
+            yield from ((key, *one) for one in stated_in(key, value))
 
 
 def _text(said: bytes) -> str:
@@ -85,9 +106,7 @@ def _refuse_large(metadata: Any, where: str) -> None:
 
 def _column(field: Any, values: Any, number: int) -> RawColumn | None:
     name, unit = split_heading(field.name)
-    metadata = {
-        key.decode(errors="replace"): value.decode(errors="replace") for key, value in (field.metadata or {}).items()
-    }
+    metadata = {_text(key): _text(value) for key, value in (field.metadata or {}).items()}
     stated = [*(metadata[key] for key in _UNIT_KEYS if metadata.get(key)), unit]
     unit = stated[0]
     array = np.asarray(values.to_numpy())
@@ -105,11 +124,3 @@ def _column(field: Any, values: Any, number: int) -> RawColumn | None:
         return None
     column = binary_column(field.name, name, unit, array)
     return replace(column, number=number, worth=stated_worth(metadata, array), contradicted=contradicted(stated))
-
-
-def _facts(metadata: dict[bytes, bytes]) -> Facts:
-    """Rate from the metadata of the file."""
-    said = [
-        f"{key.decode(errors='replace')} = {value[:60].decode(errors='replace')}" for key, value in metadata.items()
-    ]
-    return find_facts(line for line in said if not line.startswith(("ARROW", "pandas")))

@@ -5,14 +5,15 @@ from __future__ import annotations
 import datetime
 import io
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.files.extras import damage_as_error, require
-from fibrefit.records.thresholds import FEWEST_ROWS
+from fibrefit.records.grammar.phrases import count
+from fibrefit.records.thresholds import FEWEST_ROWS, STRAY_ROWS, STRAY_SHARE
 
 
 def sheet_text(data: bytes, where: str) -> Text:
@@ -33,41 +34,63 @@ def sheet_text(data: bytes, where: str) -> Text:
     Raises
     ------
     DataError
-        If openpyxl is not installed, the file is damaged, or several sheets hold tables.
+        If openpyxl is not installed, the file is damaged, or several sheets hold tables of some length.
     """
     openpyxl = require("openpyxl", "xlsx", where, "a spreadsheet")
     with damage_as_error(where, "the spreadsheet", do="Save it again."), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # styles and extensions it does not know
         book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-        sheets = {sheet.title: _rows(sheet.iter_rows(values_only=True), where) for sheet in book.worksheets}
-    rows_of = {title: sum(_is_row(row) for row in rows) for title, rows in sheets.items()}
-    tables = [title for title, rows in rows_of.items() if rows >= FEWEST_ROWS]
-    if len(tables) > 1:
-        shown = ", ".join(f'"{title}"' for title in tables[:5])
-        raise DataError(where, f"tables on {len(tables)} sheets ({shown})", "one", "Save the one that is meant as CSV.")
-    if not tables:
-        shown = ", ".join(f'"{title}"' for title in list(sheets)[:5])
-        raise DataError(where, f"no rows of numbers on any sheet ({shown})", "a table of measured values", "")
-    notes = (f'Read from the sheet "{tables[0]}".',) if len(sheets) > 1 else ()
-    others = [(title, rows) for title, rows in sheets.items() if title != tables[0]]
+        sheets = {sheet.title: _rows(_all_rows(sheet), where) for sheet in book.worksheets}
+    chosen, notes = _with_table(sheets, where)
+    others = [(title, rows) for title, rows in sheets.items() if title != chosen]
     beside = [
         (f'sheet "{title}", row {i}', "\t".join(filter(None, row)))
         for title, rows in others
         for i, row in enumerate(rows, 1)
         if any(row)
     ]
-    return Text(["\t".join(row) for row in sheets[tables[0]]], "XLSX", True, notes, tuple(beside))
+    return Text(["\t".join(row) for row in sheets[chosen]], "XLSX", True, notes, tuple(beside))
+
+
+def _with_table(sheets: Mapping[str, Sequence[Sequence[str]]], where: str) -> tuple[str, tuple[str, ...]]:
+    """The sheet with the table, and notes; beside a long table a few rows of results are none, as in a text."""
+    rows_of = {title: sum(map(_is_row, rows)) for title, rows in sheets.items()}
+    longest = max(rows_of.values(), default=0)
+    if longest < FEWEST_ROWS:
+        shown = ", ".join(f'"{title}"' for title in list(sheets)[:5])
+        raise DataError(where, f"no rows of numbers on any sheet ({shown})", "a table of measured values", "")
+    few = max(STRAY_ROWS, STRAY_SHARE * longest)
+    tables = [title for title, rows in rows_of.items() if rows > few]
+    if len(tables) > 1:
+        shown = ", ".join(f'"{title}"' for title in tables[:5])
+        raise DataError(where, f"tables on {len(tables)} sheets ({shown})", "one", "Save the one that is meant as CSV.")
+    notes = [f'Read from the sheet "{tables[0]}".'] if len(sheets) > 1 else []
+    stray = [f'"{title}" ({count(rows, "row")})' for title, rows in rows_of.items() if FEWEST_ROWS <= rows <= few]
+    if stray:
+        notes.append(f"Rows of numbers on other sheets are left out: {', '.join(stray[:5])}.")
+    return tables[0], tuple(notes)
+
+
+def _all_rows(sheet: Any) -> Iterable[tuple[Any, ...]]:
+    """Rows as they stand: the size that a sheet declares is a guess of the program that wrote it."""
+    sheet.reset_dimensions()
+    rows: Iterable[tuple[Any, ...]] = sheet.iter_rows(values_only=True)
+    return rows
 
 
 def _rows(values: Iterable[tuple[Any, ...]], where: str) -> list[list[str]]:
-    """Cells of a sheet. One that names a cell far away has all the empty ones before it too."""
-    rows, left = [], allowance.MOST_CELLS
-    for row in values:
-        left -= len(row) + 1
-        if left < 0:
+    """Cells of a sheet, as many in every row. One far away has all the empty ones before it and above it too."""
+    rows, left, width = [], allowance.MOST_CELLS, 0
+    for value in values:
+        left -= len(value) + 1
+        row = [_cell(one) for one in value]
+        while row and not row[-1]:
+            row.pop()
+        rows.append(row)
+        width = max(width, len(row))
+        if left < 0 or width * len(rows) > allowance.MOST_CELLS:
             raise allowance.too_many_cells(where, DataError)
-        rows.append([_cell(value) for value in row])
-    return rows
+    return [row + [""] * (width - len(row)) for row in rows]
 
 
 def _cell(value: Any) -> str:
@@ -79,5 +102,5 @@ def _cell(value: Any) -> str:
     return repr(value) if isinstance(value, float) else " ".join(str(value).split())
 
 
-def _is_row(row: list[str]) -> bool:
-    return sum(cell[:1].isdigit() or cell[:1] in ("-", "+", ".") for cell in row) >= min(2, len(row))
+def _is_row(row: Sequence[str]) -> bool:
+    return any(row) and sum(cell[:1].isdigit() or cell[:1] in ("-", "+", ".") for cell in row) >= min(2, len(row))

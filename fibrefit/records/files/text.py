@@ -272,7 +272,7 @@ def _columns(
         kind = kinds[i] if kinds[i] != "empty" and any(cells) else _kind_of_sparse(cells, rows.dialect.mark)
         place = f'{where}, column "{shown}"'
         if kind == "number" and (stamps := compact_stamps(cells)):
-            kind, cells = "clock", stamps
+            kind, cells = "clock", tuple(stamps)
         if kind == "clock" and has_time(cells):
             columns.append(replace(_clock_column(title, name, cells, place, notes), number=i + 1))
         elif kind == "number":

@@ -43,6 +43,7 @@ from tests.records.exports.numbers.symbols_stamps_and_second_runs import SYMBOLS
 from tests.records.exports.numbers.units_digits_and_clocks import UNITS_DIGITS_AND_CLOCKS
 from tests.records.exports.programs.acquisition_scopes_and_testers import ACQUISITION_SCOPES_AND_TESTERS
 from tests.records.exports.programs.channel_blocks import CHANNEL_BLOCKS
+from tests.records.exports.programs.databases_and_notebooks import DATABASES_AND_NOTEBOOKS
 from tests.records.exports.programs.instruments_and_markup import INSTRUMENTS_AND_MARKUP
 from tests.records.exports.programs.laboratories_and_classrooms import LABORATORIES_AND_CLASSROOMS
 from tests.records.exports.programs.motion_capture_and_controllers import MOTION_CAPTURE_AND_CONTROLLERS
@@ -128,6 +129,7 @@ KINDS: dict[str, list[Export]] = {
     "programs/scopes_companions_and_boards": SCOPES_COMPANIONS_AND_BOARDS,
     "numbers/changes_and_overflows": CHANGES_AND_OVERFLOWS,
     "numbers/symbols_stamps_and_second_runs": SYMBOLS_STAMPS_AND_SECOND_RUNS,
+    "programs/databases_and_notebooks": DATABASES_AND_NOTEBOOKS,
 }
 
 NOT_MET = frozenset(
