@@ -180,6 +180,8 @@ def to_si(unit: str, si: str, where: str = "unit", *, do: str = "", error: type[
     ------
     FibrefitError
         Of class `error`, if `unit` is not known or measures something else than `si` does.
+    ValueError
+        If `si` is no unit of this program.
     """
     found, wanted = _in_base_units(unit), _in_base_units(si)
     if wanted is None:

@@ -77,12 +77,12 @@ class Comparison:
         if one is self.parent or not one.evidence.mode.steps:
             return self.gap
         share = self.shares.get(one.names)
-        return self.search.gap(self.search.plain(one)) if share is None else self.gap * share
+        return self.search.gap_left(one) if share is None else self.gap * share
 
     @cached_property
     def gap(self) -> float:
         """That of the parent."""
-        return self.search.gap(self.search.plain(self.parent))
+        return self.search.gap_left(self.parent)
 
     def gain(self, one: LaplaceFit) -> float:
         """Logarithm of the Bayes factor over the parent."""
@@ -204,14 +204,12 @@ def _worth_following(comparison: Comparison) -> float:
     Without end where an effect was named before and neither gap nor tests of the innovations say that more is missing:
     then none of them is looked at.
     """
-    gain, gap = (
-        comparison.gain(comparison.found[0]) if comparison.found else 0.0,
-        comparison.search.gap(comparison.search.plain(comparison.parent)),
-    )
+    search, parent = comparison.search, comparison.parent
+    gain = comparison.gain(comparison.found[0]) if comparison.found else 0.0
     if gain <= NAMED:
-        noise = comparison.parent.effects and gap <= ENOUGH and not alarms_of(comparison.search, comparison.parent)
+        noise = parent.effects and comparison.gap <= ENOUGH and not alarms_of(search, parent)
         return np.inf if noise else -np.inf
-    if comparison.search.gap(comparison.search.plain(comparison.found[0])) > ENOUGH:
+    if search.gap_left(comparison.found[0]) > ENOUGH:
         return -np.inf
     return PROMISING * gain
 

@@ -13,10 +13,10 @@ from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, check_time, in_time, time_limit
 from fibrefit.discovery.choice import candidates
 from fibrefit.discovery.curves.curves import drawn
-from fibrefit.discovery.curves.free_form import Reading, curve_facts, probe_all
+from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, probe_all
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
-from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
+from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, packed_values, transferred
 from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls, time_for_starts
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
@@ -88,7 +88,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         Of time.
     """
     search, parts = at.search, _Parts(budget, _takes_longer(at.search, at.best, before))
-    alarms, best, law, readings = _left_beside(parts, at, base, before)
+    alarms, best, law, curves = _left_beside(parts, at, base, before)
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, _of_interest(search, best, limits.least)
@@ -96,23 +96,23 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     alarms = alarms if best is wanted else alarms_of(search, best)
     # What is still to be fitted comes last, and no other part takes its time.
     kept_for_law = 0.0 if law is None else before.running + _takes_longer(search, law.fit, before)
-    complete, parts = not alarms and not readings and best is wanted, replace(parts, kept=kept_for_law)
+    complete, parts = not alarms and not curves and best is wanted, replace(parts, kept=kept_for_law)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
     cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at) or at.law)
-    verdict, reason = _of_whole_records(*_verdict(best, alarms, readings, cut, tried), after)
+    verdict, reason = _of_whole_records(*_verdict(best, alarms, curves, cut, tried), after)
     verdict, reason = _after_refusal(verdict, reason, best is not wanted)
     law = None if verdict == "not_trusted" else law
-    known = tried or not cut or bool(readings)
+    known = tried or not cut or bool(curves)
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *small, *(refused or _taken_out(at, found)), *_curve_stays(parts, law, readings)),
+        reason=(*reason, *small, *(refused or _taken_out(at, found)), *_curve_stays(parts, law, curves)),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
-        unexplained=_left_over(search, kept, after, None if complete else readings, law and law.told),
-        looks_like=None if complete or not known else _looks_like(kept, search, after, readings, cut),
+        unexplained=_left_over(search, kept, after, None if complete else curves, law and law.told),
+        looks_like=None if complete or not known else _looks_like(kept, search, after, curves, cut),
         before=before,
         after=after,
         held_out=parts.take("left_out", predicted, ()) if added else (),
@@ -144,14 +144,14 @@ def _with_law(finding: Finding, law: ToldLaw, seed: int, budget: Budget) -> Find
         if fit.supermodel.sensitivities is not None:
             lost = Statement("lost", {"effect": fit.names[-1], "gaps": gaps})
             return replace(finding, proposed_law=None, reason=(*finding.reason, lost))
-        said.append(Statement("fit_in_wrong_minimum", {"gaps": (search.gap(search.plain(fit)), gaps[1])}))
+        said.append(Statement("fit_in_wrong_minimum", {"gaps": (search.gap_left(fit), gaps[1])}))
     told = told_by_fit(told, fit.names[-1], after)
     return replace(finding, after=after, proposed_law=told, reason=(*finding.reason, *said))
 
 
 def _left_beside(
     parts: _Parts, at: Selection, base: LaplaceFit, before: Identification
-) -> tuple[list[Alarm], LaplaceFit, ToldLaw | None, list[Reading]]:
+) -> tuple[list[Alarm], LaplaceFit, ToldLaw | None, list[FittedCurve]]:
     """Tests that object to what was selected, that or what a curve does better, and a law and free curves beside it.
 
     Where a test objects to a law over a state, one over the course of a record may be more probable.
@@ -159,24 +159,24 @@ def _left_beside(
     search, best, law = at.search, at.best, at.law and ToldLaw(at.search, *at.law)
     search.tell("testing the innovations", None)
     alarms, draw = alarms_of(search, best), partial(curves_beyond, search, best, before)
-    readings = parts.take("curves", draw, list[Reading]()) if at.curves is None else list(at.curves)
-    if law is not None or not (alarms or readings):
-        return alarms, best, law, readings
+    curves = parts.take("curves", draw, list[FittedCurve]()) if at.curves is None else list(at.curves)
+    if law is not None or not (alarms or curves):
+        return alarms, best, law, curves
     if best.effects:
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
-        best, readings = instead or (best, readings)
-    if readings:
-        law = parts.take("law", partial(law_for, search, best, before, readings), None)
+        best, curves = instead or (best, curves)
+    if curves:
+        law = parts.take("law", partial(law_for, search, best, before, curves), None)
     if (law is None or alarms_of(law.search, law.fit)) and "law" not in parts.undone:
-        course = parts.take("law", partial(law_over_course, search, best, before, readings), None)
+        course = parts.take("law", partial(law_over_course, search, best, before, curves), None)
         if course is not None and (law is None or course[0].told.summary.evidence > law.told.summary.evidence):
-            law, readings = course
-    return alarms, best, law, readings
+            law, curves = course
+    return alarms, best, law, curves
 
 
-def _curve_stays(parts: _Parts, law: ToldLaw | None, readings: Sequence[Reading]) -> list[Statement]:
+def _curve_stays(parts: _Parts, law: ToldLaw | None, curves: Sequence[FittedCurve]) -> list[Statement]:
     """Said where laws for free curves were fitted and none does better."""
-    return [Statement("curve_stays")] if readings and law is None and "law" not in parts.undone else []
+    return [Statement("curve_stays")] if curves and law is None and "law" not in parts.undone else []
 
 
 def _not_predicted(search: Search, law: ProposedLaw) -> tuple[str, ...]:
@@ -208,7 +208,7 @@ def _fitted(
         if cut or limits.choose is not None or not motion_lost(*gaps):
             return best, after, said
         if best.supermodel.sensitivities is None:
-            followed = search.gap(search.plain(best))
+            followed = search.gap_left(best)
             return best, after, [Statement("fit_in_wrong_minimum", {"gaps": (followed, gaps[1])})]
         said.append(Statement("lost", {"effect": best.names[-1], "gaps": gaps}))
         best = search.inference.without(best, best.effects[:-1])
@@ -229,8 +229,8 @@ def _of_interest(search: Search, best: LaplaceFit, least: float) -> tuple[Laplac
             for effect in best.effects
             if effect.name not in needed
         }
-        whole = search.gap(search.plain(best)) ** 2
-        explained = {effect: search.gap(search.plain(one)) ** 2 - whole for effect, one in lesser.items()}
+        whole = search.gap_left(best) ** 2
+        explained = {effect: search.gap_left(one) ** 2 - whole for effect, one in lesser.items()}
         smallest = min(explained, key=lambda effect: explained[effect], default=None)
         if smallest is None or explained[smallest] >= least**2:
             break
@@ -244,11 +244,11 @@ NOTHING: Verdict = "nothing_missing"
 
 
 def _verdict(
-    best: LaplaceFit, alarms: Sequence[Alarm], readings: Sequence[Reading], cut: bool, tried: bool
+    best: LaplaceFit, alarms: Sequence[Alarm], curves: Sequence[FittedCurve], cut: bool, tried: bool
 ) -> tuple[Verdict, tuple[Statement, ...]]:
     """Verdict and reason; where the time ended early, nothing is only said to be missing of what was tried."""
-    if alarms or readings:
-        gains = [Statement("curve_gains", curve_facts(one) | {"gain": one.gain}) for one in readings[:1]]
+    if alarms or curves:
+        gains = [Statement("curve_gains", curve_facts(one) | {"gain": one.gain}) for one in curves[:1]]
         statements = [alarm.statement for alarm in alarms] or gains
         if cut and not (tried or best.effects):
             return "not_trusted", (Statement("all_untried"), *statements)
@@ -284,15 +284,19 @@ def _after_refusal(
 
 
 def _left_over(
-    search: Search, kept: Hypothesis, after: Identification, readings: Sequence[Reading] | None, law: ProposedLaw | None
+    search: Search,
+    kept: Hypothesis,
+    after: Identification,
+    curves: Sequence[FittedCurve] | None,
+    law: ProposedLaw | None,
 ) -> Unexplained:
-    """What no effect accounts for; `readings` of free curves is None where the model is complete."""
-    if readings is None:
+    """What no effect accounts for; `curves`, the free ones, is None where the model is complete."""
+    if curves is None:
         return Unexplained(gap=total(after.gap) if kept.effects else search.gap(kept))
     return Unexplained(
         gap=total(after.gap),
         where=where.places(after.residual_set),
-        curves=drawn(readings, after, search.samples, law),
+        curves=drawn(curves, after, search.samples, law),
     )
 
 
@@ -308,7 +312,7 @@ def _left_out(at: Selection) -> tuple[str, ...]:
 
 def _outdone(
     search: Search, base: LaplaceFit, best: LaplaceFit, before: Identification
-) -> tuple[LaplaceFit, list[Reading]] | None:
+) -> tuple[LaplaceFit, list[FittedCurve]] | None:
     """The base and its curves, where one of them makes the records more probable than what was named."""
     if best.supermodel.sensitivities is not base.supermodel.sensitivities:
         local = transferred(search.base.supermodel, base.supermodel, base.local, search.base.fit.local)
@@ -317,9 +321,9 @@ def _outdone(
         base = search.inference.again(base)
     # A curve has its gain divided by an overdispersion, the name has not: it takes more to lose a name than to get it.
     named = search.inference.again(best)
-    readings = probe_all(search, base, before, named.log - base.log + NAMED, NAMED)
+    curves = probe_all(search, base, before, named.log - base.log + NAMED, NAMED)
     check_time()
-    return (base, readings) if readings else None
+    return (base, curves) if curves else None
 
 
 def _never_tried(search: Search, best: LaplaceFit) -> list[tuple[str, str]]:
@@ -344,29 +348,29 @@ def _taken_out(at: Selection, best: LaplaceFit) -> list[Statement]:
 
 
 def _looks_like(
-    kept: Hypothesis, search: Search, found: Identification, readings: Sequence[Reading], cut: bool
+    kept: Hypothesis, search: Search, found: Identification, curves: Sequence[FittedCurve], cut: bool
 ) -> Statement:
     """What is left of a fit: an event in time, or the free curve that accounts for most of it.
 
     A search that was `cut` short knows of more than it has tried.
     """
     whole = max(kept.fit.cost - search.samples, 1.0)
-    share = 0.0 if not readings else min((kept.fit.cost - readings[0].hypothesis.fit.cost) / whole, 1.0)
+    share = 0.0 if not curves else min((kept.fit.cost - curves[0].hypothesis.fit.cost) / whole, 1.0)
     if share < TELLS and (event := where.event_of(found.residual_set)):
         return event
-    if not readings:
+    if not curves:
         return Statement("unknown", {"lies": where.most_of(found.residual_set), "cut": cut})
-    return Statement("curve_left", curve_facts(readings[0]) | {"share": max(share, 0.0)})
+    return Statement("curve_left", curve_facts(curves[0]) | {"share": max(share, 0.0)})
 
 
 def _final(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Budget) -> Identification:
     """The fit of what was found, from so many starts about it; without any, and on a drive, it begins where that is."""
-    task, values = search.task_with(best)
-    _, local = own_task_by_record(search.task, search.plain(best))
+    plain = search.plain(best)
+    task, local = own_task_by_record(search.task, plain)
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
-        start=values,
+        start=packed_values(task, local),
         spread=dict.fromkeys(task.spread, NEARBY),
         horizons=task.horizons[:1, -1:],
     )
@@ -374,7 +378,7 @@ def _final(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Bud
     # Values that all records share lose bounces of records that differ: from there nothing is found that a search knew.
     coefficients = {} if coefficients is None and (differ or not starts) else coefficients
     # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
-    near = None if search.gap(search.plain(best)) > TOO_FAR else best.supermodel.sensitivities
+    near = None if search.gap(plain) > TOO_FAR else best.supermodel.sensitivities
     # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.
     whiten = differ or time_for_gls(budget.left, budget.seconds)
     # What one law more would be worth has been looked for.

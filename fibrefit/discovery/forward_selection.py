@@ -15,10 +15,10 @@ from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
 from fibrefit.discovery.choice import Believed, Choose, believed, candidates
 from fibrefit.discovery.comparison import Comparison, comparison_of
-from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.candidates import own_task_by_record
-from fibrefit.discovery.engine.effort import COMPARED, LINEARISED_ANEW, settles
+from fibrefit.discovery.engine.effort import COMPARED, LINEARISED_ANEW, settles, side_search_time
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import (
     APART,
@@ -30,7 +30,7 @@ from fibrefit.discovery.exchange import best_exchange
 from fibrefit.discovery.mistakes import mistaken
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING, best_pair, incomplete, pruned
+from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
@@ -38,7 +38,7 @@ from fibrefit.discovery.search.inputs import coefficients_of, relinearised, resi
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
-from fibrefit.discovery.unnamed import Unnamed, foreseen, nameless, unnamed
+from fibrefit.discovery.unnamed import Unnamed, law_before_effects, law_beside_choice, law_without_choice
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -91,7 +91,7 @@ class Selection:
         Whether the time ended before a round that looks for what else is missing.
     singles : Comparison or None
         The first round: effects one by one.
-    curves : sequence of Reading or None
+    curves : sequence of FittedCurve or None
         What free curves explain beyond the best model; None where they were not drawn on it.
     about : LaplaceFit or None
         Model that readings are linearised about, where inputs have errors.
@@ -112,7 +112,7 @@ class Selection:
     rivals: tuple[Rivals, ...] = ()
     cut_short: bool = False
     singles: Comparison | None = None
-    curves: Sequence[Reading] | None = None
+    curves: Sequence[FittedCurve] | None = None
     about: LaplaceFit | None = None
     paired: bool = False
     law: tuple[LaplaceFit, ProposedLaw] | None = None
@@ -163,10 +163,10 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
     if not at.best.effects and limits.choose is None:
-        mistake, _ = in_time(partial(mistaken, at.search, at.best), None, PAIRING * time_left())
+        mistake, _ = in_time(partial(mistaken, at.search, at.best), None, side_search_time(time_left()))
         if mistake is not None:
             return _settled_there(_grown(at, mistake, mistake.comparison, before, limits)), True
-        law_first, _ = in_time(partial(foreseen, at.search, at.best, before), None)
+        law_first, _ = in_time(partial(law_before_effects, at.search, at.best, before), None)
         if law_first is not None:
             return _ended_by(law_first[0], replace(at, comparison=law_first[1])), False
     what = f"trying each effect, round {len(at.steps) + 1}"
@@ -178,18 +178,18 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     )
     if limits.choose is None:
         try:
-            law = unnamed(*found, single, before)
+            law = law_beside_choice(*found, single, before)
         except OutOfTimeError:
             return replace(at, cut_short=True), False
         if law is not None:
             return _ended_by(law, at), False
     missing = True
     if found.chosen is None and limits.choose is None:
-        unknown: tuple[bool, Sequence[Reading] | None] = True, None
+        unknown: tuple[bool, Sequence[FittedCurve] | None] = True, None
         (missing, curves), _ = in_time(partial(incomplete, found.comparison, before), unknown)
         at = replace(at, curves=curves)
         # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
-        law, came = in_time(partial(nameless, at.search, at.best, before, curves or ()), None)
+        law, came = in_time(partial(law_without_choice, at.search, at.best, before, curves or ()), None)
         at = at.took("law", came)
         if law is not None:
             return _ended_by(law, at), False
@@ -212,7 +212,7 @@ def _near(at: Selection) -> LaplaceFit | None:
     """The first model that lacks little of the best one: slopes are nearly the same there, and its programs known."""
     steps = ((at.singles, sum(at.gained)), (at.comparison, at.gained[-1])) if at.gained else ()
     for before, gain in steps:
-        if before is not None and little_is_missing(at.search.gap(at.search.plain(before.parent)), gain):
+        if before is not None and little_is_missing(at.search.gap_left(before.parent), gain):
             return before.parent
     return None
 
@@ -323,7 +323,7 @@ def _round(comparison: Comparison, before: Identification, chosen: LaplaceFit) -
     parent, search = comparison.parent, comparison.search
     ranking = candidates(comparison)
     added = " + ".join(name for name in chosen.names if name not in parent.names)
-    gaps = search.gap(search.plain(parent)), search.gap(search.plain(chosen))
+    gaps = comparison.gap, search.gap_left(chosen)
     residual_set = before.residual_set if not parent.effects else remaining_residuals(search, parent)
     residuals_with = tuple(residuals_left(search, one) for one in comparison.found[:COMPARED])
     summary = Round(

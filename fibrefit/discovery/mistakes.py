@@ -48,7 +48,7 @@ def mistaken(search: Search, parent: LaplaceFit) -> Believed | None:
     found = [_as_found(search, parent, end) for end in _that_lead(before, met)]
     for i, one in enumerate(found):
         seen, _ = in_time(partial(confirmed, search, parent, one, lead=True), None)
-        if seen is not None and seen.gain > NAMED and slopes_tell(seen.search.gap(seen.search.plain(seen.found))):
+        if seen is not None and seen.gain > NAMED and slopes_tell(seen.search.gap_left(seen.found)):
             return _believed(Comparison(search, parent, tuple(found)), one, seen)
         found[i] = one.with_log(parent.log + (0.0 if seen is None else seen.gain))
     return None

@@ -9,8 +9,8 @@ import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading, probe_all
-from fibrefit.discovery.engine.effort import PROMISING, is_partner
+from fibrefit.discovery.curves.free_form import FittedCurve, probe_all
+from fibrefit.discovery.engine.effort import PROMISING, is_partner, side_search_time
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import NAMED
@@ -20,12 +20,11 @@ from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
 
-PROBING, PAIRING = 0.3, 0.6
-"""Shares of the time left that free curves are given before effects are tried in pairs, and these pairs, or a law of no
-name."""
+PROBING = 0.3
+"""Share of the time left that free curves are given before effects are tried in pairs."""
 
 
-def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> list[Reading]:
+def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> list[FittedCurve]:
     """Free curves that explain more than a model does, best first.
 
     Parameters
@@ -45,7 +44,7 @@ def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> l
     return found
 
 
-def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[Reading] | None]:
+def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[FittedCurve] | None]:
     """Whether something is missing though no effect gains enough, and the free curves, None where no time was left.
 
     Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
@@ -90,7 +89,7 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
         return search.tried(first, [each for each in further if each not in done], "trying effects in pairs", least)
 
     for i, first in enumerate(best):
-        (some, untried), came = in_time(partial(partners, first, likely[:i]), Tried([]), PAIRING * time_left())
+        (some, untried), came = in_time(partial(partners, first, likely[:i]), Tried([]), side_search_time(time_left()))
         all_tried &= came and not untried
         number += len(some)
         found += [one for one in some if one.evidence.mode.steps]

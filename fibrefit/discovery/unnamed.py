@@ -15,23 +15,22 @@ import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
-from fibrefit.discovery.curves.free_form import Reading, proposed_by, proposing
-from fibrefit.discovery.curves.predicted import look_at, predicted_gain
+from fibrefit.discovery.curves.free_form import FittedCurve, proposed_by, proposing
+from fibrefit.discovery.curves.predicted import look_at
 from fibrefit.discovery.curves.probes import COURSES
-from fibrefit.discovery.engine.effort import HARDLY, PROMISING, slopes_tell
+from fibrefit.discovery.engine.effort import HARDLY, PROMISING, side_search_time, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, LIKENESS, NAMED
-from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, proposed
-from fibrefit.discovery.laws.told import described, holding
+from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
+from fibrefit.discovery.laws.told import described, held_law
 from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import PAIRING, pruned
+from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import Confirmation, confirmed, fitted_about
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
-from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS, port_of
 
@@ -47,18 +46,18 @@ class Unnamed(NamedTuple):
     search : Search
     parent : LaplaceFit
         The model without it, in the noise that it leaves.
-    curves : sequence of Reading
+    curves : sequence of FittedCurve
         Free curves on top of the parent, the best first.
     law : (LaplaceFit, ProposedLaw)
     """
 
     search: Search
     parent: LaplaceFit
-    curves: Sequence[Reading]
+    curves: Sequence[FittedCurve]
     law: tuple[LaplaceFit, ProposedLaw]
 
 
-def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tuple[Unnamed, Comparison] | None:
+def law_before_effects(search: Search, parent: LaplaceFit, before: Identification) -> tuple[Unnamed, Comparison] | None:
     """A law of which slopes predict far more than of any effect, and the effects held against it; None for none.
 
     It is sooner composed than all effects are followed. Then those are of which slopes predict more than hardly any
@@ -73,7 +72,7 @@ def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tupl
     before : Identification
         Of it.
     """
-    swift = [effect for effect in search.extensions(parent) if not is_costly(effect)]
+    swift = search.swift_extensions(parent)
     gains = search.predicted_gains(parent, search.inference.slopes(parent), swift, "looking for what slopes promise")
     if not gains:
         return None
@@ -84,7 +83,7 @@ def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tupl
     if may_do_better(most, max(looks.promise, 0.0)):
         return None
     curves = partial(proposed_by, search, parent, looks)
-    found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, PAIRING * time_left())
+    found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, side_search_time(time_left()))
     if found is None:
         return None
     effects = found.search.extensions(found.parent)
@@ -95,13 +94,13 @@ def foreseen(search: Search, parent: LaplaceFit, before: Identification) -> tupl
         return None
     best = max((one for one in tried.found if one.evidence.mode.steps), key=lambda one: one.log, default=found.parent)
     if best.log - found.parent.log > PROMISING * (_worth(found) - found.parent.log):
-        explained, _ = in_time(partial(_second_does_as_well, found, best), False, PAIRING * time_left())
+        explained, _ = in_time(partial(_second_does_as_well, found, best), False, side_search_time(time_left()))
         if explained:
             return None
     return found, Comparison(found.search, found.parent, tuple(tried.found), untried=tried.untried)
 
 
-def unnamed(
+def law_beside_choice(
     comparison: Comparison,
     chosen: LaplaceFit | None,
     seen: Confirmation | None,
@@ -114,7 +113,7 @@ def unnamed(
     ----------
     comparison : Comparison
     chosen : LaplaceFit or None
-        What is to be added; where nothing is, see `nameless`.
+        What is to be added; where nothing is, see `law_without_choice`.
     seen : Confirmation or None
         Of it.
     first : Comparison
@@ -139,16 +138,18 @@ def unnamed(
         job = partial(_law_instead, first, chosen, before, ports)
     else:
         return None
-    found, came = in_time(job, None, PAIRING * time_left())
+    found, came = in_time(job, None, side_search_time(time_left()))
     if predicted and not came:
         raise OutOfTimeError
     if found is not None and len(chosen.effects) == len(found.parent.effects) + 1:
-        explained, _ = in_time(partial(_second_does_as_well, found, chosen), False, PAIRING * time_left())
+        explained, _ = in_time(partial(_second_does_as_well, found, chosen), False, side_search_time(time_left()))
         return None if explained else found
     return found
 
 
-def nameless(search: Search, best: LaplaceFit, before: Identification, curves: Sequence[Reading]) -> Unnamed | None:
+def law_without_choice(
+    search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve]
+) -> Unnamed | None:
     """A law where no further effect gains enough: in the place of one that was named, or beside all; None for none.
 
     An effect whose law is near that of a cause which no catalogue holds leaves next to nothing, and often no test
@@ -162,7 +163,7 @@ def nameless(search: Search, best: LaplaceFit, before: Identification, curves: S
         With all effects that were found.
     before : Identification
         Of the model the search began with.
-    curves : sequence of Reading
+    curves : sequence of FittedCurve
         Free curves that explain more than it does, the best first.
     """
     if not curves:
@@ -174,10 +175,10 @@ def nameless(search: Search, best: LaplaceFit, before: Identification, curves: S
         if port in further and effect.name not in needed:
             rest = tuple(other for other in best.effects if other is not effect)
             job = partial(_law_in_place, search, best, rest, before, port, left)
-            found, _ = in_time(job, None, PAIRING * time_left())
+            found, _ = in_time(job, None, side_search_time(time_left()))
             if found is not None:
                 return found
-    found, _ = in_time(partial(_law_of, search, best, None, curves, left), None, PAIRING * time_left())
+    found, _ = in_time(partial(_law_of, search, best, None, curves, left), None, side_search_time(time_left()))
     return found
 
 
@@ -203,10 +204,10 @@ def _curve_predicts_more(
     curve; where the effect gains nothing like what they predict, that says nothing of it.
     """
     search, parent = comparison.search, comparison.parent
-    if not slopes_tell(search.gap(search.plain(parent))):
+    if not slopes_tell(comparison.gap):
         return False
     gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
-    curve = predicted_gain(search, parent, before) - NAMED - PRICE_OF_LOOKS
+    curve = look_at(search, parent, before, tuple(PORTS)).promise - NAMED - PRICE_OF_LOOKS
     return curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING)
 
 
@@ -225,8 +226,7 @@ def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
     there, known = found.search, found.parent.supermodel.sensitivities
     seen_there = chosen.supermodel.sensitivities is known
     first = there.inference.again(chosen) if seen_there else fitted_about(there, chosen)
-    swift = [effect for effect in found.search.extensions(first) if not is_costly(effect)]
-    return _does_as_well(found, _tried_against(found, first, swift, PROMISING))
+    return _does_as_well(found, _tried_against(found, first, there.swift_extensions(first), PROMISING))
 
 
 def _tried_against(found: Unnamed, first: LaplaceFit, effects: Sequence[type[Effect]], share: float) -> Tried:
@@ -250,7 +250,7 @@ def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> boo
 
     What it leaves may as well be another effect, which the next round finds, or a law in the place of this one then.
     """
-    near = slopes_tell(comparison.search.gap(comparison.search.plain(comparison.parent)))
+    near = slopes_tell(comparison.gap)
     return not near and left > LIKENESS * comparison.gain(chosen)
 
 
@@ -261,7 +261,7 @@ def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirma
     in their place, is looked for after that.
     """
     search, best = (comparison.search, chosen) if seen is None else (seen.search, seen.found)
-    swift = [effect for effect in search.extensions(best) if not is_costly(effect)]
+    swift = search.swift_extensions(best)
 
     def predicted() -> dict[type[Effect], PredictedGain]:
         return search.predicted_gains(best, search.inference.slopes(best), swift, "what is left beside it")
@@ -303,14 +303,13 @@ def _law_about(
 
 
 def _law_of(
-    search: Search, parent: LaplaceFit, chosen: LaplaceFit | None, curves: Sequence[Reading], left: float
+    search: Search, parent: LaplaceFit, chosen: LaplaceFit | None, curves: Sequence[FittedCurve], left: float
 ) -> Unnamed | None:
     """The same of curves that were drawn; where no effect is `chosen`, beside the parent."""
-    proposal = proposed(search, parent, curves) if curves else None
-    held = None if proposal is None else holding(proposal)
-    if proposal is None or held is None:
+    held = held_law(search, parent, curves) if curves else None
+    if held is None:
         return None
-    law, before = held.fit, 0.0
+    law, proposal, before = held.fit, held.proposal, 0.0
     if chosen is not None and proposal.search is not search:
         # Where readings are linearised about a law, an effect is worth no less than it was where it was found.
         before = chosen.log - parent.log
@@ -318,7 +317,7 @@ def _law_of(
     search, parent, others = proposal.search, proposal.parent, () if chosen is None else (chosen,)
     here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
     # What the time does not suffice to compare in better known noise is compared in the noise at hand.
-    there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, PAIRING * time_left())
+    there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, side_search_time(time_left()))
     fitted = next(one for one in there.found if one.names == law.names)
     most = max([there.parent.log + before, *(one.log for one in there.found if one is not fitted)])
     needed = most + left + NAMED
@@ -327,13 +326,13 @@ def _law_of(
     if alarms_of(there.search, fitted):
         # What readings miss that are linearised about another model looks like something left.
         job = partial(_about_itself, there, fitted, needed - there.parent.log)
-        about, _ = in_time(job, None, PAIRING * time_left())
+        about, _ = in_time(job, None, side_search_time(time_left()))
         if about is None:
             return None
         there, fitted = about
     # A law that was found is not lost with the time that this takes.
     whole, look = (there.parent, fitted), partial(_without_needless, there, fitted)
-    (parent, fitted), _ = in_time(look, whole, PAIRING * time_left())
+    (parent, fitted), _ = in_time(look, whole, side_search_time(time_left()))
     told = described(there.search, parent, held._replace(fit=fitted))
     return Unnamed(there.search, parent, curves, (fitted, told))
 

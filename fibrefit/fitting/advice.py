@@ -67,7 +67,7 @@ def advice(
 
 def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> Advice | None:
     menu = problem.model.rig.menu(problem.observations.experiment.conditions)
-    shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
+    shared = problem.layout.shared_places
     if not menu or not shared:
         return None
     before = _relative_errors(normal, shared, values)

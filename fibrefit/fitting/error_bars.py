@@ -41,7 +41,7 @@ def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> Err
 
 def size(problem: Problem, covariance: np.ndarray) -> float:
     """Sum of the logarithms of the shared parameters' variances."""
-    variance = np.diag(covariance)[_shared(problem)]
+    variance = np.diag(covariance)[problem.layout.shared_places]
     # What the data do not see is infinite by every method, and would make them all alike.
     variance = variance[np.isfinite(variance)]
     return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
@@ -60,7 +60,7 @@ def convergence_unit(problem: Problem, bars: ErrorBars) -> float:
 
 def ratio(problem: Problem, errors: np.ndarray, others: np.ndarray) -> float:
     """Median of the shared parameters' standard errors ``(n_free,)`` over others of theirs."""
-    shared = _shared(problem) or list(range(problem.layout.size))
+    shared = problem.layout.shared_places or list(range(problem.layout.size))
     above, below = errors[shared], others[shared]
     seen = np.isfinite(above) & (below > 0.0)
     return float(np.median(above[seen] / below[seen])) if seen.any() else float("nan")
@@ -128,10 +128,6 @@ def _due_to_priors(problem: Problem, values: np.ndarray, covariance: np.ndarray)
     places = [i for i, _ in problem.layout.believed]
     slopes = np.array([belief.slope(float(values[i])) for i, belief in problem.layout.believed])
     return np.sqrt(np.sum((covariance[:, places] * slopes) ** 2, axis=1))
-
-
-def _shared(problem: Problem) -> list[int]:
-    return [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
 
 
 def _held(problem: Problem) -> list[Estimate]:

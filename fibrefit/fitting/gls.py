@@ -299,6 +299,3 @@ def problem_at(task: Task, gls: GlsEstimate) -> Problem:
     """The task's problem with the errors found taken off its inputs."""
     problem = with_steps(task.problem, gls.seen.problem.observations.steps)
     return corrected(problem, input_errors(task), gls.coefficients) if gls.coefficients else problem
-
-
-__all__ = ["GlsEstimate", "cost_with_one_held", "gls_estimate", "problem_at"]

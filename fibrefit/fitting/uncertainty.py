@@ -238,7 +238,7 @@ def _in_windows(scores: Scores, window: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def inverse_root(normal: np.ndarray) -> np.ndarray:
-    """A root L of the inverse of a normal matrix, ``L L' = H^-1``; what the data do not see is left out."""
+    """A root L ``(n, n_seen)`` of the inverse of a normal matrix, ``L L' = H^-1``; what data do not see is left out."""
     if not np.isfinite(normal).all():
         return np.zeros((len(normal), 0))  # where slopes are no numbers nothing is known
     scale = np.sqrt(np.diag(normal))

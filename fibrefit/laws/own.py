@@ -70,7 +70,13 @@ def is_effect(found: object) -> TypeGuard[type[Effect]]:
 
 
 def checked(found: object, name: str) -> type[Effect]:
-    """`found` if it is an effect that a model can hold."""
+    """`found` if it is an effect that a model can hold.
+
+    Raises
+    ------
+    StudyError
+        If it is no effect, or breaks the contract of one: with the first thing that is wrong.
+    """
     where = f'effect "{name}"'
     if not is_effect(found):
         raise StudyError(where, f"{found!r} is no effect", KINDS)

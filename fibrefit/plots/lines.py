@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fibrefit.plots.style import MASKED
+from fibrefit.problem.diagnose.stretches import runs
 
 MOST = 6000
 """Samples beyond which a line is drawn by its extremes: more than a figure has dots across."""
@@ -45,9 +46,8 @@ def mark_masked(axes: Axes, times: np.ndarray, masked: np.ndarray) -> None:
     """Bars along the foot of the axes where samples do not count."""
     if not masked.any():
         return
-    change = np.flatnonzero(np.diff(np.concatenate([[False], masked, [False]])))
     step = float(np.median(np.diff(times)))
-    spans = [(times[a] - 0.5 * step, times[b - 1] - times[a] + step) for a, b in change.reshape(-1, 2)]
+    spans = [(times[a] - 0.5 * step, times[b - 1] - times[a] + step) for a, b in runs(masked)]
     axes.broken_barh(
         spans, (0.0, 0.03), transform=axes.get_xaxis_transform(), facecolor=MASKED, edgecolor=MASKED,
         linewidth=0.8, zorder=4, label=f"masked ({int(masked.sum())})",

@@ -82,7 +82,13 @@ def prior_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str
 
 @in_own_style
 def band_figures(groups: Groups, records: Sequence[str] = ()) -> Figures:
-    """``record <name>``: bands of the model and of new measurements, on what was measured."""
+    """``record <name>``: bands of the model and of new measurements, on what was measured.
+
+    Raises
+    ------
+    UsageError
+        If there is no record of such a name.
+    """
     observed, predicted = groups["observed_data"], groups["posterior_predictive"]
     channels = [name for name in observed if f"{name}_model" in predicted]
     known, figures = _records(groups), Figures()

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import MEASURED, PALE, RESIDUAL, SIMULATED, SMALL, label, legend, stacked_figure, title
+from fibrefit.problem.diagnose.stretches import runs
 
 TALL, LOW, STRIP = 33.0, 17.0, 2.5
 """Heights in mm of readings, residuals and phases: a residual of noise needs half the room, a phase only its shade."""
@@ -131,9 +132,8 @@ def _residual(axes: Axes, channel: Compared) -> None:
 def _phase_strip(axes: Axes, times: np.ndarray, phases: Mapping[str, np.ndarray]) -> None:
     shades = np.linspace(1.0, 0.45, len(phases))
     for (name, inside), shade in zip(phases.items(), shades, strict=True):
-        change = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]))).reshape(-1, 2)
         last = len(times) - 1
-        spans = [(times[a], times[min(b, last)] - times[a]) for a, b in change]
+        spans = [(times[a], times[min(b, last)] - times[a]) for a, b in runs(inside)]
         axes.broken_barh(spans, (0.0, 1.0), facecolor=f"{shade:.3f}", edgecolor="0.3", linewidth=0.3, label=name)
     axes.set_ylim(0.0, 1.0)
     axes.set_yticks([])

@@ -199,7 +199,7 @@ def hausman_of_records(
 
 
 def _kept(evidence: MarginalLikelihood) -> np.ndarray:
-    """Points of the grid that weigh anything, the heaviest first."""
+    """Places in the grid of what weighs anything, in its order; the next heaviest fill up a multiple of `ROWS`."""
     order = np.argsort(-evidence.weight, kind="stable")
     used = int(np.count_nonzero(evidence.weight > LIGHT * evidence.weight.max()))
     return np.sort(order[: -(-used // ROWS) * ROWS])
@@ -260,14 +260,3 @@ def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.n
 @eqx.filter_jit
 def _known(density: LogPosterior, points: jax.Array) -> Conditional:
     return jax.lax.map(density.known_of_deviations, points)
-
-
-__all__ = [
-    "Deviations",
-    "between_of",
-    "gls_deviations",
-    "hausman_of_records",
-    "ols_deviations",
-    "random_effects_of",
-    "records_at",
-]

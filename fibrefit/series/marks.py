@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.problem.diagnose.stretches import runs
 from fibrefit.series.thresholds import HIGH, STEEP_JUMP
 
 
@@ -78,5 +79,4 @@ def jumps(frequencies: np.ndarray, amplitude: np.ndarray) -> tuple[Jump, ...]:
 
 def ranges(frequencies: np.ndarray, flags: np.ndarray) -> tuple[tuple[float, float], ...]:
     """First and last frequency [Hz] of each unbroken range in which `flags` hold, both ``(n_frequency,)``."""
-    edges = np.flatnonzero(np.diff(np.r_[False, flags, False].astype(int)))
-    return tuple((float(frequencies[a]), float(frequencies[b - 1])) for a, b in edges.reshape(-1, 2))
+    return tuple((float(frequencies[a]), float(frequencies[b - 1])) for a, b in runs(flags))

@@ -33,7 +33,7 @@ from fibrefit.study.summaries.summaries import (
     StatisticsSummary,
 )
 from fibrefit.study.summaries.summaries import Gap as GapSummary
-from fibrefit.workflow.pages.drawn_groups import (
+from fibrefit.workflow.groups_in_common import (
     conditions_group,
     motion_group,
     observed_group,

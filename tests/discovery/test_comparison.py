@@ -23,7 +23,7 @@ BASE = Model((), 0.0)
 
 def searched(gap: float = 2.0, **what: Any) -> Any:
     """A search in which every model leaves one gap."""
-    return SimpleNamespace(gap=lambda one: gap, plain=lambda one: one, **what)
+    return SimpleNamespace(gap_left=lambda one: gap, **what)
 
 
 @pytest.mark.parametrize(

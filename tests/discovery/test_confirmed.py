@@ -34,7 +34,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def with_gaps(search: Any, gaps: dict[tuple[str, ...], float] | None = None) -> Any:
     """A search in which hypotheses leave these gaps, by their names; 1 where nothing is said."""
-    told = {"plain": lambda one: one, "gap": lambda one: (gaps or {}).get(one.names, 1.0), "inference": None}
+    told = {"gap_left": lambda one: (gaps or {}).get(one.names, 1.0), "inference": None}
     return SimpleNamespace(**(vars(search) | told))
 
 
@@ -258,9 +258,9 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
         return False, []
 
     monkeypatch.setattr(forward_selection, "incomplete", incomplete)
-    monkeypatch.setattr(forward_selection, "foreseen", lambda *of: None)
-    monkeypatch.setattr(forward_selection, "unnamed", lambda ranked, *of: tested.append(ranked.parent))
-    monkeypatch.setattr(forward_selection, "nameless", lambda *of: None)
+    monkeypatch.setattr(forward_selection, "law_before_effects", lambda *of: None)
+    monkeypatch.setattr(forward_selection, "law_beside_choice", lambda ranked, *of: tested.append(ranked.parent))
+    monkeypatch.setattr(forward_selection, "law_without_choice", lambda *of: None)
     ranked = first_round()
     after, grown = _further(Selection(ranked.search, ranked.parent), SimpleNamespace(), Limits())  # type: ignore[arg-type]
     assert not grown
@@ -286,7 +286,7 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     seen = SimpleNamespace(sensitivities=None if exact else ())
     monkeypatch.setattr(Model, "supermodel", seen, raising=False)
     inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
-    search: Any = SimpleNamespace(inference=inference, plain=lambda one: one, gap=lambda one: 1.01)
+    search: Any = SimpleNamespace(inference=inference, gap_left=lambda one: 1.01)
     best, fit, said = conclusion._fitted(
         search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0), 0.0
     )

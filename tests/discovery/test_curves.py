@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.statement import Statement
-from fibrefit.discovery.curves.free_form import Reading, curve_facts, shape_errors
+from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, shape_errors
 from fibrefit.discovery.curves.probes import FINE_KNOTS, KNOTS, PROBES, FrictionOfPosition, TensionOfRate
 from fibrefit.laws.catalogue import suits
 from fibrefit.laws.law import SensorLaw
@@ -26,13 +26,13 @@ def each(rig: Rig) -> list[Rig]:
 PLACES = np.linspace(-0.02, 0.01, FINE_KNOTS)
 
 
-def reading(heights: np.ndarray) -> Reading:
+def fitted_curve(heights: np.ndarray) -> FittedCurve:
     none = cast(Any, None)
-    return Reading(FrictionOfPosition, PLACES, heights, np.ones(len(heights)), none, 10.0, 10.0, none, none)
+    return FittedCurve(FrictionOfPosition, PLACES, heights, np.ones(len(heights)), none, 10.0, 10.0, none, none)
 
 
 def said_of(heights: np.ndarray) -> str:
-    return discovery_sentence(Statement("curve_gains", curve_facts(reading(heights)) | {"gain": 10.0}))
+    return discovery_sentence(Statement("curve_gains", curve_facts(fitted_curve(heights)) | {"gain": 10.0}))
 
 
 @pytest.mark.parametrize("probe", PROBES)

@@ -45,7 +45,7 @@ def differing(log: float, samples: float = 1e4) -> Any:
 
 def linearised_anew(ends: Sequence[Any], gap: float = 1.0, led: Any = None) -> tuple[int, int, Any]:
     """How often readings are linearised anew and led, and where that ends, if it comes to these one after another."""
-    search: Any = SimpleNamespace(gap=lambda _: gap, plain=lambda one: one)
+    search: Any = SimpleNamespace(gap_left=lambda _: gap)
     with (
         patch.object(inputs, "relinearised", Mock(side_effect=[(search, end) for end in ends])) as relinearised,
         patch.object(inputs, "horizon_by_horizon", Mock(return_value=led and (search, led))) as leads,
@@ -82,6 +82,7 @@ def overshot() -> float:
 
 CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
+    Bracket("MOTION_LOST", effort, lambda x: not effort.motion_lost(1.0, x), 1.05, 1.15),
     Bracket("LED", effort, lambda x: effort.leads_through(100.0 * x, 100.0), 0.45, 0.55),
     Bracket("MET", effort, lambda x: effort.meets_all_bounces(100.0 * x**2, 100), 2.9, 3.1),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
@@ -112,6 +113,7 @@ CASES = (
     ),
     Bracket("IN_SEVERAL", effort, lambda x: not effort.happens_in_several(int(x)), 1.0, 2.0),
     Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 2.5, 1.5),
+    Bracket("SIDE_SEARCH", effort, lambda x: 100.0 * x < effort.side_search_time(100.0), 0.55, 0.65),
     Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
 )
 
@@ -164,7 +166,7 @@ def test_where_a_lead_ends_is_gone_on_from() -> None:
 def test_a_lead_is_taken_where_it_is_more_probable_in_the_end(logs: Sequence[float | None], taken: bool) -> None:
     far, near = SimpleNamespace(far=True), SimpleNamespace(far=False)
     counts = np.arange(1, 1 + len(logs))[:, None]
-    search: Any = SimpleNamespace(gap=lambda _: 1.0, plain=lambda one: one, context=SimpleNamespace(counts=counts))
+    search: Any = SimpleNamespace(gap_left=lambda _: 1.0, context=SimpleNamespace(counts=counts))
     begun = differing(100.0)
     begun.supermodel.sensitivities = near
     ends = [None if log is None else (search, differing(log), False) for log in logs]

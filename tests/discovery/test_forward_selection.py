@@ -187,7 +187,7 @@ def test_slopes_in_a_model_without_the_parent_s_effects_predict_what_those_besid
 ) -> None:
     made = case(coefficient)
     search, first = made.search, with_effect(made, made.base, parent)
-    assert slopes_tell(search.gap(search.plain(made.base)))
+    assert slopes_tell(search.gap_left(made.base))
     slopes, lean = search.inference.slopes(first), search.supermodel_with((effect,))
     near = Elsewhere(lean, transferred(lean, made.base.supermodel, made.base.local), ())
     beside, without = (
@@ -241,7 +241,7 @@ def test_what_is_left_of_what_was_found_is_told_when_the_time_is_over(case: Call
     """An effect that was found is not lost for one simulation."""
     made = case(PLAIN)
     with time_limit(0.0):
-        assert made.search.gap(made.search.plain(made.base)) > 0.0
+        assert made.search.gap_left(made.base) > 0.0
 
 
 def test_an_effect_that_has_become_needless_is_taken_out(case: Callable[..., Case]) -> None:

@@ -17,12 +17,12 @@ from fibrefit.core.roles import HELD
 from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import (
-    Reading,
+    FittedCurve,
     _followed,
     _held,
     probe_all,
 )
-from fibrefit.discovery.curves.predicted import PORTS, WALKS, PromisedCurve, _prepared, look_at
+from fibrefit.discovery.curves.predicted import WALKS, PromisedCurve, _prepared, look_at
 from fibrefit.discovery.curves.probes import (
     PROBES,
     Curve,
@@ -44,6 +44,7 @@ from fibrefit.discovery.search.linearised import About
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.result import Identification
+from fibrefit.laws.ports import PORTS
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
@@ -108,12 +109,12 @@ def measured_of(task: Task, supermodel: Supermodel, local: np.ndarray, seed: int
     return replace(task, problem=replace(task.problem, observations=data._replace(measured=measured)))
 
 
-def probed(task: Task, found: Identification, worth: float) -> tuple[list[Reading], tuple[FreeCurve, ...]]:
+def probed(task: Task, found: Identification, worth: float) -> tuple[list[FittedCurve], tuple[FreeCurve, ...]]:
     search = begun_at(task)
     supermodel, context = search.base.supermodel, search.context
     fit = refit(supermodel, context.subset(()), search.base.fit.local, context.whole)
-    readings = probe_all(search, search.inference.fitted(supermodel, (), fit.local), found, worth)
-    return readings, drawn(readings, found, search.samples)
+    curves = probe_all(search, search.inference.fitted(supermodel, (), fit.local), found, worth)
+    return curves, drawn(curves, found, search.samples)
 
 
 def scores(curve: FreeCurve, heights: np.ndarray) -> np.ndarray:
@@ -130,11 +131,11 @@ def test_a_planted_curve_is_found_within_its_errors(
     # Wrong curves with forty knots take long to fit: a few rivals do.
     monkeypatch.setattr(predicted, "PROBES", (FrictionOfSpeed, TensionOfRate, probe))
     heights = size * np.sin(np.linspace(0.0, 2.0 * np.pi, probe.knots))
-    readings, curves = probed(planted(task, found, probe, heights), found, NAMED)
-    assert readings[0].probe is probe
-    assert [reading.gain for reading in readings] == sorted((reading.gain for reading in readings), reverse=True)
-    assert all(reading.gain > NAMED for reading in readings)
-    best = curves[0]
+    curves, shown = probed(planted(task, found, probe, heights), found, NAMED)
+    assert curves[0].probe is probe
+    assert [curve.gain for curve in curves] == sorted((curve.gain for curve in curves), reverse=True)
+    assert all(curve.gain > NAMED for curve in curves)
+    best = shown[0]
     assert (best.variable, best.says, best.height_unit) == (probe.variable, probe.says, probe.unit)
     off = scores(best, heights)
     assert np.max(np.abs(off)) < SURE
@@ -178,12 +179,12 @@ def test_no_curve_is_worth_anything_where_there_is_nothing(task: Task, found: Id
     nothing = np.zeros(ForceErrorOfForce.knots)
     made = planted(task, found, ForceErrorOfForce, nothing)
     assert probed(made, found, NAMED) == ([], ())
-    readings, curves = probed(made, found, -1e9)
-    assert {reading.probe for reading in readings} == set(PROBES)
-    assert max(reading.gain for reading in readings) < 1.0
-    for curve in curves:
-        assert np.max(np.abs(scores(curve, np.zeros(len(curve.knots))))) < SURE, curve.says
-        assert curve.gap_after == pytest.approx(1.0, abs=NOISE), curve.says
+    curves, shown = probed(made, found, -1e9)
+    assert {curve.probe for curve in curves} == set(PROBES)
+    assert max(curve.gain for curve in curves) < 1.0
+    for one in shown:
+        assert np.max(np.abs(scores(one, np.zeros(len(one.knots))))) < SURE, one.says
+        assert one.gap_after == pytest.approx(1.0, abs=NOISE), one.says
 
 
 def test_slopes_of_the_parent_predict_what_simulated_ones_do(task: Task, found: Identification) -> None:

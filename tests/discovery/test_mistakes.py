@@ -68,7 +68,7 @@ class Bench:
     def confirm(self, search: Any, parent: Any, found: Model, lead: bool) -> Any:
         assert lead
         self.asked += found.names
-        there = SimpleNamespace(plain=lambda one: one, gap=lambda one: self.gaps.get(one.names[0], 1.0))
+        there = SimpleNamespace(gap_left=lambda one: self.gaps.get(one.names[0], 1.0))
         return SimpleNamespace(found=found, gain=self.gains.get(found.names[0], 100.0), search=there)
 
     def rivals(self, found: Any) -> Any:

@@ -70,7 +70,7 @@ def test_it_is_found_though_its_deviation_accounts_for_it(
     odd, search, base = begun
     # What is left is noise: the broad prior of deviations holds that record, too.
     assert base.evidence.mode.sigma.max() > 0.02
-    assert search.gap(search.plain(base)) < 1.1
+    assert search.gap_left(base) < 1.1
     found = {one.names[-1]: one.log - base.log for one in search.tried(base, search.effects, "").found}
     assert found.pop(f"study.other_fibre@{odd}") > 2.0 * NAMED
     assert max(found.values()) < NAMED

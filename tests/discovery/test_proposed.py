@@ -71,11 +71,11 @@ def test_a_planted_law_is_found_however_much_of_it_is_missing(
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
     parent = search.inference.fitted(base, (), fit.local)
-    readings = proposing(search, parent, found, tuple(PORTS))
-    proposal = proposed(search, parent, readings)
+    curves = proposing(search, parent, found, tuple(PORTS))
+    proposal = proposed(search, parent, curves)
     assert proposal is not None
     assert set(taken) == {route}
-    assert search.gap(search.plain(proposal.best)) == pytest.approx(1.0, abs=0.02)
+    assert search.gap_left(proposal.best) == pytest.approx(1.0, abs=0.02)
     held = holding(proposal)
     assert held is not None
     without, with_it = held.left_out
@@ -260,8 +260,8 @@ def test_a_law_that_changes_with_a_second_variable_is_told_with_it(
     base, context = search.base.supermodel, search.context
     fit = refit(base, context.subset(()), search.base.fit.local, context.whole)
     parent = search.inference.fitted(base, (), fit.local)
-    readings = proposing(search, parent, found, tuple(PORTS), (FrictionOfSpeed,))
-    told_of = law_for(search, parent, found, readings)
+    curves = proposing(search, parent, found, tuple(PORTS), (FrictionOfSpeed,))
+    told_of = law_for(search, parent, found, curves)
     assert told_of is not None
     summary = told_of.told.summary
     assert (summary.port, summary.variables) == ("guide.friction", ("speed", second) if second else ("speed",))
@@ -301,7 +301,7 @@ def test_a_more_probable_law_over_the_course_is_looked_for_where_a_test_objects_
     monkeypatch.setattr(conclusion, "law_over_course", lambda *of: (law("course", course), ["course curve"]))
     parts = conclusion._Parts(cast(Any, SimpleNamespace(left=100.0)))
     at = SimpleNamespace(search=SimpleNamespace(tell=quiet), best=best, law=None, curves=["curve"])
-    _, _, found, readings = conclusion._left_beside(parts, cast(Any, at), best, cast(Any, None))
+    _, _, found, curves = conclusion._left_beside(parts, cast(Any, at), best, cast(Any, None))
     assert found is not None
     assert found.fit == told
-    assert readings == (["course curve"] if told == "course" else ["curve"])
+    assert curves == (["course curve"] if told == "course" else ["curve"])

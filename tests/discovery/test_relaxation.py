@@ -33,7 +33,7 @@ def base_with(heights: np.ndarray) -> np.ndarray:
     return np.linalg.solve(own.T @ own + PRIOR * np.eye(BASE), own.T @ left)
 
 
-def reading() -> Any:
+def fitted_curve() -> Any:
     """The posterior of the curve, as a search has it."""
     walk = Heights(tuple(f"c{i}" for i in range(len(KNOTS))), SIZE, WALK)
     precision = SLOPES.T @ SLOPES
@@ -53,7 +53,7 @@ def reading() -> Any:
 def test_a_law_costs_what_it_does_with_base_parameters_refitted(seed: int) -> None:
     """Of two curves the difference, as what both cost alike says nothing."""
     random = np.random.default_rng(seed)
-    quadratic = quadratic_of(reading())
+    quadratic = quadratic_of(fitted_curve())
     costs = []
     for heights in random.standard_normal((2, len(KNOTS))):
         values = np.interp(quadratic.places, KNOTS, heights)
@@ -67,14 +67,14 @@ def test_base_parameters_are_where_they_cost_least_beside_a_law(monkeypatch: pyt
     monkeypatch.setattr(relaxation, "transferred", lambda supermodel, other, local: local)
     heights = RANDOM.standard_normal(len(KNOTS))
     values = np.interp(places_along(KNOTS), KNOTS, heights)
-    found = beside(reading(), values, cast(Any, None))
+    found = beside(fitted_curve(), values, cast(Any, None))
     np.testing.assert_allclose(found[:BASE], base_with(heights), rtol=1e-7)
 
 
 def test_base_parameters_stay_beside_the_curve_itself_and_inside_their_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(relaxation, "local_of", lambda unknowns, place: place.z)
     monkeypatch.setattr(relaxation, "transferred", lambda supermodel, other, local: local)
-    one = reading()
+    one = fitted_curve()
     values = np.interp(places_along(KNOTS), KNOTS, one.heights)
     z = one.fitted.evidence.mean
     np.testing.assert_allclose(beside(one, values, cast(Any, None))[:BASE], z[:BASE], rtol=1e-7)

@@ -135,8 +135,7 @@ def chosen(*gains: tuple[float, int]) -> Any:
 
 def leaves_much(share: float) -> bool:
     """Whether an effect that leaves such a share of its gain may be a likeness, where slopes say nothing of curves."""
-    search = SimpleNamespace(gap=lambda _: 1.5, plain=lambda one: one)
-    ranked: Any = SimpleNamespace(search=search, parent=fitted(0.0), gain=lambda one: one.log)
+    ranked: Any = SimpleNamespace(gap=1.5, gain=lambda one: one.log)
     return unnamed._leaves_much(ranked, fitted(50.0), 50.0 * share)
 
 
@@ -249,8 +248,7 @@ def test_what_was_not_followed_keeps_its_share_of_what_the_best_explained(monkey
 
 def nothing_left(gap: float, objections: int = 0) -> bool:
     """Whether costly effects are left alone beyond an effect that was named, at such a gap."""
-    search = SimpleNamespace(gap=lambda plain: gap, plain=lambda one: one)
-    ranked: Any = SimpleNamespace(found=(), search=search, parent=fitted(0.0, (effect(1),)))
+    ranked: Any = SimpleNamespace(found=(), search=None, gap=gap, parent=fitted(0.0, (effect(1),)))
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(comparison, "alarms_of", lambda search, fitted: [object()] * objections)
         return comparison._worth_following(ranked) == np.inf
@@ -263,14 +261,14 @@ def test_costly_effects_are_looked_at_beyond_a_name_where_a_test_objects() -> No
 
 def an_event(share: float) -> bool:
     """Whether what is left is told as an event where a curve accounts for such a share of it."""
-    kept, reading = (cast(Any, SimpleNamespace(fit=SimpleNamespace(cost=cost))) for cost in (1e3, 1e3 * (1.0 - share)))
+    kept, curve = (cast(Any, SimpleNamespace(fit=SimpleNamespace(cost=cost))) for cost in (1e3, 1e3 * (1.0 - share)))
     step = np.where(SAMPLE >= 1130, 6.0 * np.sin(0.7 * SAMPLE), 0.0)
     found: Any = SimpleNamespace(residual_set=with_gap(noise_alone(0, records=1), step))
     found.problem = found.residual_set.problem
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(conclusion, "curve_facts", lambda reading: {})
-        readings: Any = [SimpleNamespace(hypothesis=reading)]
-        said = conclusion._looks_like(kept, cast(Any, SimpleNamespace(samples=0)), found, readings, False)
+        patched.setattr(conclusion, "curve_facts", lambda curve: {})
+        curves: Any = [SimpleNamespace(hypothesis=curve)]
+        said = conclusion._looks_like(kept, cast(Any, SimpleNamespace(samples=0)), found, curves, False)
     return said.identifier == "event"
 
 

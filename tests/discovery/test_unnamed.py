@@ -19,7 +19,7 @@ from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS, Proposal
 from fibrefit.discovery.laws.told import HeldLaw
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
-from fibrefit.discovery.unnamed import foreseen, unnamed
+from fibrefit.discovery.unnamed import law_before_effects, law_beside_choice
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.ports import PORTS, port_of
 from tests.discovery.test_pairs import Model
@@ -75,7 +75,6 @@ class Bench:
         monkeypatch.setattr(module, "alarms_of", self.alarms)
         monkeypatch.setattr(module, "proposing", self.curves)
         monkeypatch.setattr(module, "proposed_by", lambda search, parent, looks: self.curves(None, None, None, PORTS))
-        monkeypatch.setattr(module, "predicted_gain", lambda search, parent, before: self.predicted)
         monkeypatch.setattr(module, "look_at", self.looked_at)
         self.held_by: dict[str, HeldLaw | None] = {}
         self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
@@ -83,14 +82,12 @@ class Bench:
         self.led = False
         self.needless = list[Any]()
         monkeypatch.setattr(module, "pruned", self.prune)
-        monkeypatch.setattr(module, "proposed", self.propose)
-        monkeypatch.setattr(module, "holding", lambda proposal: self.held_by.get(str(proposal.readings), self.held))
+        monkeypatch.setattr(module, "held_law", self.hold)
         monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
         monkeypatch.setattr(module, "in_same_noise", self.same)
         monkeypatch.setattr(module, "fitted_about", self.about)
         monkeypatch.setattr(module, "confirmed", self.confirm)
         self.about_itself: tuple[float, float] | None = None
-        monkeypatch.setattr(module, "is_costly", lambda effect: False)
         self.second, self.least = 0.0, list[float]()
         self.slopes: dict[Any, float] = {HARDENING: 0.0}
         self.there = self.search()
@@ -111,9 +108,11 @@ class Bench:
         self.ports.append(set(ports))
         return [self.curve]
 
-    def propose(self, search: Any, parent: Any, curves: Sequence[str]) -> Proposal:
-        """Laws of the best curve, compared there or where readings are linearised about the best of them."""
-        return Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]), self.led)
+    def hold(self, search: Any, parent: Any, curves: Sequence[str]) -> HeldLaw | None:
+        """A law of the best curve, compared there or where readings are linearised about the best of such laws."""
+        held = self.held_by.get(str(curves[0]), self.held)
+        proposal = Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]), self.led)
+        return held and held._replace(proposal=proposal)
 
     def prune(self, inference: Any, one: Model) -> Model:
         return replace(one, effects=tuple(effect for effect in one.effects if effect not in self.needless))
@@ -141,13 +140,13 @@ class Bench:
             return {effect: SimpleNamespace(gain=self.slopes[effect]) for effect in effects if effect in self.slopes}
 
         return SimpleNamespace(
-            plain=lambda one: one,
-            gap=lambda one: self.gap,
+            gap_left=lambda one: self.gap,
             tried=self.tried,
             inference=SimpleNamespace(
                 again=lambda one: one, slopes=lambda one: None, without=lambda one, rest: replace(one, effects=rest)
             ),
             extensions=lambda one: list(self.slopes),
+            swift_extensions=lambda one: list(self.slopes),
             predicted_gains=predicted,
         )
 
@@ -158,7 +157,7 @@ class Bench:
     def asked(self, parent: Model, chosen: Model | None, seen: Confirmation | None = None) -> Any:
         comparison = Comparison(self.search(), cast(Any, parent), ())
         base = cast(Any, SimpleNamespace(effects=(), log=0.0, names=(), supermodel=SimpleNamespace(sensitivities=None)))
-        return unnamed(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
+        return law_beside_choice(comparison, cast(Any, chosen), seen, Comparison(cast(Any, None), base, ()), BEFORE)
 
 
 BASE = Model((), 0.0)
@@ -340,7 +339,7 @@ def test_a_law_of_which_slopes_promise_twice_as_much_is_composed_before_effects_
     """And only where that is beyond doubt: of little, the effects are soon asked."""
     bench = Bench(monkeypatch)
     bench.predicted, bench.slopes = curve, {HARDENING: effect, TOE: -4.0}
-    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
     assert (found is not None) is there
     assert bool(bench.ports) is there
 
@@ -359,7 +358,7 @@ def test_curves_over_the_course_of_a_record_are_looked_at_where_something_is_pro
 ) -> None:
     bench = Bench(monkeypatch)
     bench.predicted, bench.over_course, bench.slopes = state, course, {HARDENING: effect}
-    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
     assert bool(bench.courses_looked_at) is looked
     assert (found is not None) is there
 
@@ -374,7 +373,7 @@ def test_effects_that_come_near_a_law_are_asked_before_it_is_told(
     bench = Bench(monkeypatch)
     bench.predicted, bench.second = 500.0, effect
     monkeypatch.setattr(module, "_second_does_as_well", lambda found, best: False)
-    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
     assert (found is not None) is there
     assert bench.least == [pytest.approx(HARDLY * (WORTH - PRICE_OF_LOOKS - NAMED))]
     if found is not None:
@@ -391,7 +390,7 @@ def test_a_further_effect_beside_one_that_does_half_of_a_law_is_asked_before_it_
     bench, beside = Bench(monkeypatch), list[float]()
     monkeypatch.setattr(module, "_second_does_as_well", lambda found, best: (beside.append(best.log), second)[1])
     bench.predicted, bench.second = 500.0, share * (WORTH - PRICE_OF_LOOKS - NAMED)
-    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
     assert (found is None) is (asked and second)
     assert beside == [bench.second] * asked
 
@@ -405,7 +404,7 @@ def test_a_law_is_not_lost_with_the_time_that_effects_against_it_need(monkeypatc
     bench = Bench(monkeypatch)
     bench.predicted = 500.0
     monkeypatch.setattr(bench, "tried", no_time)
-    found = foreseen(bench.search(), cast(Any, BASE), BEFORE)
+    found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
     assert found is not None
     assert found[1].untried == [HARDENING]
 
@@ -442,7 +441,7 @@ def test_a_law_beside_what_was_found_accounts_for_all_that_tests_see_left(
     monkeypatch: pytest.MonkeyPatch, left: float, there: bool
 ) -> None:
     bench = Bench(monkeypatch, base=left)
-    found = module.nameless(cast(Any, Removing), cast(Any, BASE), BEFORE, [drawn("guide")])
+    found = module.law_without_choice(cast(Any, Removing), cast(Any, BASE), BEFORE, [drawn("guide")])
     assert (found is not None) is there
     # Its curves are those at hand.
     assert bench.ports == []
@@ -450,7 +449,7 @@ def test_a_law_beside_what_was_found_accounts_for_all_that_tests_see_left(
 
 def test_a_law_in_the_place_of_a_name_comes_before_one_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch)
-    found = module.nameless(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, [drawn("fibre")])
+    found = module.law_without_choice(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, [drawn("fibre")])
     assert found is not None
     assert bench.ports == [{"fibre"}]
     assert found.parent.names == ()
@@ -530,7 +529,7 @@ class Removing:
 
 def in_place(monkeypatch: pytest.MonkeyPatch, gain: float, effects: Any = (TOE,), **left: float) -> Any:
     bench = Bench(monkeypatch, **left)
-    found = module.nameless(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE, [drawn("fibre")])
+    found = module.law_without_choice(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE, [drawn("fibre")])
     return found if bench.ports else None
 
 
@@ -554,5 +553,5 @@ def test_a_law_in_place_of_a_name_leaves_noise_and_more_than_what_is_left_beside
 
 def test_a_name_that_no_curve_of_its_port_adds_to_is_held_against_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch)
-    module.nameless(cast(Any, Removing), cast(Any, Model((TOE,), WORTH - 20.0)), BEFORE, [drawn("guide")])
+    module.law_without_choice(cast(Any, Removing), cast(Any, Model((TOE,), WORTH - 20.0)), BEFORE, [drawn("guide")])
     assert bench.ports == []

@@ -11,7 +11,7 @@ import pytest
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.study.summaries.prediction import PredictedChannel
 from fibrefit.study.summaries.summaries import ChannelGap
-from fibrefit.workflow.pages.drawn_groups import reading_errors, within_records
+from fibrefit.workflow.groups_in_common import reading_errors, within_records
 from fibrefit.workflow.prediction import predict
 from fibrefit.workflow.prediction.files import _channel
 from fibrefit.workflow.prediction.judge import limit

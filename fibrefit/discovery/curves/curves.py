@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import SI
-from fibrefit.discovery.curves.free_form import Reading, acting, shape_of
+from fibrefit.discovery.curves.free_form import FittedCurve, acting, shape_of
 from fibrefit.discovery.curves.variables import in_motion
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.fitting.result import Identification
@@ -15,13 +15,13 @@ from fibrefit.study.summaries.discovery import FreeCurve
 
 
 def drawn(
-    readings: Sequence[Reading], found: Identification, samples: float, law: ProposedLaw | None = None
+    curves: Sequence[FittedCurve], found: Identification, samples: float, law: ProposedLaw | None = None
 ) -> tuple[FreeCurve, ...]:
     """Fitted probes as curves a person can look at, in the same order.
 
     Parameters
     ----------
-    readings : sequence of Reading
+    curves : sequence of FittedCurve
     found : Identification
         Of the model they were fitted on: its motion tells where the records spend their time.
     samples : float
@@ -30,18 +30,18 @@ def drawn(
         Drawn over the curve that it stands for.
     """
     stays = in_motion(found)
-    curves = [_curve(reading, *stays[reading.probe.variable], samples) for reading in readings]
+    shown = tuple(_drawn(curve, *stays[curve.probe.variable], samples) for curve in curves)
     if law is None:
-        return tuple(curves)
+        return shown
     over = {"law": tuple(law.heights.tolist())}
     return tuple(
-        curve.model_copy(update=over) if reading.probe.name == law.probe else curve
-        for reading, curve in zip(readings, curves, strict=True)
+        one.model_copy(update=over) if curve.probe.name == law.probe else one
+        for curve, one in zip(curves, shown, strict=True)
     )
 
 
-def _curve(reading: Reading, values: np.ndarray, stays: np.ndarray, samples: float) -> FreeCurve:
-    probe, knots, shape = reading.probe, reading.knots, shape_of(reading)
+def _drawn(curve: FittedCurve, values: np.ndarray, stays: np.ndarray, samples: float) -> FreeCurve:
+    probe, knots, shape = curve.probe, curve.knots, shape_of(curve)
     places = np.rint((values - knots[0]) / (knots[1] - knots[0])).astype(int)
     acts = acting(shape)
     return FreeCurve(
@@ -51,9 +51,9 @@ def _curve(reading: Reading, values: np.ndarray, stays: np.ndarray, samples: flo
         height_unit=probe.unit,
         knots=tuple(knots.tolist()),
         heights=tuple(shape.tolist()),
-        std_errors=tuple(reading.errors.tolist()),
+        std_errors=tuple(curve.errors.tolist()),
         seconds=tuple(np.bincount(np.clip(places, 0, len(knots) - 1), stays, len(knots)).tolist()),
         acts=None if acts is None else (float(knots[acts[0]]), float(knots[acts[1]])),
-        gap_after=float(np.sqrt(reading.hypothesis.fit.cost / samples)),
-        cost=reading.hypothesis.fit.cost - 2.0 * reading.gain,
+        gap_after=float(np.sqrt(curve.hypothesis.fit.cost / samples)),
+        cost=curve.hypothesis.fit.cost - 2.0 * curve.gain,
     )

@@ -29,7 +29,7 @@ from fibrefit.laws.ports import PORTS
 
 
 @dataclass(frozen=True)
-class Reading:
+class FittedCurve:
     """A fitted probe.
 
     Parameters
@@ -57,7 +57,7 @@ class Reading:
     walk: Heights
 
     @property
-    def foretold(self) -> bool:
+    def predicted_well(self) -> bool:
         """Whether slopes predicted what it gains, as far as they have to for others to be left: they lead there."""
         return PROMISING * self.predicted <= self.gain and PROMISING * self.gain <= self.predicted
 
@@ -68,7 +68,7 @@ COURSE = 0.3
 
 def probe_all(
     search: Search, parent: LaplaceFit, found: Identification, worth: float, least: float | None = None
-) -> list[Reading]:
+) -> list[FittedCurve]:
     """Probes that explain more than a hypothesis does, best first.
 
     Where one over a state does, those over the course of a record are looked at, too, see `_with_course`.
@@ -88,14 +88,14 @@ def probe_all(
     looks = look_at(search, parent, found, tuple(PORTS))
     worthy = _worthy(search, parent, looks, worth, worth if least is None else least)
     held = _held(worthy, worth + looks.price, partial(_gain_about_itself, search, parent, looks.probes))
-    readings = [_read(search, end, parent.log, looks) for end in held]
-    return _with_course(search, parent, found, readings) if readings else []
+    curves = [_read(search, end, parent.log, looks) for end in held]
+    return _with_course(search, parent, found, curves) if curves else []
 
 
 def proposing(
     search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
     probes: Sequence[type[Curve]] | None = None,
-) -> list[Reading]:  # fmt: skip
+) -> list[FittedCurve]:  # fmt: skip
     """Probes that explain more than a hypothesis does where readings are linearised about that, best first.
 
     They propose laws, which are compared themselves: to linearise readings about a curve takes as long as all curves.
@@ -121,7 +121,7 @@ def proposing(
     return proposed_by(search, parent, looks)
 
 
-def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[Reading]:
+def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[FittedCurve]:
     """Curves that slopes promise and that explain more than their parent, best first, see `proposing`.
 
     Raises
@@ -135,8 +135,8 @@ def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[Readin
 
 
 def _with_course(
-    search: Search, parent: LaplaceFit, found: Identification, readings: Sequence[Reading]
-) -> list[Reading]:
+    search: Search, parent: LaplaceFit, found: Identification, curves: Sequence[FittedCurve]
+) -> list[FittedCurve]:
     """Curves over a state and those over the course of a record of which slopes predict more, the best first.
 
     A rig with the latter takes longer to simulate, so that most are not followed. Where none is, a stiffness that
@@ -144,9 +144,9 @@ def _with_course(
     the other, and no test objects to what that leaves. They are told and propose laws; that something is missing was
     said before, by a curve over a state.
     """
-    best = readings[0].gain
+    best = curves[0].gain
 
-    def over_course() -> list[Reading]:
+    def over_course() -> list[FittedCurve]:
         looks = look_at(search, parent, found, tuple(PORTS), COURSES)
         worthy = _worthy(search, parent, looks, best, best)
         check_time()
@@ -154,10 +154,10 @@ def _with_course(
 
     share = COURSE * time_left()
     if share < longest_compilation():
-        return list(readings)
+        return list(curves)
     # What the time does not suffice for takes nothing from what was drawn.
-    further, _ = in_time(over_course, list[Reading](), share)
-    return sorted((*further, *readings), key=lambda one: -one.gain)
+    further, _ = in_time(over_course, list[FittedCurve](), share)
+    return sorted((*further, *curves), key=lambda one: -one.gain)
 
 
 def _worthy(search: Search, parent: LaplaceFit, looks: Looks, worth: float, least: float) -> list[_End]:
@@ -218,9 +218,9 @@ def _gain_about_itself(search: Search, parent: LaplaceFit, probes: Sequence[type
     return bent.log - lesser.log
 
 
-def curve_facts(reading: Reading) -> dict[str, Any]:
+def curve_facts(curve: FittedCurve) -> dict[str, Any]:
     """What a sentence says of the curve: its range, where it acts and how often it turns."""
-    probe, shape, knots = reading.probe, shape_of(reading), reading.knots
+    probe, shape, knots = curve.probe, shape_of(curve), curve.knots
     acts = acting(shape)
     beyond = acts is not None and acts[1] == len(knots) - 1
     return {
@@ -236,9 +236,9 @@ def curve_facts(reading: Reading) -> dict[str, Any]:
     }
 
 
-def shape_of(reading: Reading) -> np.ndarray:
+def shape_of(curve: FittedCurve) -> np.ndarray:
     """Heights without their median: what is the same everywhere, the model can do without the curve."""
-    return reading.heights - np.median(reading.heights)
+    return curve.heights - np.median(curve.heights)
 
 
 def acting(shape: np.ndarray) -> tuple[int, int] | None:
@@ -293,14 +293,14 @@ def _bent(search: Search, parent: LaplaceFit, one: PromisedCurve) -> LaplaceFit:
     return search.inference.with_curve(parent, one.supermodel, one.start, one.probe, one.curve, one.products())
 
 
-def _read(search: Search, end: _End, before: float, looks: Looks) -> Reading:
+def _read(search: Search, end: _End, before: float, looks: Looks) -> FittedCurve:
     probe, fitted, walk, predicted = end
     shared, n = fitted.shared, len(probe.heights)
     heights = np.array([shared[f"{probe.name}.{height}"] for height in probe.heights])
     errors = shape_errors(probe.size**2 * fitted.evidence.spread[-n:, -n:])
     knots = np.linspace(*looks.ranges[probe.variable], n)
     gain, predicted = fitted.log - before - looks.price, predicted - looks.price
-    return Reading(probe, knots, heights, errors, search.plain(fitted), gain, predicted, fitted, walk)
+    return FittedCurve(probe, knots, heights, errors, search.plain(fitted), gain, predicted, fitted, walk)
 
 
 def shape_errors(spread: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import suits
-from fibrefit.laws.ports import PORTS, port_of
+from fibrefit.laws.ports import port_of
 
 WALKS = (0.03, 0.3)
 """Standard deviations of the difference of neighbouring heights, in units of what is usual: each as probable."""
@@ -56,19 +56,6 @@ class Looks(NamedTuple):
     def price(self) -> float:
         """Nats: which curve it is was not known beforehand, and neither was its roughness."""
         return float(np.log(max(len(self.probes), 1) * len(WALKS)))
-
-
-def predicted_gain(search: Search, parent: LaplaceFit, found: Identification) -> float:
-    """What slopes predict of the best free curve over a state on top of a model, in nats, their number paid for.
-
-    Parameters
-    ----------
-    search : Search
-    parent : LaplaceFit
-    found : Identification
-        Of the model before the search.
-    """
-    return look_at(search, parent, found, tuple(PORTS)).promise
 
 
 def look_at(

@@ -123,7 +123,7 @@ def absent_values(supermodel: Supermodel, records: int) -> np.ndarray:
 def transferred(
     supermodel: Supermodel, source: Supermodel, local: np.ndarray, onto: np.ndarray | None = None
 ) -> np.ndarray:
-    """Values of one supermodel transferred to another; what the first one lacks as in `onto`, or else absent."""
+    """Values ``(n_record, n_local)`` of one supermodel in another; what it lacks as in `onto`, or else absent."""
     values = absent_values(supermodel, len(local)) if onto is None else onto.copy()
     for j, name in enumerate(supermodel.names):
         if name in source.names:
@@ -158,14 +158,19 @@ def own_task(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     hypothesis : Hypothesis
     """
     own, local = own_task_by_record(task, hypothesis)
-    layout = own.problem.layout
-    return own, layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
+    return own, packed_values(own, local)
 
 
 def own_task_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """The same with the values of each record, ``(n_record, n_local)`` in SI units, which may differ."""
     own = supermodel_of(task, hypothesis.effects).task
     return own, transferred(Supermodel(own), hypothesis.supermodel, hypothesis.fit.local)
+
+
+def packed_values(task: Task, local: np.ndarray) -> np.ndarray:
+    """Values ``(n_free,)`` of a task from those of each record, ``(n_record, n_local)``, all in SI units."""
+    layout = task.problem.layout
+    return layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
 
 
 @dataclass(frozen=True)

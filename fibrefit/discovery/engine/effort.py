@@ -1,7 +1,7 @@
 """Every number that says how far a search looks, with its meaning: it costs time or a miss.
 
 What decides between explanations stands in `thresholds`. Of those here the ones that say whether a motion was lost show
-in a verdict, too: `TOO_FAR`, `NEARLY` and `MET`.
+in a verdict, too: `TOO_FAR`, `MOTION_LOST` and `MET`.
 """
 
 from __future__ import annotations
@@ -76,9 +76,14 @@ IN_SEVERAL = 2
 STARTS_NEED = 2.0
 """Time that has to be left for a final fit from starts of its own, over what it is expected to take: one of drops with
 a fibre of mass took 1.8 times that."""
+SIDE_SEARCH = 0.6
+"""Share of the time left that a search beside the rounds may take: for a mistake of the study, for the partners of an
+effect, for a law of no name, and each step of that."""
 GLS_NEEDS = 0.3
 """Share of the time that has to be left for the GLS estimate of a driven rig."""
 
+MOTION_LOST = 1.1
+"""Factor by which more is left, where readings are linearised anew or in a fit, from which a motion was lost."""
 TOO_FAR = 1.4
 """Gap over that of a perfect model from which a model with noisy inputs lacks too much to follow bounces: its readings
 are taken up to the first bounce alone, and what a candidate leaves is twice what noise does."""
@@ -139,7 +144,7 @@ def meets_all_bounces(cost: float, samples: int) -> bool:
 
 def motion_lost(before: float, after: float) -> bool:
     """Whether so much more is left, where readings are linearised anew or in a fit, that a motion was lost there."""
-    return after > NEARLY * before
+    return after > MOTION_LOST * before
 
 
 def in_wrong_minimum(log: float, parent: float) -> bool:
@@ -226,6 +231,11 @@ def time_for_starts(left: float, takes: float) -> bool:
 def time_for_gls(left: float, given: float) -> bool:
     """Whether enough of the time given is left for a GLS estimate, both in s."""
     return left > GLS_NEEDS * given
+
+
+def side_search_time(left: float) -> float:
+    """Time that a search beside the rounds may take of what is left, both in s."""
+    return SIDE_SEARCH * left
 
 
 def may_be_worth(predicted_gain: float, worth: float) -> bool:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.time_limit import in_time, time_left
-from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.engine.candidates import (
     SMALL,
@@ -59,7 +59,7 @@ class Proposal(NamedTuple):
         The model that lacks something.
     ranked : sequence of (LaplaceFit, Composed)
         It with each law, the most probable first.
-    readings : sequence of Reading
+    curves : sequence of FittedCurve
         The curves they were composed from.
     led : bool
         Whether they were led there from before the first bounces, as what is held against them is then.
@@ -68,7 +68,7 @@ class Proposal(NamedTuple):
     search: Search
     parent: LaplaceFit
     ranked: Sequence[tuple[LaplaceFit, Composed]]
-    readings: Sequence[Reading]
+    curves: Sequence[FittedCurve]
     led: bool = False
 
     @property
@@ -83,7 +83,7 @@ class Proposal(NamedTuple):
 
 
 def proposed(
-    search: Search, parent: LaplaceFit, readings: Sequence[Reading], before: Identification | None = None
+    search: Search, parent: LaplaceFit, curves: Sequence[FittedCurve], before: Identification | None = None
 ) -> Proposal | None:
     """The best laws for what a model lacks; None where a free curve does better.
 
@@ -95,12 +95,12 @@ def proposed(
     search : Search
     parent : LaplaceFit
         The model that lacks something.
-    readings : sequence of Reading
+    curves : sequence of FittedCurve
         Free curves on top of it, the best first.
     before : Identification, optional
         Of the model the search began with; without it, laws are of one variable.
     """
-    laws = _composed(search, parent, readings)
+    laws = _composed(search, parent, curves)
     if not laws:
         return None
     effects = [effect_of_law(law) for law in laws]
@@ -109,12 +109,12 @@ def proposed(
     supermodel = supermodel_of(search.task, held, parent.supermodel.sensitivities)
     # Of a law and a curve that are not distinguished the law is taken: it says the same in fewer numbers. The forms
     # that were looked at are paid for where something is said to be there, not once more against the curve.
-    needed = max(readings[0].gain - APART, PRICE_OF_LOOKS + NAMED)
-    ranked = _ranked(search, supermodel, parent, readings, laws, parent.log + needed)
-    here = Proposal(search, parent, ranked, readings)
+    needed = max(curves[0].gain - APART, PRICE_OF_LOOKS + NAMED)
+    ranked = _ranked(search, supermodel, parent, curves, laws, parent.log + needed)
+    here = Proposal(search, parent, ranked, curves)
     found, _ = in_time(partial(_about_the_best, here, needed), here, SECOND_LOOK * time_left())
     if before is not None and found.ranked and (found.gain <= needed or alarms_of(found.search, found.best)):
-        look = partial(with_second_variables, found.search, before, found.parent, found.ranked, readings)
+        look = partial(with_second_variables, found.search, before, found.parent, found.ranked, curves)
         ranked, _ = in_time(look, found.ranked, SECOND_LOOK * time_left())
         found = found._replace(ranked=ranked)
     return found if found.gain > needed else None
@@ -139,22 +139,23 @@ def _about_the_best(found: Proposal, needed: float) -> Proposal:
     there = fit_all([partial(fitted_about, seen.search, end, seen.led) for end, _ in near], lambda done: None)
     others = [(end, law) for end, (_, law) in zip(there, near, strict=True) if end is not None]
     ranked = sorted([(own, law), *others], key=lambda pair: -pair[0].log)
-    return Proposal(seen.search, seen.parent, ranked, found.readings, seen.led)
+    return Proposal(seen.search, seen.parent, ranked, found.curves, seen.led)
 
 
 def _ranked(
-    search: Search, supermodel: Supermodel, parent: LaplaceFit, readings: Sequence[Reading], laws: Sequence[Composed],
+    search: Search, supermodel: Supermodel, parent: LaplaceFit, curves: Sequence[FittedCurve], laws: Sequence[Composed],
     enough: float,
 ) -> Ranked:  # fmt: skip
     """A parent with each law, from where its curve is, or from afar where that is not enough; most probable first.
 
     The gap is that of slow noise as well: though it is large, slopes that foretell what a curve gains lead to its law.
     """
-    near = partial(_near, search, supermodel, parent, {reading.probe: reading for reading in readings})
-    far = partial(_far, search, supermodel, parent, search.plain(parent))
-    little = little_is_missing(search.gap(search.plain(parent)), readings[0].gain)
+    plain = search.plain(parent)
+    near = partial(_near, search, supermodel, parent, {curve.probe: curve for curve in curves})
+    far = partial(_far, search, supermodel, parent, plain)
+    little = little_is_missing(search.gap(plain), curves[0].gain)
     ranked, sources = list[tuple[LaplaceFit, Composed]](), [law.source for law in laws]
-    ways = {"near": near} if little else {"near": near, "far": far} if readings[0].foretold else {"far": far}
+    ways = {"near": near} if little else {"near": near, "far": far} if curves[0].predicted_well else {"far": far}
     for way, follow in ways.items():
         about = sources, way
         jobs = [search.recalled("law", parent, (*about, law.name), partial(follow, law), supermodel) for law in laws]
@@ -167,16 +168,16 @@ def _ranked(
     return sorted(best.values(), key=lambda pair: -pair[0].log)
 
 
-def _composed(search: Search, parent: LaplaceFit, readings: Sequence[Reading]) -> list[Composed]:
+def _composed(search: Search, parent: LaplaceFit, curves: Sequence[FittedCurve]) -> list[Composed]:
     """The laws worth a fit: of each of the best curves the forms that follow it best.
 
     A law says hardly more than its curve: what is far behind the best one leads to none.
     """
     found, taken = [], {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
-    for reading in [one for one in readings[:CURVES] if one.gain > readings[0].gain - FAR_BEHIND]:
-        place = PLACES[reading.probe.name]
-        forms = forms_of(quadratic_of(reading), place.signed)
-        found.append([composed(reading.probe, form, reading.knots, taken) for form in forms[:TRIED]])
+    for curve in [one for one in curves[:CURVES] if one.gain > curves[0].gain - FAR_BEHIND]:
+        place = PLACES[curve.probe.name]
+        forms = forms_of(quadratic_of(curve), place.signed)
+        found.append([composed(curve.probe, form, curve.knots, taken) for form in forms[:TRIED]])
     # The best form of each curve comes before the second of any.
     turns = [law for turn in range(TRIED) for laws in found for law in laws[turn : turn + 1]]
     return turns[:TRIED]
@@ -198,15 +199,15 @@ def _far(search: Search, supermodel: Supermodel, parent: LaplaceFit, plain: Hypo
 
 
 def _near(
-    search: Search, supermodel: Supermodel, parent: LaplaceFit, curves: Mapping[type[Curve], Reading], law: Composed
+    search: Search, supermodel: Supermodel, parent: LaplaceFit, curves: Mapping[type[Curve], FittedCurve], law: Composed
 ) -> LaplaceFit:
     """A parent with a law from where its free curve is, as far as it may be worth more than the parent it contains.
 
     Base parameters that were moved for the curve stay near: with the law alone bounces come at other times.
     """
-    reading = curves[law.probe]
-    effects, there = (*parent.effects, effect_of_law(law)), reading.fitted.evidence.mode
-    start = beside(reading, heights_of(law, places_along(reading.knots)), supermodel)
+    curve = curves[law.probe]
+    effects, there = (*parent.effects, effect_of_law(law)), curve.fitted.evidence.mode
+    start = beside(curve, heights_of(law, places_along(curve.knots)), supermodel)
     for name, value in start_of_law(law).items():
         declared = supermodel.declared[name]
         start[:, supermodel.names.index(name)] = np.clip(value, declared.lower, declared.upper)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.laws.forms import Quadratic
@@ -38,43 +38,43 @@ def nearest_curve(knots: np.ndarray) -> np.ndarray:
     return np.linalg.pinv(np.stack([np.interp(places, knots, one) for one in np.eye(len(knots))], axis=1))
 
 
-def quadratic_of(reading: Reading) -> Quadratic:
+def quadratic_of(curve: FittedCurve) -> Quadratic:
     """What a law in the place of a curve costs by the records alone, base parameters refitted, in twice nats.
 
     Parameters
     ----------
-    reading : Reading
+    curve : FittedCurve
     """
-    n, size, evidence = len(reading.knots), reading.walk.size, reading.fitted.evidence
+    n, size, evidence = len(curve.knots), curve.walk.size, curve.fitted.evidence
     posterior = np.linalg.inv(evidence.spread[-n:, -n:])
     # Of the posterior of the heights, at whose mean precision and pull are in balance, the prior is taken off.
-    seen, directions = np.linalg.eigh(posterior - reading.walk.precision())
+    seen, directions = np.linalg.eigh(posterior - curve.walk.precision())
     kept = seen > UNSEEN * seen[-1]
     pull = directions[:, kept].T @ (posterior @ evidence.mean[-n:])
     root = np.sqrt(seen[kept])
     half = root[:, None] * directions[:, kept].T / size
-    return Quadratic(reading.knots, places_along(reading.knots), half @ nearest_curve(reading.knots), pull / root)
+    return Quadratic(curve.knots, places_along(curve.knots), half @ nearest_curve(curve.knots), pull / root)
 
 
-def beside(reading: Reading, values: np.ndarray, supermodel: Supermodel) -> np.ndarray:
+def beside(curve: FittedCurve, values: np.ndarray, supermodel: Supermodel) -> np.ndarray:
     """Values ``(n_record, n_local)`` in SI units beside a law in the place of a curve, those of the law aside.
 
     Base parameters are where they are most probable given the law, to first order; each record's own stay.
 
     Parameters
     ----------
-    reading : Reading
+    curve : FittedCurve
     values : (n_place,) in SI units
         Of the law, at `places_along` the knots.
     supermodel : Supermodel
         Of the values.
     """
-    found, n = reading.fitted.evidence, len(reading.knots)
+    found, n = curve.fitted.evidence, len(curve.knots)
     spread, place = found.spread, found.mode.place
-    heights = nearest_curve(reading.knots) @ values
-    away = np.linalg.solve(spread[-n:, -n:], heights / reading.walk.size - found.mean[-n:])
+    heights = nearest_curve(curve.knots) @ values
+    away = np.linalg.solve(spread[-n:, -n:], heights / curve.walk.size - found.mean[-n:])
     z = place.z.copy()
     z[:-n] = found.mean[:-n] + spread[:-n, -n:] @ away
     unknowns = found.mode.unknowns
     z = np.clip(z, unknowns.lower, unknowns.upper)
-    return transferred(supermodel, reading.fitted.supermodel, local_of(unknowns, place._replace(z=z)))
+    return transferred(supermodel, curve.fitted.supermodel, local_of(unknowns, place._replace(z=z)))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.time_limit import beyond_limits, in_time
-from fibrefit.discovery.curves.free_form import Reading, proposing
+from fibrefit.discovery.curves.free_form import FittedCurve, proposing
 from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import APART, false_alarm_at_most
@@ -40,7 +40,7 @@ class HeldLaw(NamedTuple):
     left_out : (float, float)
         Normalised residual RMS of records predicted from the others, without it and with it; nan where the time did not
         suffice to predict any, or there is but one.
-    foreseen : float
+    elpd_gain : float
         Log predictive density in nats of records left out, over that without it; nan as before.
     """
 
@@ -48,7 +48,7 @@ class HeldLaw(NamedTuple):
     law: Composed
     proposal: Proposal
     left_out: tuple[float, float] = (np.nan, np.nan)
-    foreseen: float = np.nan
+    elpd_gain: float = np.nan
 
 
 def holding(proposal: Proposal) -> HeldLaw | None:
@@ -62,7 +62,26 @@ def holding(proposal: Proposal) -> HeldLaw | None:
     if len(proposal.search.task.problem.layout.records) == 1:
         return best
     found, came = in_time(partial(_by_left_out, proposal), best)
-    return found if not came or 0.0 < found.foreseen < np.inf else None
+    return found if not came or 0.0 < found.elpd_gain < np.inf else None
+
+
+def held_law(
+    search: Search, best: LaplaceFit, curves: Sequence[FittedCurve], before: Identification | None = None
+) -> HeldLaw | None:
+    """The best law for free curves on top of a model; None where they do better, or it does not hold.
+
+    Parameters
+    ----------
+    search : Search
+    best : LaplaceFit
+        The model that lacks something.
+    curves : sequence of FittedCurve
+        Free curves on top of it, the best first.
+    before : Identification, optional
+        Of the model the search began with; without it, laws are of one variable.
+    """
+    proposal = proposed(search, best, curves, before)
+    return None if proposal is None else holding(proposal)
 
 
 def _by_left_out(proposal: Proposal) -> HeldLaw:
@@ -81,7 +100,7 @@ def _by_left_out(proposal: Proposal) -> HeldLaw:
         HeldLaw(end, law, proposal, (before.gap, with_it.gap), float(np.sum(with_it.elpd - before.elpd)))
         for (end, law), with_it in zip(near, seen, strict=True)
     ]
-    return max(found, key=lambda one: one.foreseen if np.isfinite(one.foreseen) else -np.inf)
+    return max(found, key=lambda one: one.elpd_gain if np.isfinite(one.elpd_gain) else -np.inf)
 
 
 class ToldLaw(NamedTuple):
@@ -97,8 +116,8 @@ class ToldLaw(NamedTuple):
         return self if kept == self.fit.effects else self._replace(fit=self.search.inference.without(self.fit, kept))
 
 
-def law_for(search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]) -> ToldLaw | None:
-    """The best law for free curves on top of a model; None where they do better, or it does not hold.
+def law_for(search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve]) -> ToldLaw | None:
+    """What is told of the best law for free curves, see `held_law`; None where there is none.
 
     Parameters
     ----------
@@ -107,19 +126,18 @@ def law_for(search: Search, best: LaplaceFit, before: Identification, readings: 
         The model that lacks something.
     before : Identification
         Of the model the search began with.
-    readings : sequence of Reading
+    curves : sequence of FittedCurve
         Free curves on top of it, the best first.
     """
-    proposal = proposed(search, best, readings, before)
-    held = None if proposal is None else holding(proposal)
-    if proposal is None or held is None:
+    if (held := held_law(search, best, curves, before)) is None:
         return None
-    return ToldLaw(proposal.search, held.fit, described(proposal.search, proposal.parent, held))
+    there = held.proposal
+    return ToldLaw(there.search, held.fit, described(there.search, there.parent, held))
 
 
 def law_over_course(
-    search: Search, best: LaplaceFit, before: Identification, readings: Sequence[Reading]
-) -> tuple[ToldLaw, list[Reading]] | None:
+    search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve]
+) -> tuple[ToldLaw, list[FittedCurve]] | None:
     """The best law over the course of a record, and its curves, where it gains what the best curve of a state does.
 
     Parameters
@@ -129,14 +147,14 @@ def law_over_course(
         The model that lacks something.
     before : Identification
         Of the model the search began with.
-    readings : sequence of Reading
+    curves : sequence of FittedCurve
         Free curves over states on top of it, the best first.
     """
-    curves = proposing(search, best, before, tuple(PORTS), COURSES)
-    law = law_for(search, best, before, curves) if curves else None
-    if law is None or (readings and law.told.summary.evidence <= readings[0].gain):
+    over_course = proposing(search, best, before, tuple(PORTS), COURSES)
+    law = law_for(search, best, before, over_course) if over_course else None
+    if law is None or (curves and law.told.summary.evidence <= curves[0].gain):
         return None
-    return law, [*curves, *readings]
+    return law, [*over_course, *curves]
 
 
 def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
@@ -151,10 +169,10 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
     held : HeldLaw
         Its fit is that there.
     """
-    fit, law, proposal, (without, with_it), foreseen = held
-    knots = next(one.knots for one in proposal.readings if one.probe is law.probe)
+    fit, law, proposal, (without, with_it), elpd_gain = held
+    knots = next(one.knots for one in proposal.curves if one.probe is law.probe)
     with beyond_limits():
-        gaps = [search.gap(search.plain(one)) for one in (parent, fit)]
+        gaps = [search.gap_left(one) for one in (parent, fit)]
     first = next(end for end, other in proposal.ranked if other is law)
     evidence = fit.log - parent.log - PRICE_OF_LOOKS - price_of_second(law)
     return ProposedLaw(
@@ -176,7 +194,7 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
             gap_after=gaps[1],
             gap_left_out_before=without,
             gap_left_out=with_it,
-            elpd_left_out=foreseen,
+            elpd_left_out=elpd_gain,
             runners_up=tuple(
                 OtherLaw(name=other.name, says=other.says, evidence=end.log - first.log)
                 for end, other in proposal.ranked

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.discovery.curves.free_form import Reading
+from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.curves.variables import in_motion
 from fibrefit.discovery.engine.candidates import fit_all, transferred
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -39,7 +39,7 @@ Ranked = Sequence[tuple[LaplaceFit, Composed]]
 
 
 def with_second_variables(
-    search: Search, before: Identification, parent: LaplaceFit, ranked: Ranked, readings: Sequence[Reading]
+    search: Search, before: Identification, parent: LaplaceFit, ranked: Ranked, curves: Sequence[FittedCurve]
 ) -> Ranked:
     """Laws of one variable, and those of two that gain more than chance over theirs.
 
@@ -52,12 +52,12 @@ def with_second_variables(
         The model that lacks something.
     ranked : sequence of (LaplaceFit, Composed)
         It with laws of one variable. The best one of each curve is looked at, of some curves.
-    readings : sequence of Reading
+    curves : sequence of FittedCurve
         The curves that they stand for.
     """
     search.tell("looking for a second variable of the law", None)
     first = list({law.probe: (fit, law) for fit, law in reversed(ranked)}.values())[::-1][:CHANGED]
-    knots, spans = {one.probe: one.knots for one in readings}, _spans(search, before)
+    knots, spans = {one.probe: one.knots for one in curves}, _spans(search, before)
     taken = {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
     jobs, told = [], []
     for fit, law in first:

@@ -15,7 +15,6 @@ from fibrefit.core.time_limit import beyond_limits
 from fibrefit.discovery.engine.candidates import (
     Hypothesis,
     SearchContext,
-    own_task,
 )
 from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -23,12 +22,13 @@ from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.linearisation import AS_BEGUN, Linearisation
 from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
+from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
 
 @dataclass(frozen=True)
-class SearchBase:
+class SearchState:
     """What all rounds of a search have in common.
 
     Parameters
@@ -105,6 +105,10 @@ class SearchBase:
             cost = float(fitted.supermodel.costs(fitted.local, self.context.whole).sum())
         return Hypothesis(fitted.effects, Refit(fitted.local, cost), fitted.supermodel)
 
+    def gap_left(self, fitted: LaplaceFit) -> float:
+        """RMS of what a fit leaves over that of the noise, linearised in nothing: simulated."""
+        return self.gap(self.plain(fitted))
+
     def shares_a_program(self, effect: type[Effect]) -> bool:
         """Whether one program holds it beside any other effects; with noisy inputs each round has its own."""
         return is_quick(effect) and self.base.supermodel.sensitivities is None
@@ -157,6 +161,6 @@ class SearchBase:
             and effect.name not in excluded
         )
 
-    def task_with(self, fitted: LaplaceFit) -> tuple[Task, np.ndarray]:
-        """Task of a model with the effects of a hypothesis and no others, and its values ``(n_free,)`` in SI units."""
-        return own_task(self.task, self.plain(fitted))
+    def swift_extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
+        """Effects that may be added to a hypothesis and are not tried last, see `is_costly`."""
+        return tuple(effect for effect in self.extensions(parent) if not is_costly(effect))

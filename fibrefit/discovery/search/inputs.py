@@ -151,10 +151,10 @@ def _relinearised(
     # What records differed by at other values says nothing at these.
     differ = (None, None) if about.led else (old.sigma, old.place.eta)
     found = anew.inference.fitted(about.supermodel, fitted.effects, about.local, *differ)
-    before = search.gap(search.plain(fitted))
+    before = search.gap_left(fitted)
     # Of what comes before the first bounces errors of the inputs may take more than noise leaves of all; what is left
     # up to one horizon says nothing of the next.
-    if counts is None and motion_lost(max(before, 1.0) if about.led else before, anew.gap(anew.plain(found))):
+    if counts is None and motion_lost(max(before, 1.0) if about.led else before, anew.gap_left(found)):
         return None
     return anew, found, about.led
 
@@ -181,11 +181,11 @@ def _until_it_gains_no_more(search: Search, fitted: LaplaceFit) -> tuple[Search,
         gained, (search, fitted) = _per_noise(anew[1]) - _per_noise(fitted), anew
         if gained <= NAMED:
             break
-        near = slopes_tell(search.gap(search.plain(fitted)))
+        near = slopes_tell(search.gap_left(fitted))
         if not led and (turn or not near):
             ahead, came = in_time(partial(horizon_by_horizon, search, fitted), None)
             led, (search, fitted) = True, ahead or (search, fitted)
-            near = slopes_tell(search.gap(search.plain(fitted)))
+            near = slopes_tell(search.gap_left(fitted))
         # What a model lacks makes records differ, too, and then their values come to no rest.
         if not (near and came):
             break
@@ -205,7 +205,7 @@ def horizon_by_horizon(search: Search, fitted: LaplaceFit) -> tuple[Search, Lapl
     linearised anew for each. None where that leads to no better place, or bounces are out of reach.
     """
     known = fitted.supermodel.sensitivities
-    if known is None or known.far or search.gap(search.plain(fitted)) > TOO_FAR:
+    if known is None or known.far or search.gap_left(fitted) > TOO_FAR:
         return None
     ahead = search, fitted
     for counts in search.context.counts:

@@ -100,6 +100,11 @@ def linearised_once(
     fitted : LaplaceFit
     job : callable
         Search and hypothesis with readings linearised about another place; and whether that came in time.
+
+    Raises
+    ------
+    OutOfTimeError
+        If it did not.
     """
     ends = list[tuple[Search, LaplaceFit]]()
     begun = replace(search, linearisation=AS_BEGUN)

@@ -11,7 +11,7 @@ from fibrefit.discovery.engine.effort import in_wrong_minimum, is_searched_widel
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGains
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.search.base import SearchBase
+from fibrefit.discovery.search.base import SearchState
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.starts import has_valleys, starting_values
 
@@ -20,7 +20,7 @@ SCREENING_SHARE = 0.7
 
 
 def from_plain_squares(
-    search: SearchBase, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
+    search: SearchState, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str
 ) -> list[LaplaceFit]:
     """A parent with each effect, from where plain squares led: in full those that are promising there."""
     ends = sorted(_in_plain_squares(search, plain, predictions, what), key=lambda end: end.fit.cost)
@@ -41,7 +41,7 @@ def from_plain_squares(
 
 
 def _fitted(
-    search: SearchBase, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool
+    search: SearchState, parent: LaplaceFit, predictions: PredictedGains, end: Hypothesis, near: bool
 ) -> LaplaceFit:
     """A parent with an effect: from where plain squares led, or where that is no good, from where it is weak."""
     lead = search.inference.fitted if near else partial(search.inference.without_descent, parent=parent)
@@ -59,7 +59,7 @@ def _fitted(
 
 
 def _in_plain_squares(
-    search: SearchBase, plain: Hypothesis, predictions: PredictedGains, what: str
+    search: SearchState, plain: Hypothesis, predictions: PredictedGains, what: str
 ) -> list[Hypothesis]:
     """Each effect on top of a hypothesis, where plain squares over growing horizons lead."""
     begun = {

@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.screening import PredictedGain, PredictedGains
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
-from fibrefit.discovery.search.base import SearchBase
+from fibrefit.discovery.search.base import SearchState
 from fibrefit.discovery.search.plain_squares import from_plain_squares
 from fibrefit.discovery.search.recurring import may_recur, predicted_recurrence
 from fibrefit.discovery.search.screen import Elsewhere, Screen
@@ -54,7 +54,7 @@ class Tried(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Search(SearchBase):
+class Search(SearchState):
     """A search that tries effects by what their slopes predict."""
 
     def _screen(

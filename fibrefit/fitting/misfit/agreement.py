@@ -32,7 +32,7 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores) -> Check
     One step of each record from the values of all: ``d_r = H_r^-1 g_r``, with errors by Newey and West. Their weighted
     scatter over its degrees of freedom follows F; the errors themselves are known from 1 / `MEMORY` independent parts.
     """
-    shared = [i for i, (_, record) in enumerate(problem.layout.entries) if record is None]
+    shared = problem.layout.shared_places
     if len(scores.columns) < 2 or not shared:
         return None
     steps, errors = _steps(scores)

@@ -128,7 +128,7 @@ def _contacts(task: Task) -> list[_Contact]:
             continue
         loads = derivative(force, trace.times, SMOOTHED_LOAD, 0)
         margin = round(0.5 * SMOOTHED_LOAD / trace.step)
-        for start, end in runs(loads > CARRIES_LOAD * np.nanmax(loads)):
+        for start, end in runs(loads > CARRIES_LOAD * np.nanmax(loads)).tolist():
             samples = np.arange(start - margin, end + margin)
             if samples[0] < 0 or samples[-1] >= n:
                 continue  # it has no flight on one side: the weight may hang there, held by the guide as well

@@ -130,7 +130,7 @@ def _flights(trace: Trace, record: int, position: np.ndarray, free: np.ndarray) 
 
 def _stretches(free: np.ndarray) -> list[tuple[int, int]]:
     """First sample of each flight and the one after its last, without its ends."""
-    cut = [(start, end, round(EDGE * (end - start))) for start, end in runs(free)]
+    cut = [(start, end, round(EDGE * (end - start))) for start, end in runs(free).tolist()]
     return [(start + off, end - off) for start, end, off in cut if end - start - 2 * off >= SHORTEST_FLIGHT]
 
 

@@ -6,7 +6,7 @@ shapes whose sizes all stretches share, and of a polynomial of the stretch's own
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -74,10 +74,9 @@ def without_polynomial(table: np.ndarray, time: np.ndarray, seen: np.ndarray, de
     return table[seen] - own @ (own.T @ table[seen])
 
 
-def runs(there: np.ndarray) -> Iterator[tuple[int, int]]:
-    """First sample of each run of true ones ``(n_sample,)``, and the one after its last."""
-    edges = np.diff(there.astype(int), prepend=0, append=0)
-    yield from zip(np.flatnonzero(edges > 0).tolist(), np.flatnonzero(edges < 0).tolist(), strict=True)
+def runs(flags: np.ndarray) -> np.ndarray:
+    """Runs of true flags ``(n,)``: first place of each, and the one after its last, ``(n_run, 2)``."""
+    return np.flatnonzero(np.diff(np.asarray(flags, dtype=np.int8), prepend=0, append=0)).reshape(-1, 2)
 
 
 def measured_positions(task: Task, record: int) -> np.ndarray:

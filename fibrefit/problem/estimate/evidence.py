@@ -6,9 +6,9 @@ At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the m
 of the priors, and Q what was found there, not what slopes predict beyond; ``Z`` is the mean of that over a grid of the
 standard deviations between records. With probability one half records agree in all parameters. What makes them differ
 in one hardly leaves the others alone: each standard deviation is else zero with a probability of one in ten, or
-anything up to eight percent, uniform to one percent and log-uniform beyond: a prior that is log-uniform throughout lets
-few records that happen to agree say that all would. All points of the grid share the slopes found at the mode: that is
-algebra on small matrices.
+anything up to eight percent (six where many parameters may differ), uniform to one percent and log-uniform beyond: a
+prior that is log-uniform throughout lets few records that happen to agree say that all would. All points of the grid
+share the slopes found at the mode: that is algebra on small matrices.
 
 Source
 ------
@@ -26,7 +26,7 @@ import numpy as np
 from fibrefit.problem.estimate.gauss_newton import EVERYTHING, MODE_TOLERANCE, Effort, mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns, own_precision
-from fibrefit.problem.estimate.schur import eliminated, solved
+from fibrefit.problem.estimate.schur import eliminated, inverses, log_determinant, solved
 from fibrefit.problem.statement.arrays import RAN_AWAY
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
@@ -76,17 +76,17 @@ class MarginalLikelihood:
 
     @property
     def mean(self) -> np.ndarray:
-        """Shared coordinates, the mean over all standard deviations."""
+        """Shared coordinates ``(n_shared,)``, the mean over all standard deviations."""
         return self.weight @ self.z
 
     @property
     def spread(self) -> np.ndarray:
-        """Covariance of the shared coordinates, what is not known of the standard deviations included."""
+        """Covariance ``(n_shared,) * 2`` of shared coordinates, what is not known of standard deviations included."""
         away = self.z - self.mean
         return np.einsum("g,gij->ij", self.weight, self.covariance) + np.einsum("g,gi,gj->ij", self.weight, away, away)
 
     def log_if(self, sigma: np.ndarray) -> float:
-        """Logarithm of the marginal likelihood at one point of the grid, its probability beforehand included."""
+        """Logarithm of the marginal likelihood at a point ``(n_scattering,)`` of the grid, its prior included."""
         return float(self.logs[np.all(self.grid == sigma, axis=1)][0])
 
     def agree(self, index: int) -> float:
@@ -94,7 +94,7 @@ class MarginalLikelihood:
         return float(self.weight[self.grid[:, index] == 0.0].sum())
 
     def levels(self, index: int) -> tuple[np.ndarray, np.ndarray]:
-        """Standard deviations of one parameter between records, and their probabilities."""
+        """Standard deviations ``(n_level,)`` of one parameter between records, and their probabilities."""
         levels = np.unique(self.grid[:, index])
         return levels, np.array([self.weight[self.grid[:, index] == level].sum() for level in levels])
 
@@ -183,17 +183,17 @@ def laplace(found: PosteriorMode) -> MarginalLikelihood:
     precision = own_precision(unknowns, grid)
     blocks = normal.blocks + (precision[:, :, None] * np.eye(precision.shape[1]))[:, None]
     schur, right = eliminated(shared, normal.cross, blocks, pull, pulls)
-    inverse = _inverse(schur)
+    inverse = inverses(schur)
     dz = -np.einsum("gij,gj->gi", inverse, right)
     lowest = (
         cost
         + np.einsum("gi,gi->g", right, dz)
         - np.einsum("ri,gri->g", pulls, solved(blocks, np.broadcast_to(pulls, blocks.shape[:-1])[..., None])[..., 0])
     )
-    log = -0.5 * (lowest + found.unmet) - 0.5 * (_log_det(schur) + _log_det(blocks).sum(axis=-1))
+    log = -0.5 * (lowest + found.unmet) - 0.5 * (log_determinant(schur) + log_determinant(blocks).sum(axis=-1))
     log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
     inside = kept_inside(unknowns, place.z + dz, inverse)
-    log = log + 0.5 * float(_log_det(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
+    log = log + 0.5 * float(log_determinant(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
     return _over_grid(found, grid, log + prior, inside, inverse)
 
 
@@ -273,16 +273,3 @@ def grid_of(number: int) -> tuple[np.ndarray, np.ndarray]:
     share = np.prod([weight[np.searchsorted(levels, column)] for column in grid.T], axis=0)
     alike = np.all(grid == 0.0, axis=1)
     return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE**number)))
-
-
-def _log_det(matrices: np.ndarray) -> np.ndarray:
-    if not matrices.shape[-1]:
-        return np.zeros(matrices.shape[:-2])
-    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
-    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    inside = matrices / (scale[..., :, None] * scale[..., None, :])
-    return np.linalg.slogdet(inside + 1e-14 * np.eye(inside.shape[-1]))[1] + 2.0 * np.log(scale).sum(axis=-1)
-
-
-def _inverse(matrices: np.ndarray) -> np.ndarray:
-    return solved(matrices, np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape))

@@ -211,18 +211,24 @@ def place_of(unknowns: Unknowns, local: np.ndarray, eta: np.ndarray | None = Non
     return Place(middle, local[:, unknowns.each] / unknowns.size, found, local.copy())
 
 
+def shared_coordinates(unknowns: Unknowns, place: Place) -> np.ndarray:
+    """Coordinates ``(n_record, n_shared)`` of shared values in each record, its deviations among them."""
+    z = np.repeat(place.z[None], len(place.eta), axis=0)
+    z[:, unknowns.scattering] += place.eta
+    return z
+
+
 def local_of(unknowns: Unknowns, place: Place) -> np.ndarray:
     """Values of each record, ``(n_record, n_local)`` in SI units."""
     local = place.rest.copy()
     local[:, unknowns.each] = place.own * unknowns.size
-    z = np.repeat(place.z[None], len(local), axis=0)
-    z[:, unknowns.scattering] += place.eta
+    z = shared_coordinates(unknowns, place)
     local[:, unknowns.shared] = unknowns.value(z)
     return local
 
 
 def penalty(unknowns: Unknowns, place: Place, sigma: np.ndarray) -> float:
-    """What the priors add to the sum of squares."""
+    """What the priors add to the sum of squares, under standard deviations between records ``(n_scattering,)``."""
     deviation, away = place.eta / np.maximum(sigma, RIGID), place.z - unknowns.mean
     return float(np.sum(deviation**2) + away @ unknowns.precision @ away)
 
@@ -243,8 +249,7 @@ def local_grams(
         Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
     """
     local = local_of(unknowns, place)
-    z = np.repeat(place.z[None], len(local), axis=0)
-    z[:, unknowns.scattering] += place.eta
+    z = shared_coordinates(unknowns, place)
     shared = np.where(unknowns.log, DIFFERENCE_STEP, DIFFERENCE_STEP * np.maximum(np.abs(place.z), STEADY_SIZE))
     steps = np.repeat(shared[None], len(local), axis=0)
     own = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE)
@@ -258,7 +263,7 @@ def local_grams(
 
 
 def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
-    """Products of slopes sorted into what is shared and what belongs to each record."""
+    """Products of slopes ``(n_record, n_column + 1, n_column + 1)`` sorted into shared ones and each record's own."""
     n, mine, held = len(unknowns.shared), unknowns.own, held_places(unknowns)
     pulls = np.where(held, 0.0, grams[:, mine, -1])
     blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), grams[:, mine[:, None], mine])

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.normal_equations import held_places, own_precision
-from fibrefit.problem.estimate.schur import solved
+from fibrefit.problem.estimate.normal_equations import held_places, own_precision, shared_coordinates
+from fibrefit.problem.estimate.schur import inverses
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 INSIDE_95 = (0.025, 0.975)
@@ -83,7 +83,7 @@ def covariance_of_all(evidence: MarginalLikelihood) -> np.ndarray:
         weight, evidence.grid[kept], evidence.z[kept], evidence.covariance[kept], strict=True
     ):
         blocks = normal.blocks + np.diag(own_precision(unknowns, sigma))
-        inverse = solved(blocks, np.broadcast_to(np.eye(blocks.shape[-1]), blocks.shape))[:, :each]
+        inverse = inverses(blocks)[:, :each]
         own = inverse[:, :, :each]
         # How a record's best own values move with the shared ones.
         follow = -np.einsum("rij,rkj->rik", inverse, normal.cross).reshape(records * each, n)
@@ -111,26 +111,22 @@ def roots_of_posterior(evidence: MarginalLikelihood) -> np.ndarray:
     unknowns, normal, place = mode.unknowns, mode.normal, mode.place
     n, each, deviating = len(unknowns.shared), len(unknowns.each), len(unknowns.scattering)
     blocks = normal.blocks + np.diag(own_precision(unknowns, evidence.grid[best]))
-    inverse = solved(blocks, np.broadcast_to(np.eye(blocks.shape[-1]), blocks.shape))
+    inverse = inverses(blocks)
     inverse[held_places(unknowns)] = 0.0
     onto = np.zeros((n + each, each + deviating))
     onto[unknowns.own, np.arange(each + deviating)] = 1.0
     # A record's own values follow the shared ones, and are off by themselves.
     follow = np.eye(n + each, n) - onto @ inverse @ np.swapaxes(normal.cross, 1, 2)
-    roots = np.concatenate([follow @ root_of(evidence.covariance[best]), onto @ root_of(inverse)], axis=-1)
-    z = np.repeat(place.z[None], len(blocks), axis=0)
-    z[:, unknowns.scattering] += place.eta
+    roots = np.concatenate([follow @ _root_of(evidence.covariance[best]), onto @ _root_of(inverse)], axis=-1)
+    z = shared_coordinates(unknowns, place)
     unit = np.concatenate([unknowns.slope(z), np.broadcast_to(unknowns.size, (len(blocks), each))], axis=1)
     return roots * unit[:, :, None]
 
 
-def root_of(covariance: np.ndarray) -> np.ndarray:
+def _root_of(covariance: np.ndarray) -> np.ndarray:
     """Square roots of covariance matrices ``(..., n, n)``; of one that is none, as where a motion is lost, nothing."""
     covariance = np.where(np.isfinite(covariance).all(axis=(-2, -1), keepdims=True), covariance, 0.0)
     scale = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), 0.0))
     unit = np.where(scale > 0.0, scale, 1.0)
     value, vector = np.linalg.eigh(covariance / (unit[..., :, None] * unit[..., None, :]))
     return unit[..., None] * vector * np.sqrt(np.maximum(value, 0.0))[..., None, :]
-
-
-__all__ = ["INSIDE_95", "between", "covariance_of_all", "mixture_quantile", "quantiles", "roots_of_posterior"]

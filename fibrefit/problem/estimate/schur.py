@@ -33,8 +33,31 @@ def eliminated(
     return shared - whole[..., :-1], pull - whole[..., -1]
 
 
+def log_determinant(matrices: np.ndarray) -> np.ndarray:
+    """Logarithms of the determinants of symmetric matrices ``(..., n, n)`` whose rows may have any units."""
+    if not matrices.shape[-1]:
+        return np.zeros(matrices.shape[:-2])
+    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
+    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    inside = matrices / (scale[..., :, None] * scale[..., None, :])
+    return np.linalg.slogdet(inside + 1e-14 * np.eye(inside.shape[-1]))[1] + 2.0 * np.log(scale).sum(axis=-1)
+
+
+def inverses(matrices: np.ndarray) -> np.ndarray:
+    """Inverses of symmetric matrices ``(..., n, n)`` whose rows may have any units; zero where there is nothing."""
+    return solved(matrices, np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape))
+
+
 def solved(blocks: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solutions of symmetric systems whose rows may have any units; zero where there is nothing."""
+    """Solutions ``(..., n, m)`` of symmetric systems ``(..., n, n)`` whose rows may have any units.
+
+    Zero where there is nothing.
+
+    Parameters
+    ----------
+    blocks : (..., n, n)
+    right : (..., n, m)
+    """
     if not blocks.shape[-1]:
         return np.zeros_like(right)
     scale = np.sqrt(np.diagonal(blocks, axis1=-2, axis2=-1))

@@ -287,13 +287,3 @@ def _whitened(whitening: Any, records: Sequence[np.ndarray]) -> list[np.ndarray]
 @jax.jit
 def _each(whitening: Whitening, rows: jax.Array) -> jax.Array:
     return jax.lax.map(whitening.whiten, rows)
-
-
-__all__ = [
-    "Directions",
-    "InputSensitivities",
-    "sensitivities_of",
-    "weighted_sensitivities",
-    "whitened_sensitivities",
-    "without_input_errors",
-]

@@ -177,7 +177,12 @@ def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
 
 
 def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [Hz] between zero and half the rate, and the one-sided power density of `values` there."""
+    """Frequencies [Hz] between zero and half the rate, and the one-sided power density of `values` ``(n,)`` there.
+
+    Returns
+    -------
+    (n_ordinate,) in Hz, (n_ordinate,) in unit²/Hz
+    """
     n = len(values)
     power = 2.0 * np.abs(np.fft.rfft(values - values.mean())) ** 2 / (n * rate)
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
@@ -195,7 +200,12 @@ def without_lines(values: np.ndarray, times: np.ndarray, lines: Sequence[float])
 
 
 def whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
-    """White and pink level by maximum likelihood of the periodogram (Whittle 1953)."""
+    """White level in unit²/Hz and pink level in unit² by maximum likelihood of a periodogram ``(n_ordinate,)``.
+
+    Source
+    ------
+    Whittle, Ark. Mat. 2 (1953).
+    """
     floor, shape = 1e-6 * power.mean(), np.stack([np.ones_like(frequency), 1.0 / frequency])
     level = np.log(np.median(power[frequency > 0.5 * frequency.max()]) / np.log(2.0) + floor)
     starts = [np.array([level, level + shift]) for shift in (-4.0, 0.0, 4.0)]

@@ -263,11 +263,3 @@ def _top(places: np.ndarray, heights: np.ndarray, best: int) -> float:
     bend = around[0] - 2.0 * around[1] + around[2]
     aside = 0.5 * (around[0] - around[2]) / bend if bend < 0.0 else 0.0
     return float(places[best] + aside * (places[1] - places[0]))
-
-
-__all__ = [
-    "noise_of_residuals",
-    "periodograms",
-    "whitening_of",
-    "with_lines",
-]

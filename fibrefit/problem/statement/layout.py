@@ -64,7 +64,7 @@ def normal_equations(
 
 
 def scale_of(normal: np.ndarray) -> np.ndarray:
-    """Scale of each row of a normal matrix, by which rows of any units become alike; 1 where nothing is seen."""
+    """Scale ``(n,)`` of each row of a normal matrix, which makes rows of any units alike; 1 where nothing is seen."""
     return np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
 
 
@@ -145,6 +145,11 @@ class Layout:
             (slot, r) for r in range(len(self.records)) for slot in own if slot.held(r) is None
         ]
         return tuple(shared + each)
+
+    @cached_property
+    def shared_places(self) -> list[int]:
+        """Places of the free values that all records share."""
+        return [i for i, (_, record) in enumerate(self.entries) if record is None]
 
     @cached_property
     def free_names(self) -> tuple[str, ...]:

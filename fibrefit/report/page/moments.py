@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.roles import HELD, REST, SLACK, STICKING, TAUT
+from fibrefit.problem.diagnose.stretches import runs
 
 MOST = 6
 """Instants of a kind, at most: the later ones are too small to be compared."""
@@ -52,6 +53,5 @@ def moments(times: np.ndarray, phase: np.ndarray) -> list[Instant]:
 
 def _begins(kind: str, times: np.ndarray, inside: np.ndarray) -> list[Instant]:
     """Where `inside` becomes true, and stays so for a while; not at the first sample, where nothing begins."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int))).reshape(-1, 2)
-    starts = [int(first) for first, last in edges if first > 0 and last - first >= SHORTEST_PHASE]
+    starts = [first for first, last in runs(inside).tolist() if first > 0 and last - first >= SHORTEST_PHASE]
     return [Instant(f"{kind} {number}", float(times[first])) for number, first in enumerate(starts[:MOST], 1)]

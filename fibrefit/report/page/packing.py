@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.problem.diagnose.stretches import runs
+
 ORDERS = (1, 2)
 """Differences that are tried: of noise the first, of a smooth line the second are small."""
 LARGEST = 2**30
@@ -56,8 +58,7 @@ def packed(series: Mapping[str, tuple[np.ndarray, float]]) -> dict[str, Any]:
 def _whole(values: np.ndarray, step: float) -> tuple[np.ndarray, list[tuple[int, int]], float]:
     """Multiples of a step, stretches without a value, and the step, larger where numbers would become too long."""
     known = np.isfinite(values)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], ~known, [False]]).astype(int))).reshape(-1, 2)
-    missing = [(int(first), int(last - first)) for first, last in edges]
+    missing = [(first, last - first) for first, last in runs(~known).tolist()]
     if not known.any():
         return np.zeros(len(values), dtype=np.int64), missing, 1.0
     largest = float(np.abs(values[known]).max())

@@ -21,6 +21,20 @@ def starting_force_only(traces: Sequence[Trace], stated: Stated, initial: Initia
     Law
     ---
     From take-up on ``v = v0 + ∫ (a - F/m)`` and ``x = ∫ v``; ``F = k x + b v`` is linear in k, b, k v0 and b v0.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        Force in N over time in s, one a record; mass, inclination and, where it is known, lift among its conditions.
+    stated : sequence of mapping
+        What each record states of itself, such as its ``release`` in s.
+    initial : mapping
+        Values the study gives.
+
+    Raises
+    ------
+    DataError
+        If a weight would have fallen before the first sample.
     """
     caught = [_catch(trace) for trace in traces]
     stiffness, damping, lifts = (np.array([one[i] for one in caught]) for i in (0, 1, 2))

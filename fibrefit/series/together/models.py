@@ -29,6 +29,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, place_of
+from fibrefit.problem.estimate.schur import log_determinant
 from fibrefit.problem.task import Task
 from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on
@@ -258,10 +259,7 @@ def log_evidence(found: PosteriorMode, kept: np.ndarray | None = None) -> float:
     precision = np.concatenate([np.zeros(n), found.sigma**-2.0])
     said = np.ones(len(found.normal.blocks)) if kept is None else kept.astype(float)
     blocks = found.normal.blocks * said[:, None, None] + np.diag(precision)
-    diagonal = np.diagonal(blocks, axis1=-2, axis2=-1)
-    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    inside = blocks / (scale[..., :, None] * scale[..., None, :]) + 1e-14 * np.eye(blocks.shape[-1])
-    log_det = np.linalg.slogdet(inside)[1] + 2.0 * np.log(scale).sum(axis=-1)
+    log_det = log_determinant(blocks)
     deviation = (found.place.eta / found.sigma) ** 2
     cost = float(said @ (found.normal.costs + deviation.sum(axis=1)))
     # A record that says nothing has a block of nothing but its prior, whose determinant its width takes away again.

@@ -12,7 +12,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, left_out
 from fibrefit.problem.estimate.normal_equations import PosteriorMode
-from fibrefit.problem.estimate.schur import solved
+from fibrefit.problem.estimate.schur import inverses
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
 from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of
@@ -129,8 +129,8 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
     }
     cost = float(found.own.supermodel.costs(found.own.local, search.context.whole).sum())
     gaps: dict[Answer, float] = {
-        "constant": search.gap(search.plain(found.constant)),
-        "speed_law": search.gap(search.plain(found.law)),
+        "constant": search.gap_left(found.constant),
+        "speed_law": search.gap_left(found.law),
         "per_record": float(np.sqrt(cost / search.samples)),
     }
     answer = _answer(found, predicted)
@@ -188,7 +188,7 @@ def own_values_about(best: LaplaceFit, found: ThreeModels, answer: Answer) -> Ow
 def _of_mode(at: PosteriorMode) -> OwnValues:
     unknowns, normal, n = at.unknowns, at.normal, len(at.unknowns.each)
     scattering = unknowns.scattering
-    inverse = solved(normal.blocks, np.broadcast_to(np.eye(normal.blocks.shape[-1]), normal.blocks.shape))
+    inverse = inverses(normal.blocks)
     step = -np.einsum("rij,rj->ri", inverse, normal.pulls)[:, n:]
     z = at.place.z[scattering] + at.place.eta + np.clip(step, -1.0, 1.0)
     values = unknowns.reference[scattering] * np.exp(z)

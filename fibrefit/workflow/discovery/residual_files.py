@@ -13,7 +13,7 @@ from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import phase_shares
 from fibrefit.fitting.result import Identification
 from fibrefit.store.hdf5 import Variable
-from fibrefit.workflow.pages.drawn_groups import motion_group
+from fibrefit.workflow.groups_in_common import motion_group
 
 MODELS = ("first", "final")
 GRID = ("record", "channel", "sample")

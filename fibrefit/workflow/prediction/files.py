@@ -23,7 +23,7 @@ from fibrefit.study.summaries.summaries import (
     RecordSummary,
 )
 from fibrefit.workflow.fit_files import RESIDUALS, gap_summary
-from fibrefit.workflow.pages.drawn_groups import (
+from fibrefit.workflow.groups_in_common import (
     conditions_group,
     motion_group,
     observed_group,

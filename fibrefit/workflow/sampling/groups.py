@@ -10,7 +10,7 @@ from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import LEVELS, Bands
 from fibrefit.store.hdf5 import Variable
-from fibrefit.workflow.pages.drawn_groups import (
+from fibrefit.workflow.groups_in_common import (
     conditions_by_name,
     names_of_records,
     observed_group,

@@ -16,6 +16,7 @@ from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, begin_at
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ParameterSummary
 from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record
@@ -47,7 +48,7 @@ def parameters_of(model: LaplaceFit) -> dict[str, ParameterSummary]:
         name: ParameterSummary(
             value=value,
             std_error=errors[name],
-            interval_95=(value - 1.96 * errors[name], value + 1.96 * errors[name])
+            interval_95=(value - Z_95 * errors[name], value + Z_95 * errors[name])
             if np.isfinite(errors[name])
             else None,
             unit=units[name],

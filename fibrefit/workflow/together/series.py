@@ -228,6 +228,3 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
         raise StudyError(str(study.source), f"{' and '.join(held)} fixed, or not shared", "free and shared", do)
     names = tuple(trace.name for trace in task.traces)
     return SeriesResult(study, names, judged(task, seed, tell), seed, time.perf_counter() - began)
-
-
-__all__ = ["SeriesResult", "series_study"]
