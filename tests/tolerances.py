@@ -59,6 +59,8 @@ REASONS: dict[str, dict[str, str]] = {
     "records.files.matlab_sizes": {"DEEPEST": WORK, "_PART": WORK},
     "records.grammar.digits": {"EMPTY_WHOLE": FORM, "EXPONENT": FORM, "1000.0": FORM},
     "records.grammar.phrases": {"_NAMED": PAGE},
+    "report.sentences.fit": {"MOST_SHARE": PAGE},
+    "report.sentences.minima": {"1.005": PAGE},
     "report.batch": {"LONGEST_NAME": PAGE, "MOST_ERRORS": PAGE, "MOST_NAMED": PAGE},
     "report.discovery": {"MOST_NAMED": PAGE},
     "report.page.batch": {"MOST_PRINTED": PAGE},

@@ -57,6 +57,11 @@ class Shown:
         return self._card().html()
 
 
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
 def _cell(text: str) -> str:
     return f"<td>{escape(text)}</td>"
 

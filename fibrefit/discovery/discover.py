@@ -23,12 +23,12 @@ from fibrefit.discovery.search.record_sets import of_record_sets
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import minima_compared, prepared_search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
-from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED, OTHERWISE
+from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import OTHERWISE, Check
 from fibrefit.study.summaries.discovery import Unexplained
 
 FIRST_STARTS = 8

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -12,9 +12,11 @@ import numpy as np
 
 from fibrefit.fitting.identifiability import Weakness, force_alone
 from fibrefit.fitting.thresholds import WORTHWHILE
+from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.laws.law import SensorLaw, StudyLaw
 from fibrefit.problem.statement.layout import assembled, scale_of
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import OTHERWISE, Check
 
 SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
 """Identifiers of the checks that fail where the model lacks something."""
@@ -26,7 +28,8 @@ class Advice(NamedTuple):
     Parameters
     ----------
     identifier : str
-        ``"search"``, ``"rest"``, ``"way_back"``, ``"force_alone"``, ``"another_test"`` or ``"further_record"``.
+        ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``, ``"force_alone"``, ``"another_test"`` or
+        ``"further_record"``.
     facts : mapping of str to object
         What a sentence needs besides.
     """
@@ -50,9 +53,9 @@ def advice(
     values : (n_free,) in SI units
     normal, covariance : (n_free, n_free)
     """
-    failed = {check.identifier for check in checks if not check.passed}
-    found = []
-    if failed & SIGNS_OF_LACK:
+    failed = {check.identifier: check for check in checks if not check.passed}
+    found = list(_first_of_all(failed))
+    if failed.keys() & SIGNS_OF_LACK and not found:
         found.append(Advice("search"))
     if "noise_level" in failed:
         found.append(Advice("rest"))
@@ -60,9 +63,20 @@ def advice(
         found.append(Advice("way_back"))
     if alone := force_alone(problem, values, covariance):
         found.append(Advice("force_alone", {"determined": alone}))
-    if weak and (further := _further_record(problem, values, normal)):
+    # A record that is planned with values of no use is none to take.
+    usable = not any(check.fatal for check in failed.values())
+    if weak and usable and (further := _further_record(problem, values, normal)):
         found.append(further)
     return tuple(found)
+
+
+def _first_of_all(failed: Mapping[str, Check]) -> Iterator[Advice]:
+    """What has to be settled before anything else: a fault in what is stated, or a bound that was a guess."""
+    cause = failed.get(OTHERWISE)
+    if cause is not None and issubclass(CATALOGUE[cause.facts["alternative"].effect], StudyLaw | SensorLaw):
+        yield Advice("correct", {"alternative": cause.facts["alternative"]})
+    elif "bounds" in failed:
+        yield Advice("widen", {"parameters": failed["bounds"].facts["parameters"]})
 
 
 def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> Advice | None:

@@ -36,14 +36,13 @@ from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP_OF_NOISE
-from fibrefit.study.summaries.check import SIZE, Check
+from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
 from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 
 CONVERGED = "convergence"
 COMPLETION = "completion"
 EXPLAINED = "explained_share"
 AGREED = "starts"
-OTHERWISE = "otherwise"
 DOUBTFUL = "doubtful_value"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
@@ -180,7 +179,7 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float | None = None)
     exhausted = starts.agreeing >= FEW_STARTS and known >= MINIMA_KNOWN
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost, "known": known}
     return Check(
-        name="starts agree",
+        name="the best minimum was found",
         passed=share >= STARTS_AGREED or few or exhausted,
         statistic=share,
         threshold=STARTS_AGREED,

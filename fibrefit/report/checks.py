@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fibrefit.report.layout import items, paragraph
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import OTHERWISE, Check
 
 GLOSSARY = "Terms: fibrefit glossary."
 """Last line of the reports."""
@@ -23,9 +23,12 @@ def failure(check: Check) -> str:
 
 def failures(checks: Sequence[Check]) -> list[str]:
     """Lines of all checks that failed."""
-    return items(
-        failure(check) for check in sorted(checks, key=lambda check: check.about == "model") if not check.passed
-    )
+    return items(failure(check) for check in sorted(checks, key=_weight) if not check.passed)
+
+
+def _weight(check: Check) -> tuple[bool, bool]:
+    """What explains all the rest comes first, and what speaks of the model alone last."""
+    return check.about == "model", check.identifier != OTHERWISE
 
 
 def passes(checks: Sequence[Check]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fibrefit.core.shown import listed
 from fibrefit.core.units import format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
@@ -19,7 +20,7 @@ def prediction_report(summary: PredictionSummary) -> str:
     """Report of a prediction in at most 80 columns; no line break at its end."""
     sections = [
         titled(f"{summary.study}, predicted", summary.verdict.replace("_", " ")),
-        paragraph(summary.says),
+        paragraph(f"{_of_which(summary)}{summary.says}"),
         section("How well it is predicted", _predicted(summary)),
         section("With what values", _values(summary)),
         section("What to doubt", failures(summary.checks) + passes(summary.checks)),
@@ -27,6 +28,11 @@ def prediction_report(summary: PredictionSummary) -> str:
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
+
+
+def _of_which(summary: PredictionSummary) -> str:
+    """The record that was predicted, where it is one; several stand in a table."""
+    return f"Of {next(iter(summary.records))}: " if len(summary.records) == 1 else ""
 
 
 def _predicted(summary: PredictionSummary) -> list[str]:
@@ -64,9 +70,9 @@ def _records(summary: PredictionSummary) -> list[str]:
         gaps = summary.records[name].gap.channels.values()
         return min((gap.explained for gap in gaps if gap.explained is not None), default=0.0)
 
-    listed = sorted(summary.records, key=worst)[:MOST_RECORDS]
-    rows, short = [], shortened_names(listed, LONGEST_RECORD_NAME)
-    for name in listed:
+    shown = sorted(summary.records, key=worst)[:MOST_RECORDS]
+    rows, short = [], shortened_names(shown, LONGEST_RECORD_NAME)
+    for name in shown:
         gaps = summary.records[name].gap.channels
         shares = [share_told(gaps[channel].explained) if channel in gaps else "" for channel in channels]
         rows.append((short[name], *shares))
@@ -80,7 +86,7 @@ def _values(summary: PredictionSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     text = f"From {summary.result}; none of them was fitted here"
     own = list(dict.fromkeys(name for record in summary.records.values() for name in record.parameters))
-    text += f", only {' and '.join(name.replace('_', ' ') for name in own)} of each record." if own else "."
+    text += f", only {listed([name.replace('_', ' ') for name in own])} of each record." if own else "."
     if summary.effects:
         text += f" The model: the base model and {', '.join(summary.effects)}."
     return [*lines, *map(paragraph, filter(None, [population_sentence(summary.parameters)])), paragraph(text)]

@@ -13,9 +13,10 @@ from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
-from fibrefit.study.summaries.check import lacking, leaves_more
+from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
 from fibrefit.study.summaries.part import MOST_MINIMA
 from fibrefit.study.summaries.summaries import (
+    Basin,
     BetweenRecordsSummary,
     ChannelGap,
     FitResultSummary,
@@ -65,7 +66,7 @@ def fit_report(summary: FitResultSummary) -> str:
     """Report of a fit in at most 80 columns; no line break at its end."""
     sections = [
         titled(summary.study, summary.status),
-        paragraph(f"{headline(summary)} {VERDICTS[summary.status]} {_left(summary)}".strip()),
+        paragraph(f"{headline(summary)} {_verdict(summary)} {_left(summary)}".strip()),
         section("What was found", _found(summary)),
         section("How sure it is", _sure(summary)),
         section("What to doubt", doubts(summary)),
@@ -75,14 +76,25 @@ def fit_report(summary: FitResultSummary) -> str:
     return "\n\n".join(filter(None, sections))
 
 
+def _verdict(summary: FitResultSummary) -> str:
+    """What the status means; where one thing more explains the records, that."""
+    cause = next((one for one in summary.checks if one.identifier == OTHERWISE and not one.passed and one.fatal), None)
+    return VERDICTS[summary.status] if cause is None else f"Do not use these numbers. {cause.says}"
+
+
 def headline(summary: FitResultSummary) -> str:
     """What share of each signal is explained, and how far model and measurement differ; empty where it is not known."""
     said = [
-        f"{format_share(gap.explained)} of the {channel}, within {format_quantity(gap.rms, gap.unit, 3)} rms"
+        f"{explained_told(gap.explained, channel)}, within {format_quantity(gap.rms, gap.unit, 3)} rms"
         for channel, gap in summary.gap.channels.items()
         if gap.explained is not None and math.isfinite(gap.rms)
     ]
     return f"The model explains {'; '.join(said)}." if said else ""
+
+
+def explained_told(share: float, channel: str) -> str:
+    """What share of a channel is explained; that there is none, where its mean does better."""
+    return f"{format_share(share)} of the {channel}" if share >= 0.0 else f"less of the {channel} than its mean does"
 
 
 def known_quantity(value: float, unit: str, digits: int = 3) -> str:
@@ -294,10 +306,16 @@ def _records(summary: FitResultSummary) -> list[str]:
 def _starts(starts: StartsSummary) -> str:
     text = f"Multistart: {starts.agreeing} of {starts.tried} starts reached the best minimum"
     others = [basin for basin in starts.basins if basin.cost > 0]
-    shown = ", ".join(f"cost x {1.0 + basin.cost:.3g} ({basin.starts})" for basin in others[:2])
+    shown = ", ".join(map(_other_minimum, others[:2]))
     more = "at least " if len(starts.basins) >= MOST_MINIMA else ""
     number = f"{more}{len(others)} local minim{'um' if len(others) == 1 else 'a'}"
-    return f"{text}; {number}: {shown}{', ...' if len(others) > 2 else ''}." if others else f"{text}."
+    return f"{text}; {number}: {shown}{', and others' if len(others) > 2 else ''}." if others else f"{text}."
+
+
+def _other_minimum(basin: Basin) -> str:
+    """By how much its cost is above the best one, and how many starts ended there."""
+    above = f"cost {100.0 * basin.cost:.2g} % higher" if basin.cost < 1.0 else f"cost x {1.0 + basin.cost:.3g}"
+    return f"{above} ({basin.starts} start{'' if basin.starts == 1 else 's'})"
 
 
 def input_noise(summary: FitResultSummary) -> list[str]:

@@ -71,7 +71,7 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
     ("second place", judge.second_solver(0.01, 0.0), judge.second_solver(3.0, -0.2), "ends 3 standard errors away"),
     ("second cost", judge.second_solver(0.01, 0.0), judge.second_solver(0.01, 4.0), "with a cost 4 lower"),
     (
-        "starts agree",
+        "the best minimum was found",
         judge.starts_agree(starts([0, 0, 0, 0, 1], [1.0] * 4 + [9.0])),
         judge.starts_agree(starts([0, 1, 1, -1], [1.0, 9.0, 9.0, np.inf])),
         "1 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 3 times as large",

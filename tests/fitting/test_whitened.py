@@ -90,7 +90,7 @@ def differing(tmp_path_factory: pytest.TempPathFactory) -> Task:
 def test_records_that_differ_are_told(differing: Task) -> None:
     found = identify(differing, starts=1)
     assert found.estimator == "generalised least squares"
-    assert all(check.passed for check in found.checks if check.name != "starts agree")
+    assert all(check.passed for check in found.checks if check.name != "the best minimum was found")
     between = found.between["stiffness"]
     assert between.agree < 1e-6
     assert 0.01 < between.sd < 0.06
@@ -191,7 +191,9 @@ def test_a_mode_that_is_not_reached_keeps_the_plain_one(task: Task, monkeypatch:
     monkeypatch.setattr(last_step, "gls_estimate", lambda *_: None)
     kept = identify(task, starts=1)
     assert estimator_sentence(kept.why) == "Ordinary least squares (OLS), no GLS step: it did not converge."
-    assert kept.status == "ok" or all(check.passed for check in kept.checks if check.name != "starts agree")
+    assert kept.status == "ok" or all(
+        check.passed for check in kept.checks if check.name != "the best minimum was found"
+    )
 
 
 @pytest.mark.parametrize(("predicted", "kept"), [(0.04, True), (0.2, False)])

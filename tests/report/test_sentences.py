@@ -9,8 +9,11 @@ from typing import Any
 import pytest
 
 from fibrefit.core.statement import Statement
+from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.estimates import Why
-from fibrefit.report.sentences import discovery, fit, posterior, prediction
+from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.misfit.alternative import Alternative
+from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
 from fibrefit.study.summaries.check import Check
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
@@ -22,17 +25,23 @@ MADE_IN = {
 }
 
 
+def constants(tree: ast.Module) -> dict[str, Any]:
+    """Constants of a module by their names."""
+    return {
+        node.targets[0].id: node.value.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+        if isinstance(node.value, ast.Constant)
+    }
+
+
 def identifiers(folder: str, kind: str = "Check") -> set[str]:
     """What checks, or another kind, made in a folder are identified by; names of constants stand for their values."""
     found: set[str] = set()
+    shared = constants(ast.parse((PACKAGE / "study/summaries/check.py").read_text(encoding="utf-8")))
     for file in sorted((PACKAGE / folder).rglob("*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
-        known = {
-            node.targets[0].id: node.value.value
-            for node in tree.body
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-            if isinstance(node.value, ast.Constant)
-        }
+        known = shared | constants(tree)
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and ast.unparse(node.func) == kind:
                 first = node.args[0] if node.args and kind != "Check" else None
@@ -98,8 +107,31 @@ def test_a_summary_has_the_numbers_of_its_check() -> None:
 
 def test_every_advice_and_every_reason_has_a_sentence() -> None:
     asked = identifiers("fitting", "Advice")
-    assert asked == {*fit.ADVICE, "force_alone", "further_record"}
-    assert identifiers("fitting", "Why") - {"gls", "loses_less", "louder"} == set(fit.NO_GLS)
+    assert asked == {*fit.ADVICE, "force_alone", "further_record", "correct", "widen"}
+    assert identifiers("fitting", "Why") - {"gls", "loses_less", "louder", "not_noise"} == set(fit.NO_GLS)
+
+
+def test_what_has_to_be_settled_first_is_advised() -> None:
+    found = Alternative("study.lift", -1e-3, "m", "damping", "N s/m", 20.0, 8.0, 2.5)
+    said = fit.advice_sentence(Advice("correct", {"alternative": found}))
+    assert said == (
+        "Look at what the study states: a lift 1 mm smaller than stated would explain the records to their noise. "
+        "Correct it, and fit again."
+    )
+    said = fit.advice_sentence(Advice("widen", {"parameters": ("damping",)}))
+    assert said.startswith("Widen the bound of damping under [parameters] if it was a guess")
+
+
+def test_numbers_are_told_so_that_they_can_be_compared() -> None:
+    assert minima.beyond(0.1048, 0.1) == "0.105"
+    assert minima.beyond(0.3, 0.1) == "0.3"
+    weak = Weakness(("damping",), "vague", share=1e20)
+    assert fit.weakness_sentence(weak) == "damping is hardly visible: its error is far larger than its value."
+    check = Check(
+        name="x", passed=False, statistic=1e-7, threshold=0.05, identifier="hausman",
+        facts={"worst": (("lift[../May/drop 10mm.csv]", 3.3), ("damping", 2.0))},
+    )  # fmt: skip
+    assert '(lift of "drop 10mm" by 3.3, damping by 2 standard errors' in fit.hausman_sentence(check)
 
 
 def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() -> None:

@@ -80,7 +80,7 @@ def test_it_says_what_matters() -> None:
         "at its bound",
         "FAILED residual size: Something systematic",
         "2.5 times as wide",
-        "Multistart: 20 of 32 starts reached the best minimum; 1 local minimum: cost x 8.5 (12).",
+        "Multistart: 20 of 32 starts reached the best minimum; 1 local minimum: cost x 8.5 (12 starts).",
         "Gap: normalised residual RMS",
         "Terms: fibrefit glossary.",
         "and 8 more",

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.units import format_number
+from fibrefit.core.units import format_number, format_quantity
 from fibrefit.problem.thresholds import HOLDS, MISREAD, PROVEN_FACTOR
 from fibrefit.rigs.rig import Rig
 from fibrefit.rigs.signals.newton import Sizes, newton_of
@@ -43,12 +43,13 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
         position, force = trace.channels.get("position"), trace.channels.get("force")
         if position is None or force is None:
             continue
-        sizes = newton_of(trace.times, position, force, rig.pulled(trace.conditions, position))
+        pulled = rig.pulled(trace.conditions, position)
+        sizes = newton_of(trace.times, position, force, pulled)
         if sizes is not None and sizes.explained >= HOLDS:
-            _refuse(trace.name, sizes)
+            _refuse(trace.name, sizes, pulled.mass)
 
 
-def _refuse(name: str, sizes: Sizes) -> None:
+def _refuse(name: str, sizes: Sizes, mass: float) -> None:
     """Gravity alone is no reason: a slope or a zero that a study states wrongly can be found, and the fit tells it."""
     if not (sizes.force > 0.0 and is_off(sizes.force, sizes.force_error)):
         return
@@ -60,7 +61,10 @@ def _refuse(name: str, sizes: Sizes) -> None:
         do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
         raise DataError(name, got, law, do)
     got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
-    do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass."
+    do = (
+        f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass: a weight "
+    )
+    do += f"of {format_quantity(mass / sizes.force, 'kg', 2)} in all would move so."
     raise DataError(name, got, law, do)
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from fibrefit.core.units import format_quantity
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
+from fibrefit.report.sentences.otherwise import doubtful_sentence, otherwise_sentence, stated_otherwise
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
@@ -63,13 +65,17 @@ def _identifiability(check: Check) -> str:
     return " ".join(map(weakness_sentence, check.facts["weak"])) or "The records determine every parameter."
 
 
+MOST_SHARE = 10.0
+"""Error over its value from which the number says nothing more."""
+
+
 def weakness_sentence(weak: Weakness) -> str:
     """What the records do not determine."""
     first, last = ", ".join(weak.names[:-1]), weak.names[-1]
     if weak.kind == "invisible":
         return f"{last} is not visible in these records: any value fits equally well."
     if weak.kind == "vague":
-        share = f"{100 * weak.share:.0f} % of" if math.isfinite(weak.share) else "larger than"
+        share = f"{100 * weak.share:.0f} % of" if weak.share < MOST_SHARE else "far larger than"
         return f"{last} is hardly visible: its error is {share} its value."
     if weak.kind == "tied":
         return (
@@ -99,8 +105,12 @@ def estimator_sentence(why: Why) -> str:
             "Generalised least squares (GLS): residuals have the structure of noise, which is louder than at rest "
             f"(failed: {', '.join(why.failed)}); error bars are for the noise that is left."
         )
-    reason = NO_GLS[why.identifier].format(failed=", ".join(why.failed))
-    return f"Ordinary least squares (OLS), no GLS step: {reason}"
+    if why.identifier == "not_noise":
+        return (
+            "Ordinary least squares (OLS). Generalised least squares (GLS) was set aside: what it leaves is not noise "
+            f"alone (failed: {', '.join(why.failed)})."
+        )
+    return f"Ordinary least squares (OLS), no GLS step: {NO_GLS[why.identifier]}"
 
 
 NO_GLS = {
@@ -108,7 +118,6 @@ NO_GLS = {
     "no_end": "the search came to no end.",
     "no_time": "the time given ended before it was done.",
     "in_a_search": "a search weighs the evidence of what it adds itself.",
-    "not_noise": "residuals are not noise alone (failed: {failed}).",
     "not_converged": "it did not converge.",
 }
 """Why there is no GLS step."""
@@ -123,6 +132,18 @@ def advice_sentence(advice: Advice) -> str:
         return (
             f"Force alone determines {' and '.join(each)} and the load at rest, {found.load:.4g} N: stiffness, damping "
             "and friction themselves are as sure as the mass that is stated."
+        )
+    if advice.identifier == "correct":
+        found = facts["alternative"]
+        return (
+            f"Look at what the study states: {stated_otherwise(found)} would explain the records to their noise. "
+            "Correct it, and fit again."
+        )
+    if advice.identifier == "widen":
+        names = ", ".join(facts["parameters"])
+        return (
+            f"Widen the bound of {names} under [parameters] if it was a guess, and fit again. If it is physics, the "
+            "model lacks something: fibrefit discover."
         )
     if advice.identifier == "further_record":
         shown = [f"{name.replace('_', ' ')} {_condition(value, unit)}" for name, value, unit in facts["conditions"]]
@@ -166,7 +187,7 @@ def _explained_share(check: Check) -> str:
     if check.passed:
         return f"Of no signal is more than {most:g} % of the variance left beyond its noise."
     says = (
-        f"{100.0 * (check.statistic or 0.0):.2g} % of the variance of the {facts['channel']} is left beyond its noise; "
+        f"{_percent(check.statistic or 0.0)} of the variance of the {facts['channel']} is left beyond its noise; "
         f"at most {most:g} % passes. So much may be taken up by the values: they may mislead."
     )
     if facts["unusable"]:
@@ -179,6 +200,10 @@ def _explained_share(check: Check) -> str:
             f"{weight.most:g} passes: this value may be off by a factor, and the fit is of no use."
         )
     return says
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"
 
 
 def _exchanged(check: Check) -> str:
@@ -200,46 +225,6 @@ def _free_flight(check: Check) -> str:
         f"{found}; chance allowed for, at most {100.0 * (check.threshold or 0.0):g} % passes. A clock or sampling rate "
         f"that is {abs(excess) / 2.0:.2g} % {'slow' if excess > 0.0 else 'fast'}, a wrong scale of the positions or a "
         "wrong slope, which study.inclination finds, would do so, and the values take it up: they may mislead."
-    )
-
-
-def _otherwise(check: Check) -> str:
-    found = check.facts["alternative"]
-    name = found.name.rpartition(".")[2].replace("_", " ")
-    value, without = (format_quantity(size, found.value_unit, 3) for size in (found.value, found.without))
-    stated = STATED_OTHERWISE.get(found.effect)
-    what = f"{found.effect} ({format_quantity(found.size, found.unit, 3)})"
-    says = (
-        f"With {what if stated is None else f'{stated(found.size)} ({found.effect}),'} the model would leave nothing "
-        f"but noise, and the {name} would be {without} in place of {value}"
-    )
-    do = "run discover" if stated is None else "look at what the study states"
-    if not check.fatal:
-        return f"{says}: {do}."
-    return f"{says}: another by a factor of {found.factor:.2g}. Until that is settled, the fit is of no use: {do}."
-
-
-STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
-    "study.clock": lambda size: f"times {100.0 * size:+.2g} % longer than they are given",
-    "study.inclination": lambda size: f"an inclination {math.degrees(size):+.2g} deg from the stated one",
-    "study.lift": lambda size: f"heights {1e3 * size:+.2g} mm from the stated ones",
-    "study.weight_mass": lambda size: f"a mass {100.0 * size:+.2g} % from the stated one",
-    "sensor.position_gain": lambda size: f"positions that are read {size:.3g} times as large as they are",
-    "sensor.force_gain": lambda size: f"a force that is read {size:.3g} times as large as it is",
-    "sensor.force_delay": lambda size: f"a force that is {1e3 * size:.2g} ms late",
-}
-"""What a fault in what a study states comes to, by its law."""
-
-
-def _doubtful(check: Check) -> str:
-    found = check.facts["doubtful"]
-    name, most = found.name.rpartition(".")[2].replace("_", " "), f"a factor of {check.facts['factor']:g}"
-    if check.passed:
-        return f"By the error bars that allow for what the model lacks, no value is off by more than {most}."
-    value, error = (format_quantity(size, found.unit, 2) for size in (found.value, found.error))
-    return (
-        f"What the model lacks may put the {name} of {value} off by more than {most}: the standard error that allows "
-        f"for it is {error}. Until the model has it, the fit is of no use: run discover."
     )
 
 
@@ -334,12 +319,18 @@ def hausman_sentence(check: Check) -> str:
     """Whether OLS and GLS estimates agree."""
     if check.passed:
         return "Plain and whitened estimates agree within their errors: the noise model hides no physics that shows."
-    worst = ", ".join(f"{name} by {score:.2g}" for name, score in check.facts["worst"])
+    worst = ", ".join(f"{_of_record(name)} by {score:.2g}" for name, score in check.facts["worst"])
     return (
         f"Plain and whitened estimates differ with a probability of {check.statistic:.2g} by chance; at least "
         f"{check.threshold:g} is expected ({worst} standard errors of the difference). The model lacks something, and "
         "the noise model is explaining it away: run discover before you trust this."
     )
+
+
+def _of_record(name: str) -> str:
+    """``lift of "Fall 10mm"``, the record without its folder, for ``lift[../Mai/Fall 10mm.csv]``."""
+    value, bracket, record = name.removesuffix("]").partition("[")
+    return f'{value} of "{PurePath(record).stem}"' if bracket else name
 
 
 SENTENCES: dict[str, Callable[[Check], str]] = {
@@ -355,8 +346,8 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "exchanged_channels": _exchanged,
     "free_flight": _free_flight,
     "lag": _lag,
-    "otherwise": _otherwise,
-    "doubtful_value": _doubtful,
+    "otherwise": otherwise_sentence,
+    "doubtful_value": doubtful_sentence,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,

@@ -23,10 +23,20 @@ def second_solver_sentence(check: Check) -> str:
             f"From where a second solver ends the likelihood leads {check.statistic:.2g} standard errors away, to what "
             f"is {abs(nats):.3g} nats {'less' if nats > 0 else 'more'} probable. The minimum is not a plain one."
         )
+    away = beyond(check.statistic, check.threshold or 0.0)
     return (
-        f"A second solver ends {check.statistic:.2g} standard errors away, with a cost {abs(gain):.3g} "
+        f"A second solver ends {away} standard errors away, with a cost {abs(gain):.3g} "
         f"{'lower' if gain > 0 else 'higher'}; at most {check.threshold:g} is expected. The minimum is not a plain one."
     )
+
+
+def beyond(value: float, limit: float) -> str:
+    """A number with two digits, or as many as tell it from the limit that it passed."""
+    return next((text for text in (f"{value:.{n}g}" for n in range(2, 8)) if float(text) != limit), f"{value:.8g}")
+
+
+def _larger(excess: float) -> str:
+    return f"{excess:.3g} times as large" if excess >= 1.005 else "less than 1 % larger"
 
 
 def completion_sentence(check: Check) -> str:
@@ -41,7 +51,7 @@ def starts_sentence(check: Check) -> str:
     facts = check.facts
     says = f"{facts['agreeing']} of {facts['tried']} starts ended in the best minimum."
     if facts["others"]:
-        says += f" {facts['others']} ended in others, the nearest with residuals {facts['excess']:.3g} times as large"
+        says += f" {facts['others']} ended in others, the nearest with residuals {_larger(facts['excess'])}"
         says += ": bounces or swings that are matched with others than their own make such minima."
     if (lost := facts["lost"]) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.units import format_quantity
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
@@ -130,11 +132,23 @@ def _fibre(traces: Sequence[Trace], drops: Sequence[_Drop]) -> tuple[float, floa
         forces.append(force[loaded])
     refused = DataError(
         traces[0].name,
-        "the force does not grow as the fibre is stretched",
+        f"the force does not grow as the fibre is stretched{_lift_read(traces[0], drops[0])}",
         "a force that grows with position",
-        "Check the sign and unit of the force and position channels.",
+        "Check lift; then the sign and unit of the force and position channels.",
     )
     return spring_and_damper(rows, forces, refused)
+
+
+def _lift_read(trace: Trace, drop: _Drop) -> str:
+    """What a record shows of its lift beside the one that is stated; empty where it shows none."""
+    if np.isnan(trace.conditions["lift"]):
+        return ""
+    level = drop.zero - drop.lift
+    with suppress(DataError):
+        fallen = format_quantity(_onset(trace, level) - level, "m", 3)
+        stated = format_quantity(drop.lift, "m", 3)
+        return f" (a lift of {stated} is stated, and the force begins to rise after a fall of {fallen})"
+    return ""
 
 
 def _first_contact_over(trace: Trace, drop: _Drop) -> float:

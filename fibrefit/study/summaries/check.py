@@ -49,6 +49,8 @@ class Check(Part):
         return cls(passed=not found, statistic=float(len(found)), threshold=0.0, **fields)
 
 
+OTHERWISE = "otherwise"
+"""Identifier of the check that names one thing more which explains the records."""
 SIZE = "residual_size"
 """Identifier of the check that what is left is no larger than the noise."""
 
