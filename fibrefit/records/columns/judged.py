@@ -25,6 +25,7 @@ from fibrefit.records.columns.bearing import (
     UNDONE,
     UPWARDS,
 )
+from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.held import ReadColumn
 from fibrefit.records.columns.raw import Annotation
 from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
@@ -171,7 +172,8 @@ def stated_over_read(claim: Claim, read: ReadColumn, one: Annotation) -> float:
     """
     if NO_STATISTIC.search(claim.about) or not (read.named(claim.about) or not kinds_named(claim.about)):
         return 0.0
-    values = read.column.numbers.values[np.isfinite(read.column.numbers.values)]
+    values = read.column.numbers.values
+    values = values[np.isfinite(values) & ~absurd(values)]  # an overload is no reading
     if not values.size or read.unit is None:
         return 0.0
     bare = one.of == read.column.header

@@ -52,6 +52,7 @@ from fibrefit.records.columns.lexicon import (
     TO_BE,
     UNIT_KEY,
     VERSION,
+    names_types,
 )
 from fibrefit.records.columns.unmoved import (
     COUNTS,
@@ -167,7 +168,7 @@ def _unknown_in(line: str, mark: str, names: frozenset[str], of_channel: bool) -
             return tuple((claim, True) for claim in claims)
         about = without_units(DESIGNATION.sub(" ", claim.about))
         found = tokens(about)
-        if (not found and not any(a.factor for a in claim.amounts)) or set(found) in ({"double"}, {"format", "double"}):
+        if (not found and not any(a.factor for a in claim.amounts)) or names_types(found):
             continue  # a row of numbers is known by where it stands; names of types change nothing
         if plain and (said or len(found) <= MOST_NAME_WORDS) and moves_nothing(claim, found, names):
             continue
@@ -372,8 +373,7 @@ def _settled(claim: Claim, words: list[str], line: str, names: frozenset[str]) -
     if not (claim.amounts or rest) and changes and all(w.startswith(("zero", "null")) for w in changes):
         return True
     plain = any(a.unit and "/" not in a.unit for a in claim.amounts)
-    weighed = plain and any(map(CERTIFIED.fullmatch, changes))  # "calibration: 100 N applied"
-    if weighed:
+    if plain and any(map(CERTIFIED.fullmatch, changes)):  # "calibration: 100 N applied"
         return False
     if DONE.search(line) and not UNDONE.search(line) and not any(w in WORDED for w in words):
         return True

@@ -6,6 +6,7 @@ A star stands for any letters; accents are left out, and a word is in lower case
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 
 def lexicon(*text: str) -> re.Pattern[str]:
@@ -106,6 +107,9 @@ PHRASES = re.compile(
     r"|(?:double|three|two)[- ]?(?:click|core))\b",
     re.I,
 )
+#: What types of numbers are called, and words that stand beside these: none of them changes a number.
+TYPES = frozenset(("double", "float", "long", "integer", "string", "boolean", "unsigned", "rfc"))
+OF_TYPES = TYPES | {"format", "datatype", "type", "types", "int", "single", "date", "time"}
 #: Words of how the rows came about, where what is said is not of one channel.
 OF_TIMES = lexicon(
     "casov* ran speed tape replay replayed throughput turn divider divisor prescaler skip* decimat* thinn* every nth"
@@ -211,3 +215,8 @@ IN_MASS = re.compile(
     r"^(?!.*(?:mass|weight|gewicht|peso|poids)).*\b(?:in|en|em|ve?|we?)\s+(?:lbs?|kgf?|kilo\w*|pounds?|libras?|livres?|gram\w*|pond\w*)\b",
     re.I,
 )
+
+
+def names_types(words: Sequence[str]) -> bool:
+    """Whether words name types of numbers and nothing else: ``#datatype,string,double``."""
+    return not TYPES.isdisjoint(words) and set(words) <= OF_TYPES

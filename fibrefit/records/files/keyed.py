@@ -13,6 +13,7 @@ from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.header import Header
+from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE, WORDS_BESIDE
 
@@ -242,8 +243,12 @@ _ARROW = re.compile(r"\s*(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)\s*->\s?(.*)")
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
 
+#: Decimals of a second that a number of this unit stands for.
+_PLACES = {"ms": 3, "us": 6, "\u00b5s": 6, "\u03bcs": 6, "ns": 9}
+
+
 def with_thousandths(columns: Sequence[tuple[str, ...]], kinds: Sequence[str], header: Header) -> list[tuple[str, ...]]:
-    """Columns of cells, in which thousandths of a second that stand beside clock times are put behind these.
+    """Columns of cells, in which parts of a second that stand beside clock times are put behind these, by their unit.
 
     Parameters
     ----------
@@ -255,12 +260,12 @@ def with_thousandths(columns: Sequence[tuple[str, ...]], kinds: Sequence[str], h
         Of the table.
     """
     found = list(columns)
-    for i in (
-        i for i, kind in enumerate(kinds[:-1]) if kind == "clock" and "ms" in (header.names[i + 1], header.units[i + 1])
-    ):
-        whole = all(re.fullmatch(r"[^.,]*:\d\d", cell.strip()) for cell in columns[i])
-        if whole and all(re.fullmatch(r"\d{1,3}", cell.strip()) for cell in columns[i + 1]):
-            found[i] = tuple(f"{a.strip()}.{int(b):03d}" for a, b in zip(*columns[i : i + 2], strict=True))
+    for i in (i for i, kind in enumerate(kinds[:-1]) if kind == "clock"):
+        said = (header.units[i + 1], split_heading(header.names[i + 1])[1], header.names[i + 1])
+        places = next((_PLACES[unit] for unit in said if unit in _PLACES), 0)
+        whole = places and all(re.fullmatch(r"[^.,]*:\d\d", cell.strip()) for cell in columns[i])
+        if whole and all(re.fullmatch(rf"\d{{1,{places}}}", cell.strip()) for cell in columns[i + 1]):
+            found[i] = tuple(f"{a.strip()}.{int(b):0{places}d}" for a, b in zip(*columns[i : i + 2], strict=True))
             found[i + 1] = ("",) * len(found[i])
     return found
 

@@ -45,7 +45,7 @@ from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
-from fibrefit.records.grammar.tokens import compact_stamps, kind_of_cell
+from fibrefit.records.grammar.tokens import compact_stamps, hexadecimal, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
 from fibrefit.records.grammar.worth import contradicted, stated_unit
 from fibrefit.records.options import ReadOptions
@@ -140,7 +140,9 @@ def _statements(above: Sequence[str], header: Header, dialect: Dialect) -> list[
     found: list[str] = []
     for i, line in enumerate(above, 1):
         cells = dialect.split(line) or []
-        words = len(cells) == dialect.width and all(kind_of_cell(cell, ".") == "text" for cell in cells[:BESIDE])
+        words = len(cells) == dialect.width and all(
+            kind_of_cell(cell, dialect.mark) == "text" for cell in cells[:BESIDE]
+        )
         if i == header.line or (words and cells[BESIDE:]):
             cells = [cell.strip() for cell in re.split(r"[,;\t]", line)]
             line = "; ".join(c for c in cells if re.search(r"[=:]\s*[\d.+-]", c) or STATEMENT.fullmatch(c))
@@ -273,6 +275,8 @@ def _columns(
         place = f'{where}, column "{shown}"'
         if kind == "number" and (stamps := compact_stamps(cells)):
             kind, cells = "clock", tuple(stamps)
+        if kind in ("number", "text") and hexadecimal(cells, rows.dialect.mark):
+            kind = "hexadecimal"
         if kind == "clock" and has_time(cells):
             columns.append(replace(_clock_column(title, name, cells, place, notes), number=i + 1))
         elif kind == "number":
@@ -290,12 +294,20 @@ def _columns(
                 beside = stated_unit(cells, rows.numbers, place)
                 if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
                     columns[-1] = replace(columns[-1], unit=beside)
-            what = {"empty": "is empty", "clock": "holds dates only", "text": "holds text"}[kind]
+            what = _HOLDS[kind]
             notes.append(f'Column "{shown}" {what} and is left out.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     refuse_signs_apart(words, columns)
     return without_bad(columns, bad, notes), notes, aside
+
+
+_HOLDS = {
+    "empty": "is empty",
+    "clock": "holds dates only",
+    "text": "holds text",
+    "hexadecimal": "holds hexadecimal numbers",
+}
 
 
 def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:

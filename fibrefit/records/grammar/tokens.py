@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from fibrefit.records.thresholds import OTHER_MARKS
+
 #: A number with a decimal point or a decimal comma. A trailing mark is read for points only: "12," is a separator.
 #: Digits are never given back: a cell of a hundred thousand of them and a letter would be tried in all ways to part it.
 NUMBER = {
@@ -36,6 +38,8 @@ DATE = re.compile(_DATE, re.IGNORECASE)
 
 #: Date and time of day without signs between the parts: 20240512T142211.5.
 COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})[T_ ](\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(.*)")
+
+_HEXADECIMAL = re.compile(r"(?:0[xX])?[0-9A-Fa-f]{2,16}")
 
 #: The same with nothing between them, told from any other number by what a date and a time of day may be.
 _STAMP = re.compile(r"((?:19|20)\d\d)(0[1-9]|1[0-2])(0[1-9]|[12]\d|3[01])([01]\d|2[0-3])([0-5]\d)([0-5]\d(?:[.,]\d+)?)")
@@ -116,6 +120,23 @@ def compact_stamps(cells: Sequence[str]) -> list[str] | None:
     found = [_STAMP.fullmatch(cell.strip()) for cell in cells]
     parts = [match.groups() for match in found if match is not None]
     return [f"{y}-{m}-{d}T{h}:{n}:{s}" for y, m, d, h, n, s in parts] if len(parts) == len(cells) else None
+
+
+def hexadecimal(cells: Sequence[str], mark: str) -> bool:
+    """Whether a column holds hexadecimal numbers: some of them would pass for decimal ones, ``2E8`` for 200 million.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        Of a column.
+    mark : str
+        Decimal mark.
+    """
+    present = [text for text in (cell.strip() for cell in cells) if text]
+    if not present or not all(map(_HEXADECIMAL.fullmatch, present)):
+        return False
+    letters = sum(NUMBER[mark].fullmatch(text) is None for text in present)
+    return letters > max(2, OTHER_MARKS * len(present)) and len({*map(len, present)}) <= 2
 
 
 def kind_of_cell(cell: str, mark: str) -> str:

@@ -55,6 +55,7 @@ from tests.records.exports.programs.scopes_testers_and_serial_monitors import (
     SCOPES_TESTERS_AND_SERIAL_MONITORS,
 )
 from tests.records.exports.programs.segments_and_testing_machines import SEGMENTS_AND_TESTING_MACHINES
+from tests.records.exports.programs.servers_boards_and_recorders import SERVERS_BOARDS_AND_RECORDERS
 from tests.records.exports.programs.waveforms_archives_and_structures import WAVEFORMS_ARCHIVES_AND_STRUCTURES
 from tests.records.exports.programs.workbooks_and_binary_files import WORKBOOKS_AND_BINARY_FILES
 from tests.records.exports.remarks.directions_sensitivities_and_row_order import DIRECTIONS_SENSITIVITIES_AND_ROW_ORDER
@@ -130,6 +131,7 @@ KINDS: dict[str, list[Export]] = {
     "numbers/changes_and_overflows": CHANGES_AND_OVERFLOWS,
     "numbers/symbols_stamps_and_second_runs": SYMBOLS_STAMPS_AND_SECOND_RUNS,
     "programs/databases_and_notebooks": DATABASES_AND_NOTEBOOKS,
+    "programs/servers_boards_and_recorders": SERVERS_BOARDS_AND_RECORDERS,
 }
 
 NOT_MET = frozenset(
