@@ -1,6 +1,7 @@
 """When each sample was taken: from a column of times, or counted at a known rate.
 
-Rows whose time stands still, runs backward or falls off the grid are left without a time; nothing is moved.
+Rows whose time stands still, runs backward or falls off the grid are left without a time; nothing is moved but times of
+a counter that runs over.
 """
 
 from __future__ import annotations
@@ -75,6 +76,7 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
         return TimeBase(readings.times, 1 / float(np.diff(readings.times)[0]), readings.source)
     if readable.size < 3:
         raise DataError(readings.where, "fewer than 3 readable times", "a time for each sample")
+    readings, ran_over = _counted_on(readings, readable)
     times = readings.times[readable]
     forward = np.diff(times)
     if (forward < 0).all():
@@ -87,7 +89,26 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
     if too_coarse(times, readings.resolution, readings.rows, readable):
         return counted_from_coarse(readings, readable, header_rate, rate)
     base = _from_fine(readings, readable, header_rate if rate is None else rate)
+    base = replace(base, notes=(*base.notes, *ran_over))
     return _checked_against(base, readings, header_rate, rate)
+
+
+def _counted_on(readings: Readings, readable: np.ndarray) -> tuple[Readings, tuple[str, ...]]:
+    """Times of a counter of 16 or 32 bits that ran over, counted on; and what is said of that."""
+    steps = np.diff(readings.times[readable])
+    back = np.flatnonzero(steps < 0.0)
+    if not back.size or not (steps > 0.0).any() or not readings.resolution:
+        return readings, ()
+    usual = typical(steps[steps > 0.0])
+    for bits in (16, 32):
+        over = steps[back] + 2.0**bits * readings.resolution
+        if ((over > 0.0) & (over < RUNS_ON * usual)).all():
+            turns = np.zeros(readings.times.size)
+            turns[readable[back + 1]] = 2.0**bits * readings.resolution
+            times = f"{back.size} times" if back.size > 1 else "once"
+            note = f"The counter of the times, of {bits} bits, ran over {times}; it is counted on."
+            return replace(readings, times=readings.times + np.cumsum(turns)), (note,)
+    return readings, ()
 
 
 def _refuse_restart(readings: Readings, readable: np.ndarray, times: np.ndarray) -> None:

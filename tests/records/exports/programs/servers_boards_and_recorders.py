@@ -38,3 +38,9 @@ add(
     + lines(lambda i: f"{t(i)},{'+9.90000000E+37' if i == 30 else f(i)},{u(i)}")
     + f"Min,{low:.3f},{POSITION.min():.4f}\nMax,{high:.3f},{POSITION.max():.4f}\nAverage,{FORCE.mean():.6f},{POSITION.mean():.6f}\n",
 )
+for bits, before in ((32, 12345), (16, 700)):
+    add(
+        f"a counter of {bits} bits that runs over",
+        "micros,load_N,pos_mm\n"
+        + lines(lambda i, bits=bits, before=before: f"{(2**bits - before + 500 * i) % 2**bits},{fu()(i)}"),
+    )
