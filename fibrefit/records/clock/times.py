@@ -252,5 +252,12 @@ def _reliable_numbers(column: RawColumn) -> Numbers:
     numbers = column.numbers
     if not len(numbers.texts):
         return numbers
-    numbers = masked_with(numbers, absurd(numbers.values), "absurd")
+    if not _counts_from_the_first(numbers.values, far := absurd(numbers.values)):
+        numbers = masked_with(numbers, far, "absurd")
     return masked_with(numbers, oddly_written(numbers), "digit lost or doubled")
+
+
+def _counts_from_the_first(values: np.ndarray, far: np.ndarray) -> bool:
+    """Whether numbers far from all others are the first ones, and rise: of a counter that runs over after them."""
+    number = int(far.sum())
+    return number > 1 and bool(far[:number].all()) and bool((np.diff(values[:number]) > 0.0).all())
