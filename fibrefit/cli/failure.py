@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from fibrefit.cli.terminal import say, say_document
 from fibrefit.core.errors import FibrefitError
@@ -63,11 +64,17 @@ def _answer_in_json(error: FibrefitError | str, code: int, args: Sequence[str]) 
     """Give a program that requested JSON its one document, also when there is no result."""
     if "--json" not in args:
         return
-    content = {"message": str(error)}
+    content: dict[str, Any] = {"message": str(error)}
     if isinstance(error, FibrefitError):
-        content |= {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
+        content |= _parts(error)
     with suppress(FibrefitError, OSError):  # where stdout takes nothing, the message has been said on stderr
         say_document({"schema": "fibrefit/error/1", "exit_code": code, "error": content})
+
+
+def _parts(error: FibrefitError) -> dict[str, Any]:
+    """What a message is made of; with all that is told below it, where it tells more than one mistake."""
+    parts: dict[str, Any] = {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
+    return parts | ({"further": [_parts(each) for each in error.further]} if error.further else {})
 
 
 def _log(trace: str, args: Sequence[str]) -> Path | None:

@@ -2,23 +2,39 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from fibrefit.cli.options import is_study, study_from
 from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.core.errors import DataError, UsageError
+from fibrefit.core.roles import ROLES
 
-HINT = """
-What a file does not say can be said for it:
-  --set units.force=kN
-  --set channels.force="F_Seil"
-  --set channels.force='{ column = "U1", unit = "V", scale = "-200 N/V" }'
-  --set files.sampling_rate="2 kHz"
-  --set files.delimiter=";"
-  --set files.columns='["time [s]", "force [N]", "position [mm]"]'"""
+if TYPE_CHECKING:
+    from fibrefit.workflow.inspection.inspection import Seen
+
+_POSSIBLE = (
+    ("units.force", '"kN"'),
+    ("channels.force", '"{heading}"'),
+    ("channels.force", '{{ column = "{heading}", unit = "V", scale = "-200 N/V" }}'),
+    ("files.sampling_rate", '"2 kHz"'),
+    ("files.delimiter", '";"'),
+    ("files.columns", '["time [s]", "force [N]", "position [mm]"]'),
+)
+"""Keys and values that say what a file does not: shown where its message advises nothing."""
+_TEXT = r'"[^"\n]*"'
+_SETTING = re.compile(
+    rf"\b(?P<key>\w+) = (?P<value>{_TEXT}|\{{(?:[^{{}}\"\n]|{_TEXT})*\}}|\[(?:{_TEXT}(?:, )?)*\])"
+    r"|under \[(?P<table>channels|units|files)\]"
+)
+"""A key with its value, or the table it belongs to, in the advice of a message."""
+_IN_FILES = ("sampling_rate", "delimiter", "decimal", "columns", "header")
 
 
 @click.command("inspect")
@@ -35,11 +51,12 @@ What a file does not say can be said for it:
 @click.option("--rig", metavar="KIND", help="Kind of rig of the study at --write: fibre_mass, pulley_drive, ...")
 @with_terminal
 def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
-    """Say what was understood of records or of STUDY: columns, units, rate, gaps, damage."""
+    """Say what was understood of records or of STUDY: columns, units, rate, gaps, damage.
+
+    The exit code is 3 where a file is not understood or not ready to be used.
+    """
     overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
     if options["rig"] is not None and write is None:
-        from fibrefit.core.errors import UsageError
-
         raise UsageError(f"--rig {options['rig']}", "no study to write", "--write STUDY beside it")
     if out is not None:
         from fibrefit.store.directory import ResultDirectory
@@ -51,13 +68,13 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     reading = overrides if write is None else _of_files(overrides)
     found = inspect(files, reading) if bare else inspect(study_from(files, None, overrides))
     terminal.answer(found.report(), found.document())
-    if bare and any(each.verdict != "understood" for each in found.seen):
-        terminal.remark(HINT)
+    if bare and (hint := _hint(found.seen)):
+        terminal.remark(hint)
     if write is not None:
         from fibrefit.workflow.inspection.write_study import write_study
 
-        write_study(found, write, options["rig"], overrides, force=force)
-        terminal.remark(f"\nThe study is in {write}.")
+        unstated = write_study(found, write, options["rig"], overrides, force=force)
+        terminal.remark(_next(write, unstated))
     if found.tables and (out is not None or (sys.stdout.isatty() and write is None)):
         from fibrefit.store.directory import default_directory
 
@@ -65,7 +82,8 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
         folder = out or default_directory(f"inspect {found.name}", found.content())
         found.save(folder, force=force or out is None)
         terminal.remark(f"\nPictures are in {folder / 'figures'}.")
-    return max((refusal.exit_code for refusal in found.refusals), default=0)
+    not_ready = [DataError.exit_code for each in found.seen if each.verdict == "not ready"]
+    return max([refusal.exit_code for refusal in found.refusals] + not_ready, default=0)
 
 
 def _of_files(overrides: tuple[str, ...]) -> tuple[str, ...]:
@@ -73,3 +91,49 @@ def _of_files(overrides: tuple[str, ...]) -> tuple[str, ...]:
     from fibrefit.study.written import split_overrides
 
     return tuple(split_overrides(overrides)[0])
+
+
+def _next(study: Path, unstated: Sequence[str]) -> str:
+    """What is to be done with a study that was written."""
+    said = f"\nThe study is in {study}."
+    if unstated:
+        said += f" Still to be stated in it, under [rig]: {', '.join(unstated)}."
+    return f"{said} Then: fibrefit fit {shlex.quote(str(study))}"
+
+
+def _hint(seen: Sequence[Seen]) -> str:
+    """How to say on the command line what files do not say; empty where nothing that could be said would help."""
+    asked = [(one, one.asked) for one in seen if one.asked is not None and not one.missing]
+    advised = [line for _, error in asked for line in _settings(error.do)]
+    if advised:
+        return "\n  ".join(["\nOn the command line, such as:", *dict.fromkeys(advised)])
+    silent = next((one for one, error in asked if not error.do), None)
+    if silent is None:
+        return ""
+    headings = [] if silent.table is None else [column.header for column in silent.table.columns]
+    heading = next((text for text in headings if text and '"' not in text), "F_Seil")
+    lines = [_typed(key, value.format(heading=heading) if "{" in value else value) for key, value in _POSSIBLE]
+    return "\n  ".join(["\nWhat a file does not say can be said for it:", *lines])
+
+
+def _settings(advice: str) -> Iterator[str]:
+    """Options that say what a message advises to write into a study."""
+    found = list(_SETTING.finditer(advice))
+    for i, one in enumerate(found):
+        tables = [other["table"] for other in (*found[i:], *reversed(found[:i])) if other["table"]]
+        known = _IN_FILES if tables[:1] == ["files"] else ROLES
+        if tables and one["key"] in known:
+            yield _typed(f"{tables[0]}.{one['key']}", one["value"])
+
+
+def _typed(key: str, value: str) -> str:
+    """An override as it is typed in a shell: plain text needs no quotes of TOML."""
+    from fibrefit.study.overrides import parse
+
+    text = value[1:-1]
+    plain = value.startswith('"') and parse(f"{key}={text}")[1] == text
+    if plain and re.fullmatch(r"[\w./+-]+", text):
+        return f"--set {key}={text}"
+    if plain and not set(text) & set('"$`\\!'):
+        return f'--set {key}="{text}"'
+    return f"--set {shlex.quote(f'{key}={value}')}"

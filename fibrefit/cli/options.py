@@ -13,7 +13,7 @@ import click
 
 from fibrefit.cli.terminal import Terminal, with_terminal
 from fibrefit.core.allowance import LARGEST_SEED
-from fibrefit.core.paths import is_folder, is_plain_file, shown_path
+from fibrefit.core.paths import is_folder, is_plain_file, nearest_file, shown_path
 
 if TYPE_CHECKING:
     from fibrefit.study import Study
@@ -78,10 +78,10 @@ def result_options(command: Command) -> Command:
         click.option(
             "--figures",
             metavar="FORMATS",
-            show_default="png; of a fit its overview alone",
             expose_value=False,
             callback=_keep_formats,
-            help="All figures as png, pdf, svg, several with commas, or none.",
+            help="All figures as png, pdf, svg, several with commas, or none.  "
+            "[default: png, of a fit its overview alone]",
         ),
         click.option(
             "--seed",
@@ -260,7 +260,8 @@ def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]
     if studies:
         return load_study(studies[0], overrides)
     if lost := next((file for file in files if not os.path.exists(file)), None):
-        raise UsageError(shown_path(lost), "no such file or folder", "a study, or records", "Check the path.")
+        do = nearest_file(Path(lost)) or "Check the path."
+        raise UsageError(shown_path(lost), "no such file or folder", "a study, or records", do)
     if rig is None:
         raise UsageError(files[0], "a record, and no --rig", "a study, or the kind of rig", "Add --rig fibre_mass.")
     return study_from_files(files, rig, overrides)

@@ -17,7 +17,10 @@ from fibrefit.cli.terminal import Terminal, first_missing, with_terminal
     "--figures", metavar="FORMATS", help="Draw its figures again, as png, pdf, svg, several with commas: into --out."
 )
 @click.option(
-    "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder of the figures [figures, where you are]."
+    "--out",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Folder of the figures [figures-RESULT, by the name of its folder, where you are].",
 )
 @with_terminal
 def command(terminal: Terminal, result: Path, figures: str | None, out: Path | None) -> None:
@@ -26,7 +29,7 @@ def command(terminal: Terminal, result: Path, figures: str | None, out: Path | N
     A simulation has no report: with --figures its figures are drawn. Of an inspection there is neither.
     """
     if figures is not None:
-        _draw(terminal, result, figures, out or Path("figures"))
+        _draw(terminal, result, figures, out or _own_folder(result))
         return
     if out is not None:
         from fibrefit.core.errors import UsageError
@@ -37,6 +40,12 @@ def command(terminal: Terminal, result: Path, figures: str | None, out: Path | N
 
     summary = read_summary(result)
     terminal.answer(report_of(summary), summary.model_dump(mode="json", by_alias=True))
+
+
+def _own_folder(result: Path) -> Path:
+    """Folder for the figures of a result where none was named: those of another one do not come into it."""
+    folder = result if result.is_dir() else result.parent
+    return Path(f"figures-{folder.resolve().name}")
 
 
 def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:

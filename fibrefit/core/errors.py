@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Self, TypeVar
 
 LONGEST = 400
 """Letters of what a message quotes: a file may hold a word of megabytes."""
 
+
+MOST_TOLD = 8
+"""Mistakes of one file that are told at once, a line each."""
 
 LIKE = 0.6
 """Likeness from which a word is suggested, where 1 is the same."""
@@ -37,12 +41,17 @@ class FibrefitError(Exception):
         What would have been accepted; empty when the remedy says it all.
     do : str
         The next thing to try, as a sentence.
+    further : iterable of FibrefitError
+        What else is wrong in the same place, told below it, a line each.
     """
 
     exit_code = 1
 
-    def __init__(self, where: str, got: str, expected: str = "", do: str = "") -> None:
+    def __init__(
+        self, where: str, got: str, expected: str = "", do: str = "", further: Iterable[FibrefitError] = ()
+    ) -> None:
         self.where, self.got, self.expected, self.do = where, got, expected, do
+        self.further = tuple(further)
         super().__init__(str(self))
 
     def __str__(self) -> str:
@@ -51,10 +60,15 @@ class FibrefitError(Exception):
             text += f"; expected {self.expected}"
         if not text.endswith((".", "?", "!")):
             text += "."
-        return f"{text} {self.do}".rstrip()
+        return "\n".join([f"{text} {self.do}".rstrip(), *map(str, self.further)])
 
     def __reduce__(self) -> tuple:
-        return type(self), (self.where, self.got, self.expected, self.do)
+        return type(self), (self.where, self.got, self.expected, self.do, self.further)
+
+    def inside(self, place: str) -> Self:
+        """The same error, of what stands in a place: a file, and a key of it."""
+        further = [each.inside(place) for each in self.further]
+        return type(self)(f"{place}, {self.where}", self.got, self.expected, self.do, further)
 
 
 class UsageError(FibrefitError):
@@ -73,6 +87,26 @@ class StudyError(FibrefitError):
     """A study file, or a file bound to a schema, is not valid."""
 
     exit_code = 4
+
+
+Refused = TypeVar("Refused", bound=FibrefitError)
+
+
+def as_one(errors: Sequence[Refused], where: str) -> Refused:
+    """The first of some errors with the others below it: `MOST_TOLD` at most, and how many there are besides.
+
+    Parameters
+    ----------
+    errors : sequence of FibrefitError
+        At least one, of one class.
+    where : str
+        What all of them are about.
+    """
+    first, *others = errors
+    told = others[: MOST_TOLD - 1]
+    if left := len(others) - len(told):
+        told.append(type(first)(where, f"{left} more mistake{'s' * (left != 1)}"))
+    return type(first)(first.where, first.got, first.expected, first.do, told)
 
 
 def refuse_unknown(name: str, word: str, known: Iterable[str]) -> None:

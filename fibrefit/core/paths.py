@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fibrefit.core import allowance
-from fibrefit.core.errors import FibrefitError
+from fibrefit.core.errors import FibrefitError, did_you_mean
 from fibrefit.core.shown import printable
 
 _LONGEST = 260
@@ -45,6 +45,23 @@ def is_folder(path: Path) -> bool:
         return path.is_dir()
     except (OSError, ValueError):
         return False
+
+
+def nearest_file(path: Path, end: str = "") -> str:
+    """Sentence that suggests a file of nearly the same name in the same folder; empty where there is none.
+
+    Parameters
+    ----------
+    path : Path
+        Of a file that is not there.
+    end : str
+        What the names of those that are meant end with.
+    """
+    try:
+        names = os.listdir(path.parent)
+    except (OSError, ValueError):
+        return ""
+    return did_you_mean(path.name, [printable(name) for name in names if name.endswith(end)])
 
 
 def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str = "", most: int | None = None) -> bytes:
@@ -100,6 +117,12 @@ def sha256_of(path: Path) -> str:
         while part := file.read(_PART):
             found.update(part)
     return found.hexdigest()
+
+
+def name_of_several(files: Sequence[str | Path]) -> str:
+    """Name of what belongs to some files: that of the first, and how many more there are; empty for none."""
+    first = Path(files[0]).stem if files else ""
+    return f"{first} and {len(files) - 1} more" if files[1:] else first
 
 
 def without_end(name: str) -> str:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Protocol
 
 from fibrefit.core.capability import Capability
-from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.errors import StudyError, as_one, did_you_mean
 from fibrefit.laws.changes.friction_change import FrictionChange
 from fibrefit.laws.changes.friction_drift import FrictionDrift
 from fibrefit.laws.changes.friction_step import FrictionStep
@@ -256,6 +256,10 @@ def unsuited(effect: type[Effect], rig: HasCapabilities) -> tuple[str, str]:
     return f"makes no sense on the rig {rig.kind}", f"a rig with {lacking}"
 
 
+MOST_SUGGESTED = 3
+"""Names with a word in them that are suggested where nothing is called so."""
+
+
 def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     """Effect by its name.
 
@@ -282,10 +286,20 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if name in offered:
         return _named_anew(checked(offered[name].load(), name), name)
-    hint = did_you_mean(name, [*CATALOGUE, *offered])
+    hint = _suggested(name, [*CATALOGUE, *offered])
     raise StudyError(
         f'effect "{name}"', "not in the catalogue", 'a name from it, or "my_effects.py:MyEffect"', hint or LIST_THEM
     )
+
+
+def _suggested(name: str, known: Sequence[str]) -> str:
+    """Sentence that suggests the nearest name, or else those that contain the word; empty where there is none."""
+    if near := did_you_mean(name, known):
+        return near
+    holding = [f'"{one}"' for one in known if name and name.casefold() in one]
+    first, more = holding[:MOST_SUGGESTED], holding[MOST_SUGGESTED:]
+    also = f" `fibrefit effects` lists {len(more)} more with that word." if more else ""
+    return f"Did you mean {' or '.join(first)}?{also}" if first else ""
 
 
 def all_wrong(name: str, conditions: Mapping[str, float]) -> tuple[StudyError, ...]:
@@ -343,7 +357,7 @@ def select_effects(
     StudyError
         Where one is not known, makes no sense on this rig, is named twice, or lacks another it builds upon.
     """
-    effects = tuple(find_effect(name, directory) for name in names)
+    effects = _all_found(names, directory)
     if points is not None:
         effects = tuple(point_masses(points) if effect is PointMasses else effect for effect in effects)
     known = [effect.name for effect in effects]
@@ -360,6 +374,19 @@ def select_effects(
             if other not in known:
                 raise StudyError(where, f'stands without "{other}"', "both", f'Add "{other}" to the list.')
     return effects
+
+
+def _all_found(names: Iterable[str], directory: Path | str) -> tuple[type[Effect], ...]:
+    """Effects by their names; refused are all names at once that stand for none."""
+    found, refused = [], []
+    for name in names:
+        try:
+            found.append(find_effect(name, directory))
+        except StudyError as error:
+            refused.append(error)
+    if refused:
+        raise as_one(refused, "effects")
+    return tuple(found)
 
 
 def _named_anew(found: type[Effect], name: str) -> type[Effect]:

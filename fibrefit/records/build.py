@@ -222,12 +222,9 @@ def _finished(
     si = None if known is None else registry.si_unit(known)
     factor = 1.0 if known is None or si is None else registry.to_si(known, si)
     if scale is not None:
-        stated, factor, si = scale
-        notes.append(f'Column "{column.header}" is scaled by {stated.text}.')
+        _, factor, si = scale
     elif column.unit is not None and si is None:
         notes.append(f'Column "{column.header}": unit "{column.unit}" is not known; the values are as in the file.')
-    if zero:
-        notes.append(f'Column "{column.header}" counts from {zero:.15g}.')
     numbers, outliers = _masked(column, base, si, notes)
     if si is not None:
         numbers = masked_with(numbers, np.abs(numbers.values - zero) > LARGEST_SIZE / abs(factor), "absurd")

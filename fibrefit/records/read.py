@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.core import allowance
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import read_plain_file, shown_path
+from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
 from fibrefit.core.roles import ROLES
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
@@ -31,6 +31,7 @@ from fibrefit.records.grammar.phrases import count
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
+from fibrefit.records.thresholds import FASTEST_LIKELY, SLOWEST_LIKELY
 
 #: A unit of each kind, for messages.
 _EXAMPLES = {"s": "s", "N": "N", "m": "mm", "rad": "deg"}
@@ -154,7 +155,7 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
     found = {role: table.columns[place] for role, place in table.roles.items() if role in ROLES and role != "time"}
     if not found:
         headers = ", ".join(f'"{column.header}"' for column in table.columns[:8])
-        do = 'Name the channels, such as force = "F_Seil [N]", under [channels].'
+        do = f'Name the channels, such as force = "{_example(table)}", under [channels].'
         raise DataError(where, f"no channel is known among {headers or 'the columns'}", "a force or a position", do)
     group = _group(found, channels or {}, where)
     kept = {role: column for role, column in found.items() if column.group == group}
@@ -182,7 +183,8 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
 
 def _read(path: Path, options: ReadOptions) -> tuple[Raw, Path, str]:
     """Columns of a file, its path and the SHA-256 of its bytes, which are let go here."""
-    data = read_plain_file(path, "a measurement file", DataError)
+    near = "" if is_plain_file(path) else nearest_file(path)
+    data = read_plain_file(path, "a measurement file", DataError, near)
     return _raw(data, path, options), path, hashlib.sha256(data).hexdigest()
 
 
@@ -225,6 +227,13 @@ def _refuse_many_cells(data: bytes, where: str) -> None:
         raise allowance.too_many_cells(where, DataError)
 
 
+def _example(table: Table) -> str:
+    """Heading of a column that may hold the force, or its number where it has none."""
+    fits = (column for column in table.columns if column.si in (None, ROLES["force"]))
+    first = next(fits, next(iter(table.columns), None))
+    return ".." if first is None else first.header or f"column {first.number}"
+
+
 def _group(found: Mapping[str, Column], channels: Mapping[str, Any], where: str) -> int:
     """Group of columns the record is made of."""
     named = {found[role].group for role in channels if role in found}
@@ -261,19 +270,36 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
         headers = ", ".join(f'"{header}"' for _, header in bare)
         words = [_word_in_brackets(header) for _, header in bare]
         # Where a file states units that are not known, an example would be taken for them.
-        shown = [".." if any(words) else _EXAMPLES[ROLES[role]] for role, _ in bare]
+        units = _EXAMPLES | {"s": _likely(base)}
+        shown = [".." if any(words) else units[ROLES[role]] for role, _ in bare]
         declared = ", ".join(f'{role} = "{unit}"' for (role, _), unit in zip(bare, shown, strict=True))
         do = f"Declare them under [units], such as {declared}."
+        do += f" Of the time, {_rates(base)}." if base.unit is None and not any(words) else ""
         raise DataError(f"{where}, columns {headers}", "no units", "one for each", do)
     for role, header in bare:
         place, expected = f'{where}, column "{header}"', registry.ACCEPTED[ROLES[role]]
         if word := _word_in_brackets(header):
             do = f'Declare under [units] which it is: {role} = "..".'
             raise DataError(place, f'unit "{word}" is not known', expected, do)
-        raise DataError(place, "no unit", expected, f'Declare it under [units]: {role} = "{_EXAMPLES[ROLES[role]]}".')
+        said = _rates(base, "time = ") if role == "time" else f'{role} = "{_EXAMPLES[ROLES[role]]}"'
+        raise DataError(place, "no unit", expected, f"Declare it under [units]: {said}.")
     for role, column in kept.items():
         if column.si != ROLES[role]:
             raise wrong_kind(role, column.header, column.unit or "", where)
+
+
+def _likely(base: TimeBase) -> str:
+    """Unit in which times without one are more likely: that of the rate which mechanical records have."""
+    return "s" if SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY else "ms"
+
+
+def _rates(base: TimeBase, key: str = "") -> str:
+    """What the rate would be in either unit of times that have none, the likelier first."""
+    rates = {"s": base.rate, "ms": 1e3 * base.rate}
+    likely = _likely(base)
+    other = next(unit for unit in rates if unit != likely)
+    first, second = (f"{registry.format_number(rates[unit], 6)} Hz" for unit in (likely, other))
+    return f'{key}"{likely}" would be {first}, "{other}" {second}'
 
 
 def _word_in_brackets(header: str) -> str:

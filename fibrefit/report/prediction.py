@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.core.shown import listed
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
@@ -86,7 +86,7 @@ def _values(summary: PredictionSummary) -> list[str]:
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
     text = f"From {summary.result}; none of them was fitted here"
     own = list(dict.fromkeys(name for record in summary.records.values() for name in record.parameters))
-    text += f", only {listed([name.replace('_', ' ') for name in own])} of each record." if own else "."
+    text += f", only {in_words([name.replace('_', ' ') for name in own])} of each record." if own else "."
     if summary.effects:
         text += f" The model: the base model and {', '.join(summary.effects)}."
     return [*lines, *map(paragraph, filter(None, [population_sentence(summary.parameters)])), paragraph(text)]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.errors import StudyError, as_one, did_you_mean
 from fibrefit.study.quantity import shown
 
 #: What was expected, for the kinds of pydantic's errors whose own words say less.
@@ -28,7 +28,7 @@ EXPECTED = {
 def explained(
     error: ValidationError, raw: Any, place: Callable[[str], str], belongs: Callable[[str], str] = lambda key: ""
 ) -> StudyError:
-    """Error for the first thing that is wrong, with the number of the others.
+    """Error for all that is wrong, a line each.
 
     Parameters
     ----------
@@ -43,18 +43,27 @@ def explained(
     """
     details = error.errors(include_url=False)
     # An unknown key often explains what seems to be missing beside it.
-    first = min(details, key=lambda detail: detail["type"] != "unknown_key")
-    keys = _keys(first["loc"], raw, missing=first["type"] == "missing")
-    if first["type"] == "unknown_key":
-        keys.append(first["ctx"]["key"])
-    where = place(key_text(keys))
-    got, expected, do = _parts(first)
-    if first["type"] == "unknown_key" and not first["ctx"]["same"]:
-        do = belongs(first["ctx"]["key"]) or do
-    others = len({detail["loc"] for detail in details}) - 1
-    if others:
-        do = f"{do} There {'is one more problem' if others == 1 else f'are {others} more problems'} in it.".strip()
-    return StudyError(where, got, expected, do)
+    details.sort(key=lambda detail: detail["type"] != "unknown_key")
+    found: dict[str, StudyError] = {}
+    for detail in details:
+        if _follows(detail, details):
+            continue
+        keys = _keys(detail["loc"], raw, missing=detail["type"] == "missing")
+        got, expected, do = _parts(detail)
+        if detail["type"] == "unknown_key":
+            keys.append(key := detail["ctx"]["key"])
+            do = do if detail["ctx"]["same"] else belongs(key) or do
+        # Each alternative that a value may be has an error of its own: the first stands for all.
+        found.setdefault(key_text(keys), StudyError(place(key_text(keys)), got, expected, do))
+    return as_one(list(found.values()), place(""))
+
+
+def _follows(detail: ErrorDetails, details: Sequence[ErrorDetails]) -> bool:
+    """Whether a list is too short only because something is wrong with what stands in it, which is told itself."""
+    place = detail["loc"]
+    return detail["type"] == "too_short" and any(
+        other["loc"][: len(place)] == place and len(other["loc"]) > len(place) for other in details
+    )
 
 
 def meant_as(key: str, given: Mapping[str, Any], known: Collection[str], values: Collection[str] = ()) -> str | None:
@@ -107,6 +116,8 @@ def _keys(location: tuple[str | int, ...], raw: Any, missing: bool) -> list[str 
 def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
     """What was found, what was expected and what to do, of one of pydantic's errors."""
     kind, context, found = detail["type"], detail.get("ctx", {}), detail["input"]
+    if kind in ("missing", "too_short") and detail["loc"] == ("records",):
+        return "no [[records]]", "at least one", 'Write [[records]] and below it file = "drop.csv".'
     if kind == "refused":
         return context["got"], context["expected"], context["do"]
     if kind == "unknown_key":
@@ -123,6 +134,4 @@ def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
         return shown(word), " or ".join(f'"{name}"' for name in known), do
     if kind == "tuple_type" and isinstance(found, dict) and detail["loc"][-1:] == ("records",):
         return "one table", EXPECTED[kind], "Write [[records]] before each record."
-    if kind == "too_short" and detail["loc"][-1:] == ("records",):
-        return "no records", "at least one", "Add [[records]] with a file."
     return shown(found), EXPECTED.get(kind, detail["msg"][:1].lower() + detail["msg"][1:]), ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -13,9 +13,16 @@ from pydantic import ValidationError
 
 from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.capability import KINDS
-from fibrefit.core.errors import StudyError, did_you_mean
-from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, sha256_of, shown_path
-from fibrefit.core.shown import printable
+from fibrefit.core.errors import StudyError, as_one, did_you_mean
+from fibrefit.core.paths import (
+    is_folder,
+    is_plain_file,
+    name_of_several,
+    nearest_file,
+    read_plain_file,
+    sha256_of,
+    shown_path,
+)
 from fibrefit.study.explain import explained, in_place_of, meant_as
 from fibrefit.study.files.scaled import with_scale_parameters
 from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties
@@ -30,6 +37,8 @@ from fibrefit.study.table import StudyTable
 
 #: Bytes of a file's name that file systems take.
 _LONGEST_NAME = 255
+#: Records that a message names one by one; more are counted.
+_RECORDS_NAMED = 3
 _KEY = r"(?:[\w-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _DEEP = re.compile(rf"(?<![\w-]){_KEY}(?:[ \t]*\.[ \t]*{_KEY}){{64}}")
 """A key of more parts than any study has: what the parser takes of memory for one grows with their square."""
@@ -111,20 +120,18 @@ def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[
     StudyError
         As `load_study`.
     """
-    first = Path(files[0]).stem if files else ""
-    name = first if len(files) == 1 else f"{first} and {len(files) - 1} more"
     records = [{"file": Path(file).as_posix()} for file in files]
     names = [Path(file).name for file in files]
     if len(set(names)) == len(names):
         for record, short in zip(records, names, strict=True):
             record["name"] = short
-    raw = {"schema": SCHEMA, "name": name, "rig": {"kind": rig}, "records": records}
+    raw = {"schema": SCHEMA, "name": name_of_several(files) or "nothing", "rig": {"kind": rig}, "records": records}
     return _study(raw, Path("command line"), overrides)
 
 
 def _read_toml(path: Path) -> dict[str, Any]:
     """Content of a TOML file."""
-    near = "" if is_plain_file(path) or not is_folder(path.parent) else _nearest(path)
+    near = "" if is_plain_file(path) else nearest_file(path, ".toml")
     data = read_plain_file(path, "a study file", StudyError, near, LARGEST_STUDY)
     try:
         text = data.decode("utf-8-sig")
@@ -140,11 +147,6 @@ def _read_toml(path: Path) -> dict[str, Any]:
         raise StudyError(str(path), "a number of thousands of digits", "numbers a person can read", "") from None
     except RecursionError:
         raise StudyError(str(path), "nested too deeply", "a study file", "") from None
-
-
-def _nearest(path: Path) -> str:
-    """Study file of nearly the same name in the folder."""
-    return did_you_mean(path.name, [printable(p.name) for p in path.parent.glob("*.toml")])
 
 
 def _syntax_error(path: Path, said: str, last_line: int) -> StudyError:
@@ -171,8 +173,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
     try:
         study = kind.model_validate(raw)
     except ValidationError as error:
-        others = ((name, study_type(name)) for name in KINDS)
-        raise explained(error, raw, place, lambda key: _belongs(key, kind, others)) from None
+        raise explained(error, raw, place, lambda key: _belongs(key, kind)) from None
     study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
     study._source, study._table, study._place = source, table, place
     study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
@@ -241,28 +242,45 @@ def _completed(study: Study, place: Places) -> tuple[Any, ...]:
     """Records with the constants of the rig that they do not override."""
     own = type(study.records[0]).model_fields if study.records else {}
     constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key in own}
-    records = []
+    records, lacking = [], dict[str, StudyError]()
     for i, record in enumerate(study.records):
         absent = {key: value for key, value in constants.items() if getattr(record, key) is None}
         for key, value in absent.items():
-            if value is None and key in type(record).needed():
+            if value is None and key in type(record).needed() and key not in lacking:
                 example = next(
                     unit.example for unit in type(record).model_fields[key].metadata if isinstance(unit, Unit)
                 )
-                do = f'Write {key} = "{example}" there, or --set rig.{key}="{example}".'
-                raise StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do)
+                do = _stands_in(key, study, place)
+                do += f'Write {key} = "{example}" {"under [rig]" if do else "there"}, or --set rig.{key}="{example}".'
+                lacking[key] = StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do)
         records.append(record.model_copy(update=absent))
+    if lacking:
+        raise as_one(list(lacking.values()), place(""))
     return tuple(records)
+
+
+def _stands_in(key: str, study: Study, place: Places) -> str:
+    """Beginning of the advice on a key that all records need: which of them alone have it; empty where none has."""
+    own = [i for i, record in enumerate(study.records) if getattr(record, key) is not None]
+    if not own:
+        return ""
+    if own[_RECORDS_NAMED:]:
+        return f"It stands in {len(own)} of {len(study.records)} records alone. "
+    names = [f"records[{i}]" if place.table is None else f"record {i + 1}" for i in own]
+    return f"It stands in {' and '.join(filter(None, (', '.join(names[:-1]), names[-1])))} alone. "
 
 
 def _check_records(study: Study, place: Places) -> None:
     """Refuse records that have the same name, or half of what belongs together."""
-    seen: set[str] = set()
+    seen: dict[str, Any] = {}
     for i, record in enumerate(study.records):
         if record.label in seen:
-            where = place(f"records[{i}]")
-            raise StudyError(where, f'"{record.label}" a second time', "each record once", "Give one a name.")
-        seen.add(record.label)
+            other, where = seen[record.label], place(f"records[{i}]")
+            copy = record.file is not None and (record.files, record.channels) == (other.files, other.channels)
+            do = "Take one of the two off the list: a copy is no further evidence." if copy else "Give one a name."
+            expected = "each record once" if copy else "a name for each record"
+            raise StudyError(where, f'"{record.label}" a second time', expected, do)
+        seen[record.label] = record
         for name in record.uncertainties or {}:
             if getattr(record, name) is None:
                 do = f"State {name} as well, here or under [rig]."
@@ -311,19 +329,10 @@ def _check_file(path: Path, named: str, where: str) -> None:
         raise StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
     if not os.access(folder, os.X_OK):
         raise StudyError(where, f'"{named}" cannot be reached', f"leave to look into {shown_path(folder)}", "")
-    near = did_you_mean(path.name, [printable(other) for other in _names_in(folder)])
-    raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)
+    raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", nearest_file(path))
 
 
-def _names_in(folder: Path) -> list[str]:
-    """Names of what lies in a folder; none where it may not be listed."""
-    try:
-        return os.listdir(folder)
-    except OSError:
-        return []
-
-
-def _belongs(key: str, study: type[Study], others: Iterable[tuple[str, type[Study]]]) -> str:
+def _belongs(key: str, study: type[Study]) -> str:
     """Sentence on where a key or the name of a parameter belongs; empty where no table of a study knows it.
 
     Other kinds of rig are consulted only where this one does not know the key.
@@ -332,6 +341,7 @@ def _belongs(key: str, study: type[Study], others: Iterable[tuple[str, type[Stud
         return f"Write [parameters.{key}]."
     if places := [place for place, table in _tables(study) if key in table.known_keys()]:
         return f"It stands under {' or '.join(places)}."
+    others = ((kind, study_type(kind)) for kind in KINDS)
     kinds = [kind for kind, other in others if any(key in table.known_keys() for _, table in _tables(other))]
     return f"It is a key of {' and '.join(kinds)}." if kinds else ""
 

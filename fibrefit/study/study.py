@@ -109,6 +109,10 @@ class Study(Shown, StudyTable):
         """What of the rig was not measured, where that makes another rig of it; empty for the usual one."""
         return ""
 
+    def place_of(self, key: str) -> str:
+        """Where a key of it stands, for messages: in its file, its table of records, or on the command line."""
+        return self._place(key)
+
     def path_of(self, file: str) -> Path:
         """Path of a file the study names, which is relative to the study file."""
         return self._source.parent / file

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.paths import name_of_several
 from fibrefit.study.overrides import apply_overrides, parse
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.catalogue import WRITTEN_OUT, study_type
@@ -31,12 +33,30 @@ class Understood:
     channels : mapping of str to (str or mapping)
         Column by role, with unit and scale where they were declared.
     units : mapping of str to str
-        Unit by role, where the file does not say it.
+        Unit by role.
+    declared : collection of str
+        Roles whose unit the file does not say.
     """
 
     path: Path
     channels: Mapping[str, Any] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    declared: Collection[str] = ()
+
+
+class StudyText(NamedTuple):
+    """A study that was written from files.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    unstated : tuple of str
+        Constants of the rig that are to be stated in it.
+    """
+
+    text: str
+    unstated: tuple[str, ...]
 
 
 def split_overrides(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -45,7 +65,7 @@ def split_overrides(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     return reading, [override for override in overrides if override not in reading]
 
 
-def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequence[str], folder: Path) -> str:
+def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequence[str], folder: Path) -> StudyText:
     """Study file of bare records.
 
     Parameters
@@ -61,8 +81,8 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
 
     Returns
     -------
-    str
-        TOML, with a remark for every constant that has to be stated yet.
+    StudyText
+        With a remark under ``[rig]`` for every constant that has to be stated yet.
 
     Raises
     ------
@@ -72,10 +92,10 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     where, kind = _stated_kind(overrides) or ("--rig", kind or _kind(files))
     if kind not in KINDS:
         raise UsageError(where, f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
-    usual = files[0]
+    usual = replace(files[0], units={role: files[0].units[role] for role in files[0].declared})
     raw: dict[str, Any] = {
         "schema": SCHEMA,
-        "name": usual.path.stem,
+        "name": name_of_several([one.path for one in files]),
         "rig": {"kind": kind, **_measured(kind, files)},
         "channels": dict(usual.channels),
         "units": dict(usual.units),
@@ -89,7 +109,8 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     if not (isinstance(raw["rig"], Mapping) and _are_tables(raw["records"])):
         do = "Set their keys, such as rig.kind or records[0].lift."
         raise UsageError("--set", "something else in place of rig or records", "tables there", do)
-    return to_toml(raw) + _missing(raw, kind)
+    missing = _missing(raw, kind)
+    return StudyText(_with_remarks(to_toml(raw), list(missing.values())), tuple(missing))
 
 
 def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
@@ -97,7 +118,8 @@ def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
     own = {role: said for role, said in one.channels.items() if usual.channels.get(role) != said}
     # What is said of all files does not hold for one whose numbers have another unit.
     for role, unit in one.units.items():
-        if unit != usual.units.get(role, unit) and isinstance(one.channels.get(role), str):
+        said = usual.units.get(role, None if role in one.declared else unit)
+        if unit != said and isinstance(one.channels.get(role), str):
             own[role] = {"column": one.channels[role], "unit": unit}
     return record | ({"channels": own} if own else {})
 
@@ -140,8 +162,8 @@ def _measured(kind: str, files: Sequence[Understood]) -> dict[str, str]:
     return {} if not fitting or field.default in fitting else {"measured": fitting[0]}
 
 
-def _missing(raw: Mapping[str, Any], kind: str) -> str:
-    """Remarks on the constants that have to be stated."""
+def _missing(raw: Mapping[str, Any], kind: str) -> dict[str, str]:
+    """Constants that have to be stated, and a line for each."""
     fields = study_type(kind).model_fields["records"].annotation.__args__[0].model_fields  # type: ignore[union-attr]
     needed = [
         (name, next(unit.example for unit in info.metadata if isinstance(unit, Unit)), info.description)
@@ -149,6 +171,16 @@ def _missing(raw: Mapping[str, Any], kind: str) -> str:
         if isinstance(info.json_schema_extra, dict) and info.json_schema_extra.get("x-needed")
     ]
     stated = set(raw["rig"]) | set.intersection(*(set(record) for record in raw["records"]))
-    lines = [f'# {name} = "{example}"  # {what}' for name, example, what in needed if name not in stated]
-    head = "\n# Still to be stated, under [rig] or in each record, with the values of the rig in place of these:\n"
-    return head + "\n".join(lines) + "\n" if lines else ""
+    return {name: f'# {name} = "{example}"  # {what}' for name, example, what in needed if name not in stated}
+
+
+def _with_remarks(text: str, remarks: Sequence[str]) -> str:
+    """A study with remarks under ``[rig]``, where what they say will hold for all records."""
+    if not remarks:
+        return text
+    lines = text.split("\n")
+    head = lines.index("[rig]") + 1
+    own = itertools.takewhile(lambda line: line and not line.startswith("["), lines[head:])
+    place = head + next((i for i, line in enumerate(own, 1) if line.startswith("kind = ")), 0)
+    told = ["# still to be stated; in a record where it differs:", *remarks]
+    return "\n".join([*lines[:place], *told, *lines[place:]])

@@ -36,7 +36,10 @@ def model_of(study: Study) -> Model:
     """
     points = getattr(study.rig, "masses_per_fibre", None)
     rig = _rig(study)
-    effects = select_effects(study.model.effects, rig, study.source.parent, points)
+    try:
+        effects = select_effects(study.model.effects, rig, study.source.parent, points)
+    except StudyError as error:
+        raise error.inside(study.place_of("model.effects")) from None
     return Model(rig, effects, study.model.tension_law)
 
 

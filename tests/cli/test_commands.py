@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import errno
+import re
 from pathlib import Path
 
 import pytest
 
 from fibrefit.cli import doctor
 from fibrefit.cli.terminal import Terminal
+from fibrefit.core.parameter import Parameter
 from fibrefit.store import files, write_summary
-from fibrefit.study import load_study
+from fibrefit.study import PriorSetting, load_study
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
 
@@ -22,6 +24,26 @@ def test_init_writes_a_study_that_loads(fibrefit: Run) -> None:
     study = load_study("my study")
     assert [record.file for record in study.records] == ["drop_10mm_90deg.csv"]
     assert study.path_of("drop_10mm_90deg.csv").is_file()
+
+
+def test_what_stands_in_it_as_remarks_can_be_said(fibrefit: Run) -> None:
+    """A prior and limits, a value that is held, the noise, units; and a record is left out by its lines."""
+    fibrefit("init", "here")
+    file = Path("here/study.toml")
+    text = file.read_text("utf-8")
+    file.write_text(re.sub(r"(?m)^# (?=\[|\w+ = )", "", text), "utf-8")
+    study = load_study("here")
+    declared = {name: Parameter(name, unit, "", 1.0) for name, unit in study.base_parameters.items()}
+    settings = study.settings(declared)
+    assert (settings["friction"].fixed, settings["friction"].initial) == (True, 2.5)
+    assert settings["stiffness"].prior == PriorSetting("normal", 12e3, 3e3)
+    assert (settings["stiffness"].lower, settings["stiffness"].upper) == (1e3, 300e3)
+    assert (study.noise.force, study.noise.position) == (0.4, 0.02e-3)
+    head, _, record = text.partition("[[records]]")
+    twice = "\n".join(f"# {line}" for line in ("[[records]]", *record.strip().splitlines()))
+    file.write_text(f"{text}\n{twice}\n", "utf-8")
+    assert len(load_study("here").records) == 1
+    assert "To leave a record out, put # before its lines." in head
 
 
 def test_init_never_overwrites(fibrefit: Run) -> None:

@@ -25,6 +25,17 @@ def test_a_batch_is_drawn_again_in_any_format(fibrefit: Run, tmp_path: Path) -> 
     assert "The folder drawn did not exist and was made." in done.err
 
 
+def test_figures_of_each_result_have_a_folder_of_their_own(fibrefit: Run, tmp_path: Path) -> None:
+    """Where none is named: pictures of one result do not take the place of another's."""
+    folders = [saved(tmp_path / name, "fibrefit/batch/1") for name in ("first", "second")]
+    done = [fibrefit("show", folder, "--figures", "png").out.strip() for folder in folders]
+    done.append(fibrefit("show", str(Path(folders[0], "summary.json")), "--figures", "svg").out.strip())
+    expected = ["figures-first/parameters.png", "figures-second/parameters.png", "figures-first/parameters.svg"]
+    assert done == [str(Path(name)) for name in expected]
+    assert all(Path(name).is_file() for name in expected)
+    assert "[figures-RESULT" in " ".join(fibrefit("show", "--help").out.split())
+
+
 def test_a_result_without_its_arrays_says_that_it_cannot_be_drawn(fibrefit: Run, tmp_path: Path) -> None:
     done = fibrefit("show", saved(tmp_path / "fit", "fibrefit/fit/1"), "--figures", "png")
     assert done.code == 2

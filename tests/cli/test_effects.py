@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli.terminal import spelt
+from fibrefit.core.errors import StudyError
 from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.study import load_study
+from fibrefit.workflow.prepare import model_of
 from tests.cli.conftest import Run
 
 OWN = '''
@@ -67,6 +70,32 @@ def test_a_misspelt_effect_suggests_its_neighbour(fibrefit: Run) -> None:
     done = fibrefit("effects", "guide.viscus_friction")
     assert done.code == 2
     assert 'Did you mean "guide.viscous_friction"?' in done.err
+
+
+def test_a_word_of_a_name_finds_it(fibrefit: Run) -> None:
+    done = fibrefit("effects", "viscous")
+    assert done.code == 2
+    assert 'Did you mean "guide.viscous_friction" or "guide.asymmetric_viscous_friction"?' in done.err
+
+
+def test_an_effect_that_a_study_names_in_vain_is_told_with_its_place(fibrefit: Run) -> None:
+    fibrefit("init", "here")
+    study = load_study("here", ['model.effects=["guide.viscus", "quux"]'])
+    with pytest.raises(StudyError) as caught:
+        model_of(study)
+    place = '--set model.effects=["guide.viscus", "quux"]'
+    assert [error.where for error in (caught.value, *caught.value.further)] == [
+        f'{place}, effect "guide.viscus"',
+        f'{place}, effect "quux"',
+    ]
+    file = Path("here/study.toml")
+    file.write_text(file.read_text("utf-8").replace("effects = []", 'effects = ["guide.viscus"]'), "utf-8")
+    with pytest.raises(StudyError) as caught:
+        model_of(load_study("here"))
+    assert str(caught.value) == (
+        f'{file}, model.effects, effect "guide.viscus": not in the catalogue; expected a name from it, or '
+        '"my_effects.py:MyEffect". Did you mean "guide.viscous_friction"?'
+    )
 
 
 def test_an_effect_of_ones_own(fibrefit: Run) -> None:

@@ -3,27 +3,13 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from fibrefit.study import load_study
-from fibrefit.workflow.prepare import read_records
-from tests.cli.conftest import Run
-
-PLAIN = "time [s],force [N],position [mm]\n" + "".join(
-    f"{i * 0.0005:.4f},{12.5 + 0.001 * i},{-0.25 + 0.001 * i}\n" for i in range(20)
-)
-NO_UNITS = PLAIN.replace("force [N]", "Kraft")
-HEADLESS = PLAIN.partition("\n")[2]
-
-
-@pytest.fixture
-def written(fibrefit: Run) -> Run:
-    for name, text in {"plain.csv": PLAIN, "no_units.csv": NO_UNITS, "headless.csv": HEADLESS}.items():
-        Path(name).write_text(text)
-    return fibrefit
+from fibrefit.core.errors import DataError
+from tests.cli.conftest import PLAIN, ROWS, Run
 
 
 def test_a_record(written: Run) -> None:
@@ -40,12 +26,13 @@ def test_a_record(written: Run) -> None:
 
 def test_what_is_missing_is_said_and_can_be_given(written: Run) -> None:
     done = written("inspect", "no_units.csv")
-    assert done.code == 0
+    assert done.code == 3
     assert "Not ready to be used" in done.out
-    assert "--set units.force=kN" in done.err
+    assert done.err == "\nOn the command line, such as:\n  --set units.force=N\n"
     mended = written("inspect", "no_units.csv", "--set", "units.force=kN")
     assert "Not ready" not in mended.out
     assert "12.5 kN" in mended.out
+    assert mended.code == 0
 
 
 def test_what_is_not_understood_exits_with_3_but_not_before_the_others(written: Run) -> None:
@@ -61,6 +48,87 @@ def test_a_missing_file(written: Run) -> None:
     done = written("inspect", "none.csv", "--json")
     assert done.code == 3
     assert "none.csv" in done.document["files"][0]["refused"]
+
+
+def test_a_missing_file_suggests_its_neighbour_and_nothing_else(written: Run) -> None:
+    said = 'no_unit.csv: no such file; expected a measurement file. Did you mean "no_units.csv"?'
+    done = written("inspect", "no_unit.csv")
+    assert (done.code, " ".join(done.out.split()), done.err) == (3, f"Not understood: {said}", "")
+    done = written("inspect", "plain.csv", "no_unit.csv", "--write", "study.toml")
+    assert done.code == 2
+    assert done.err == (
+        'error: --write study.toml: no file "no_unit.csv"; expected files that are there. '
+        'Did you mean "no_units.csv"?\n'
+    )
+
+
+@pytest.mark.parametrize(
+    ("head", "advised"),
+    [
+        ("Zeit [s];Kanal 1;Kanal 2", ['channels.force="Kanal 1"']),
+        ("Zeit [s];$1;Kanal 2", ["'channels.force=\"$1\"'"]),
+        ("Zeit [s];F;Weg", ["units.force=N", "units.position=mm"]),
+        (
+            "Zeit [s];Kraft [V];Weg [mm]",
+            ['\'channels.force={ column = "Kraft [V]", scale = "1 N/V" }\'', "units.force=N"],
+        ),
+        (None, ['\'files.columns=["time [s]", "force [N]", "position [mm]"]\'']),
+    ],
+)
+def test_what_a_message_advises_is_shown_as_it_is_typed(fibrefit: Run, head: str | None, advised: list[str]) -> None:
+    """With the headings of the file itself, and nothing that its message does not speak of."""
+    Path("a.csv").write_text("".join([f"{head}\n" if head else "", *ROWS]))
+    done = fibrefit("inspect", "a.csv")
+    assert done.code == 3
+    assert done.err.splitlines()[1:] == ["On the command line, such as:", *(f"  --set {one}" for one in advised)]
+    typed = [word for one in advised[:1] for word in shlex.split(f"--set {one}")]
+    assert fibrefit("inspect", "a.csv", *typed).err != done.err
+
+
+@pytest.mark.parametrize("text", ["", "nothing\nof use\n"])
+def test_where_nothing_that_can_be_said_would_help_nothing_is_listed(fibrefit: Run, text: str) -> None:
+    Path("a.csv").write_text(text)
+    done = fibrefit("inspect", "a.csv")
+    assert (done.code, done.err) == (3, "")
+
+
+def test_where_a_message_advises_nothing_all_that_can_be_said_is_listed(
+    written: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fibrefit.records.record_of", refusing)
+    assert written("inspect", "plain.csv").err.splitlines()[1:] == [
+        "What a file does not say can be said for it:",
+        "  --set units.force=kN",
+        '  --set channels.force="force [N]"',
+        '  --set \'channels.force={ column = "force [N]", unit = "V", scale = "-200 N/V" }\'',
+        '  --set files.sampling_rate="2 kHz"',
+        '  --set files.delimiter=";"',
+        '  --set \'files.columns=["time [s]", "force [N]", "position [mm]"]\'',
+    ]
+
+
+def refusing(table: object, **how: object) -> None:
+    raise DataError("plain.csv", "nobody knows what is wrong")
+
+
+def test_of_times_without_a_unit_both_readings_are_told(fibrefit: Run) -> None:
+    rows = "".join(f"{i * 0.5};{12 + i % 7};{i / 10}\n" for i in range(30))
+    Path("a.csv").write_text(f"Zeit;F [N];Weg [mm]\n{rows}")
+    done = fibrefit("inspect", "a.csv")
+    assert 'Declare it under [units]: time = "ms" would be 2000 Hz, "s" 2 Hz.' in " ".join(done.out.split())
+    assert done.err.splitlines()[2:] == ["  --set units.time=ms"]
+    Path("a.csv").write_text(f"Zeit;F;Weg\n{rows}")
+    assert (
+        'Declare them under [units], such as time = "ms", force = "N", position = "mm". '
+        'Of the time, "ms" would be 2000 Hz, "s" 2 Hz.'
+    ) in " ".join(fibrefit("inspect", "a.csv").out.split())
+
+
+def test_a_scale_is_told_once(written: Run) -> None:
+    scale = 'channels.force={ column = "force [N]", scale = "-1", zero = 2.5 }'
+    said = " ".join(written("inspect", "plain.csv", "--set", scale).out.split())
+    assert '"force [N]" is the force: unit N, from 2.5, scaled by -1; ' in said
+    assert (said.count("scaled by"), said.count("from 2.5"), said.count("counts from")) == (1, 1, 0)
 
 
 def test_a_misspelt_setting(written: Run) -> None:
@@ -82,6 +150,13 @@ def test_a_study(fibrefit: Run) -> None:
         assert part in done.out
     assert max(map(len, done.out.splitlines())) <= 80
     assert fibrefit("inspect", "here/study.toml", "--json").document["study"]["name"] == "demonstration drop"
+
+
+def test_a_study_whose_record_is_not_ready_exits_with_3(fibrefit: Run) -> None:
+    fibrefit("init", "here")
+    done = fibrefit("inspect", "here", "--set", 'channels.force={ column = "force [N]", scale = "-1" }')
+    assert "Not ready to be used" in done.out
+    assert (done.code, done.err) == (3, "")
 
 
 def test_a_planned_record(fibrefit: Run) -> None:
@@ -117,40 +192,6 @@ def test_nothing_is_drawn_that_nobody_asked_for(written: Run) -> None:
     assert not Path("results").exists()
 
 
-def test_the_study_that_was_understood_can_be_written(written: Run) -> None:
-    Path("volts.csv").write_text(PLAIN.replace("force [N]", "U1"))
-    scale = 'channels.force={ column = "U1", unit = "V", zero = 0.25, scale = "-200 N/V" }'
-    done = written("inspect", "volts.csv", "--set", scale, "--set", "rig.weight_mass=3 kg", "--write", "new/study.toml")
-    assert done.code == 0
-    assert "The study is in new/study.toml" in done.err
-    text = Path("new/study.toml").read_text()
-    assert "# inclination = " in text
-    assert "weight_mass" in text.partition("# Still")[0]
-    refused = written("inspect", "new/study.toml")
-    assert refused.code == 4
-    assert "no inclination" in refused.err
-    again = written("inspect", "new/study.toml", "--set", "rig.inclination=90 deg")
-    assert again.code == 0
-    assert " from 0.25, scaled by -200 N/V; " in " ".join(again.out.split())
-    assert written("inspect", "plain.csv", "--write", "new/study.toml").code == 2
-
-
-def test_a_study_of_forces_alone_says_that_no_position_was_measured(written: Run) -> None:
-    Path("force.csv").write_text("time [s],force [N]\n" + "".join(f"{i / 2000},{12 + i % 7}\n" for i in range(30)))
-    assert written("inspect", "force.csv", "plain.csv", "--write", "both.toml").code == 0
-    assert written("inspect", "force.csv", "--write", "force.toml").code == 0
-    assert 'measured = "force"' in Path("force.toml").read_text()
-    assert written("inspect", "plain.csv", "--write", "plain.toml").code == 0
-    assert "measured" not in Path("plain.toml").read_text()
-
-
-def test_no_study_is_written_of_what_is_not_understood(written: Run) -> None:
-    done = written("inspect", "no_units.csv", "--write", "study.toml")
-    assert done.code == 2
-    assert "cannot be used as a record yet" in done.err
-    assert not Path("study.toml").exists()
-
-
 def test_what_its_own_messages_ask_for_can_be_said(written: Run) -> None:
     Path("timeless.csv").write_text("force [N];position [mm]\n" + "".join(f"{12 + i};{i / 10}\n" for i in range(30)))
     assert 'sampling_rate = "2 kHz" under [files]' in " ".join(written("inspect", "timeless.csv").out.split())
@@ -178,95 +219,3 @@ def test_a_pipe_and_a_name_too_long_are_refused(written: Run) -> None:
     assert written("inspect", "/dev/zero").code == 3
     assert written("inspect", "pipe.toml").code == 4
     assert written("inspect", "a" * 300 + ".csv").code == 3
-
-
-def test_files_in_different_units_stay_in_their_own_in_the_study(written: Run) -> None:
-    rows = [(i / 2000, 12 + i % 7, i / 10) for i in range(30)]
-    Path("kilo.csv").write_text(
-        "t [ms],force [kN],position [mm]\n" + "".join(f"{1e3 * t:g},{f / 1e3:g},{x:g}\n" for t, f, x in rows)
-    )
-    Path("one.csv").write_text(
-        "t [s],force [N],position [um]\n" + "".join(f"{t:g},{f:g},{1e3 * x:g}\n" for t, f, x in rows)
-    )
-    assert (
-        written(
-            "inspect",
-            "kilo.csv",
-            "one.csv",
-            "--set",
-            "rig.inclination=90 deg",
-            "--set",
-            "rig.weight_mass=3 kg",
-            "--write",
-            "both.toml",
-        ).code
-        == 0
-    )
-    kilo, one = read_records(load_study(Path("both.toml")))
-    np.testing.assert_allclose(kilo.time, one.time, atol=1e-9)
-    for role in ("force", "position"):
-        np.testing.assert_allclose(kilo.channels[role], one.channels[role], rtol=1e-6, atol=1e-9)
-    # What all files are in is said once.
-    assert Path("both.toml").read_text().count('unit = "N"') == 1
-
-
-@pytest.mark.parametrize(("place", "said"), [("there", "it is a folder"), ("plain.csv/study.toml", "--write")])
-def test_a_place_where_no_study_can_be_written_is_refused(written: Run, place: str, said: str) -> None:
-    Path("there").mkdir()
-    done = written("inspect", "plain.csv", "--write", place, "--force")
-    assert done.code == 2
-    assert said in done.err
-    assert "fault" not in done.err
-
-
-def test_a_kind_of_rig_without_a_study_to_write_is_refused(written: Run) -> None:
-    done = written("inspect", "plain.csv", "--rig", "fibre_mas")
-    assert done.code == 2
-    assert "--write STUDY beside it" in done.err
-
-
-FORCES = "time [s],force [N]\n" + "".join(f"{i / 2000},{12 + i % 7}\n" for i in range(30))
-
-
-@pytest.mark.parametrize("override", ["rig.kind=guided_mass", 'rig={kind = "guided_mass"}'])
-def test_the_kind_that_an_override_states_is_that_of_the_study(written: Run, override: str) -> None:
-    """What is written beside the kind, such as what was measured, is that of this rig."""
-    Path("force.csv").write_text(FORCES)
-    done = written("inspect", "force.csv", "--write", "study.toml", "--rig", "fibre_mass", "--set", override)
-    assert done.code == 0, done.err
-    text = Path("study.toml").read_text()
-    assert 'kind = "guided_mass"' in text
-    assert "measured" not in text
-    assert load_study("study.toml").kind == "guided_mass"
-
-
-def test_the_kind_of_an_override_is_looked_at(written: Run) -> None:
-    done = written("inspect", "plain.csv", "--write", "study.toml", "--set", "rig.kind=guided_mas")
-    assert done.code == 2
-    assert "--set rig.kind=guided_mas: " in done.err
-    assert 'Did you mean "guided_mass"?' in done.err
-
-
-@pytest.mark.parametrize("override", ["rig=3", "records=3", "records=[1]", "records=[]"])
-def test_what_is_no_table_is_not_written_in_place_of_one(written: Run, override: str) -> None:
-    done = written("inspect", "plain.csv", "--write", "study.toml", "--set", override)
-    assert (done.code, Path("study.toml").exists()) == (2, False), done.err
-    assert "something else in place of rig or records; expected tables there" in done.err
-
-
-@pytest.mark.parametrize(
-    ("said", "wrote", "hour"),
-    [
-        ("2026-03-14", "taken = 2026-03-14\n", 0),
-        ("2026-03-14T09:30:00", "taken = 2026-03-14T09:30:00\n", 9),
-        ('"2026-03-14 09:30"', 'taken = "2026-03-14 09:30"\n', 9),
-    ],
-)
-def test_a_day_of_an_override_is_written_as_one(written: Run, said: str, wrote: str, hour: int) -> None:
-    words = ("rig.inclination=90 deg", "rig.weight_mass=3 kg", f"records[0].taken={said}")
-    overrides = [word for one in words for word in ("--set", one)]
-    done = written("inspect", "plain.csv", "--write", "study.toml", *overrides)
-    assert done.code == 0, done.err
-    assert wrote in Path("study.toml").read_text()
-    taken = load_study("study.toml").records[0].taken
-    assert (taken.year, taken.month, taken.day, taken.hour) == (2026, 3, 14, hour)

@@ -14,7 +14,7 @@ import pytest
 from fibrefit.cli import show
 from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late
 from fibrefit.cli.terminal import first_missing
-from fibrefit.core.errors import DataError, StudyError, UsageError
+from fibrefit.core.errors import DataError, StudyError, UsageError, as_one
 from fibrefit.store.directory import ResultDirectory
 from tests.cli.conftest import Run
 
@@ -249,6 +249,30 @@ def test_what_lies_out_of_reach_is_no_fault_of_the_program(fibrefit: Run) -> Non
 
 def test_a_folder_that_cannot_be_made_is_missing() -> None:
     assert first_missing(Path(LONG, "figures")) == Path(LONG)
+
+
+def test_the_figures_that_a_run_draws_are_told_as_they_are(fibrefit: Run) -> None:
+    assert "none. [default: png, of a fit its overview alone]" in " ".join(fibrefit("fit", "--help").out.split())
+
+
+def test_a_missing_file_of_a_command_line_suggests_its_neighbour(fibrefit: Run) -> None:
+    Path("Fall 20mm.csv").touch()
+    for words in (("fit", "Fall 20m.csv", "--rig", "fibre_mass"), ("batch", "Fall 20m.csv")):
+        done = fibrefit(*words)
+        assert (done.code, done.err) == (
+            2,
+            "error: Fall 20m.csv: no such file or folder; expected a study, or records. "
+            'Did you mean "Fall 20mm.csv"?\n',
+        )
+
+
+def test_every_mistake_of_several_is_told_to_programs_too(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    errors = [StudyError("s.toml", f"mistake {i}") for i in range(3)]
+    failing(monkeypatch, as_one(errors, "s.toml"))
+    done = fibrefit("show", "x")
+    assert done.err == "error: s.toml: mistake 0.\ns.toml: mistake 1.\ns.toml: mistake 2.\n"
+    error = fibrefit("show", "x", "--json").document["error"]
+    assert [each["got"] for each in (error, *error["further"])] == [f"mistake {i}" for i in range(3)]
 
 
 def test_it_is_the_traceback_that_more_words_are_for(fibrefit: Run) -> None:

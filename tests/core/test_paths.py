@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.core.paths import record_stems
+from fibrefit.core.paths import name_of_several, nearest_file, record_stems
 from fibrefit.store.files import write_whole
 
 
@@ -39,3 +39,19 @@ def test_a_name_of_long_letters_leaves_room_for_what_a_file_is_called_while_it_i
     (stem,) = record_stems(["\N{CJK UNIFIED IDEOGRAPH-7EF3}" * 90 + ".csv"])
     write_whole(tmp_path / f"{stem}.csv", "1")
     assert len(stem) > 50
+
+
+def test_a_file_that_is_not_there_suggests_its_neighbour(tmp_path: Path) -> None:
+    for name in ("Fall 20mm.csv", "study.toml", "stud.txt"):
+        (tmp_path / name).touch()
+    assert nearest_file(tmp_path / "Fall 20m.csv") == 'Did you mean "Fall 20mm.csv"?'
+    assert nearest_file(tmp_path / "stud.tml", ".toml") == 'Did you mean "study.toml"?'
+    for path in ("nothing.like.it", "Fall 20m.csv/a.csv", "none/Fall 20mm.csv", "nul\0"):
+        assert nearest_file(tmp_path / path) == ""
+
+
+@pytest.mark.parametrize(
+    ("files", "name"), [([], ""), (["a/one.csv"], "one"), (["one.csv", Path("two.csv"), "x.csv"], "one and 2 more")]
+)
+def test_several_files_are_called_by_the_first(files: list[str | Path], name: str) -> None:
+    assert name_of_several(files) == name

@@ -104,6 +104,39 @@ def test_refusals_of_selections(names: list[str], kind: str, message: str) -> No
         select_effects(names, RIGS[kind])
 
 
+def test_all_names_that_stand_for_nothing_are_told() -> None:
+    with pytest.raises(StudyError) as caught:
+        select_effects(["guide.viscus", "guide.viscous_friction", "quux"], RIGS["fibre_mass"])
+    begins = 'not in the catalogue; expected a name from it, or "my_effects.py:MyEffect".'
+    assert str(caught.value).splitlines() == [
+        f'effect "guide.viscus": {begins} Did you mean "guide.viscous_friction"?',
+        f'effect "quux": {begins} `fibrefit effects` lists the catalogue.',
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "do"),
+    [
+        ("viscous", 'Did you mean "guide.viscous_friction" or "guide.asymmetric_viscous_friction"?'),
+        ("Viscous", 'Did you mean "guide.viscous_friction" or "guide.asymmetric_viscous_friction"?'),
+        ("guide.viscus", 'Did you mean "guide.viscous_friction"?'),
+        ("", "`fibrefit effects` lists the catalogue."),
+    ],
+)
+def test_names_that_contain_a_word_are_suggested(name: str, do: str) -> None:
+    with pytest.raises(StudyError) as caught:
+        find_effect(name)
+    assert caught.value.do == do
+
+
+def test_of_many_names_with_a_word_some_are_suggested() -> None:
+    with pytest.raises(StudyError) as caught:
+        find_effect("friction")
+    number = sum("friction" in name for name in CATALOGUE) - catalogue.MOST_SUGGESTED
+    assert caught.value.do.count(" or ") == catalogue.MOST_SUGGESTED - 1
+    assert caught.value.do.endswith(f"? `fibrefit effects` lists {number} more with that word.")
+
+
 def test_selection_keeps_the_order() -> None:
     names = ["sensor.force_delay", "guide.viscous_friction", "guide.asymmetric_viscous_friction"]
     assert [effect.name for effect in select_effects(names, RIGS["fibre_mass"])] == names

@@ -13,14 +13,14 @@ from types import SimpleNamespace
 import jsonschema
 import pytest
 
-from fibrefit.core.errors import DataError, StudyError, UsageError
+from fibrefit.core.errors import DataError, StudyError, UsageError, as_one
 from fibrefit.records.copies import Fingerprint
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries.summaries import BatchItem, FitSummary
 from fibrefit.workflow.batches import batch
-from fibrefit.workflow.batches.batch import Batch, Engine, batch_studies
+from fibrefit.workflow.batches.batch import Batch, Engine, _error_line, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified, outcome_of
 from fibrefit.workflow.batches.jobs import jobs_of, origins_of
 from fibrefit.workflow.batches.run import batch as batch_command
@@ -402,6 +402,12 @@ def test_how_well_a_condition_is_known_is_told_and_drawn(lifted: Path, tmp_path:
     errors = [next(one for one in of.trends if one.condition == "lift").slope_error for of in (exact, told)]
     assert errors[1] > 1.1 * errors[0]
     assert not any(item.condition_errors for item in exact.items.values())
+
+
+def test_all_mistakes_of_an_item_are_told_in_one_line() -> None:
+    mistakes = as_one([StudyError("a.toml", "one"), StudyError("a.toml", "two")], "a.toml")
+    assert _error_line(mistakes) == "a.toml: one. a.toml: two."
+    assert _error_line(ValueError("x\ny")) == "fault in the program: ValueError: x"
 
 
 def test_words_that_name_no_study_are_refused(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.shown import listed
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_number
 from fibrefit.problem.thresholds import CARRIES_LOAD, FOLLOWS, NO_OFFSET, PROVEN_FACTOR, TELLS_A_SIGN, ZERO_KNOWN
 from fibrefit.rigs.rig import Rig
@@ -160,15 +160,15 @@ def _told(same: Sequence[str], number: int, senses: Mapping[str, Sense], rig: Ri
     columns = ", ".join(f'{name} = {{ column = "...", scale = "-1" }}' for name in turned)
     all_of_them = len(same) == number
     says = [f"Check the sign of the {', or of the '.join(' and the '.join(way) for way in ways)}:"]
-    says += [f"{listed([right[name] for name in turned])}."]
+    says += [f"{in_words([right[name] for name in turned])}."]
     says += [f"If it was logged the other way, state it {'under [channels]' if all_of_them else 'in [[records]]'}:"]
     says += [columns if all_of_them else f"channels = {{ {columns} }}", "(a scale that is there gets another sign)."]
-    expected = f"a weight that moves as {listed([WORDS[name] for name in senses])} have it (1 times)"
-    return DataError(_where(same, number), f"the weight moves against {listed(moves)}", expected, " ".join(says))
+    expected = f"a weight that moves as {in_words([WORDS[name] for name in senses])} have it (1 times)"
+    return DataError(_where(same, number), f"the weight moves against {in_words(moves)}", expected, " ".join(says))
 
 
 def _where(same: Sequence[str], number: int) -> str:
     if 1 < number == len(same):
         return f"all {number} records"
     rest = len(same) - MOST_NAMES
-    return listed([*same[:MOST_NAMES], f"{rest} more"] if rest > 0 else same)
+    return in_words([*same[:MOST_NAMES], f"{rest} more"] if rest > 0 else same)

@@ -173,7 +173,8 @@ def stated_over_read(claim: Claim, read: ReadColumn, one: Annotation) -> float:
     if NO_STATISTIC.search(claim.about) or not (read.named(claim.about) or not kinds_named(claim.about)):
         return 0.0
     values = read.column.numbers.values
-    values = values[np.isfinite(values) & ~absurd(values)]  # an overload is no reading
+    with np.errstate(over="ignore"):
+        values = values[np.isfinite(values) & ~absurd(values)]  # an overload is no reading
     if not values.size or read.unit is None:
         return 0.0
     bare = one.of == read.column.header

@@ -83,7 +83,7 @@ def decode(data: bytes, where: str) -> Text:
         If the file is empty or no text.
     """
     if not data.strip(b"\x00\r\n\t \x1a\xff\xfe"):
-        raise DataError(where, "the file is empty", "a table of measured values")
+        raise DataError(where, "the file is empty", "a table of measured values", "Export it again.")
     for start, (what, do) in FOREIGN.items():
         if data.startswith(start):
             raise DataError(where, f"{what}, not text", READABLE, do)

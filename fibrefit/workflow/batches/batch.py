@@ -275,7 +275,7 @@ def _keep(place: Path, outcome: Outcome) -> None:
 def _error_line(error: Exception) -> str:
     """An error in one line: a user's mistake as it is, a fault of the program by its kind."""
     if isinstance(error, FibrefitError):
-        return str(error)
+        return " ".join(str(error).split("\n"))
     first = str(error).strip().partition("\n")[0] or "no message"
     return f"fault in the program: {type(error).__name__}: {first}"
 

@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple, get_args
 
 from fibrefit.core.allowance import refuse_seed, refuse_starts
 from fibrefit.core.errors import NO_FILES, DataError, FibrefitError, UsageError, refuse_unknown
+from fibrefit.core.paths import nearest_file
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
@@ -69,7 +70,8 @@ def _studies(word: str) -> list[str]:
     if path.suffix.lower() == ".toml" or (path / "study.toml").is_file():
         return [word]
     if not path.exists():
-        raise UsageError(word, "no such file or folder", "a study, or records", "Check the path.")
+        do = nearest_file(path) or "Check the path."
+        raise UsageError(word, "no such file or folder", "a study, or records", do)
     if not path.is_dir():
         raise UsageError(word, "a record, and no --rig", "studies, or records and their rig", "Add --rig fibre_mass.")
     found = sorted(file.parent.as_posix() for file in path.glob("*/study.toml"))

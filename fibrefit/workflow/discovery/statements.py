@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.shown import listed
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import shown_unit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.laws.families import instants_of
@@ -89,7 +89,7 @@ def _times(finding: Finding) -> list[np.ndarray]:
 def _in_records(effect: type[Effect], estimates: dict[str, ParameterSummary], finding: Finding) -> str:
     """In which records, at what instant, and by how much."""
     names = dict(enumerate(finding.after.problem.layout.records, start=1))
-    these = listed([names.get(place, f"record {place}") for place in effect.records])
+    these = in_words([names.get(place, f"record {place}") for place in effect.records])
     if issubclass(effect, OtherFibre):
         taken = "was" if len(effect.records) == 1 else "were"
         return f"{these} {taken} taken with another fibre: {_compared(effect, estimates)}."
@@ -149,7 +149,7 @@ def _several(values: Sequence[float] | np.ndarray, unit: str, error: float = 0.0
         each = [f"{size / worth:.{decimals}f}" for size in sizes]
     else:
         each = [f"{size / worth:.6g}" for size in sizes]
-    said = listed(each)
+    said = in_words(each)
     if error > 0.0:
         said += f" +/- {error / worth:.1g}" if len(each) == 1 else f" (each +/- {error / worth:.1g})"
     return said if name == "-" else f"{said} {name}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import textwrap
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -42,6 +43,10 @@ class Seen:
         Why it could not.
     record : Record or None
         What is in it, where it can be used as it is.
+    asked : FibrefitError or None
+        What has to be said or mended before it can be used.
+    missing : bool
+        Whether there is no such file.
     """
 
     lines: list[str]
@@ -49,6 +54,8 @@ class Seen:
     table: Table | None = None
     refusal: FibrefitError | None = None
     record: Record | None = None
+    asked: FibrefitError | None = None
+    missing: bool = False
 
     @property
     def verdict(self) -> str:
@@ -251,16 +258,16 @@ def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
     try:
         table = read_table(path, ReadOptions(**arguments))
     except FibrefitError as error:
-        return Seen(
-            _wrapped(f"Not understood: {error}"), {"file": printable(path.name), "refused": str(error)}, refusal=error
-        )
-    lines, understood, record = describe(table), table.understood, None
+        refused = {"file": printable(path.name), "refused": str(error)}
+        missing = not os.path.lexists(path)
+        return Seen(_wrapped(f"Not understood: {error}"), refused, refusal=error, asked=error, missing=missing)
+    lines, understood, record, asked = describe(table), table.understood, None, None
     try:
         record = record_of(table, channels=arguments.get("channels", {}))
     except FibrefitError as error:
         lines += _wrapped(f"Not ready to be used: {error}")
-        understood["not_ready"] = str(error)
-    return Seen(lines, understood, table, record=record)
+        understood["not_ready"], asked = str(error), error
+    return Seen(lines, understood, table, record=record, asked=asked)
 
 
 def _study_lines(study: Study) -> list[str]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
-from fibrefit.study.written import Understood, study_text
-from fibrefit.workflow.inspection.inspection import Inspection
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.study.files.reading import reading_of
+from fibrefit.study.written import Understood, split_overrides, study_text
+from fibrefit.workflow.inspection.inspection import Inspection, Seen
 
 if TYPE_CHECKING:
     from fibrefit.records import Table
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
 def write_study(
     found: Inspection, path: Path, rig: str | None = None, overrides: Sequence[str] = (), *, force: bool = False
-) -> None:
+) -> tuple[str, ...]:
     """Write what was understood of bare files as a study.
 
     Parameters
@@ -31,6 +33,11 @@ def write_study(
         What the command line said: it goes into the study.
     force : bool
         Whether an earlier file may be replaced.
+
+    Returns
+    -------
+    tuple of str
+        Constants of the rig that are still to be stated in it.
 
     Raises
     ------
@@ -48,21 +55,40 @@ def write_study(
         raise UsageError(where, "it exists already", "a new name", "Use --force to replace it.")
     unusable = next((one for one in found.seen if one.verdict != "understood"), None)
     if unusable is not None:
-        got = f"{unusable.understood['file']} cannot be used as a record yet"
-        raise UsageError(where, got, "files that are understood", "Say what is missing with --set, as above.")
-    files = [Understood(t.path, *_said(t)) for t in (one.table for one in found.seen) if t is not None]
-    text = study_text(files, rig, overrides, path.parent)
+        raise _refused(unusable, where)
+    reading = reading_of(split_overrides(overrides)[0])
+    given = bool(reading["units"]) or any(isinstance(one, Mapping) for one in reading["channels"].values())
+    files = [_understood(one.table, given) for one in found.seen if one.table is not None]
+    study = study_text(files, rig, overrides, path.parent)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text)
+        write_whole(path, study.text)
     except OSError as error:
         raise UsageError(where, error.strerror or "cannot be written", "a file that can be written") from None
+    return study.unstated
 
 
-def _said(table: Table) -> tuple[dict[str, Any], dict[str, str]]:
-    """Channels and units as a study writes them, so that the file is read the same way again."""
+def _refused(unusable: Seen, where: str) -> UsageError:
+    """Why no study is written of a file that is not there, or of one that is not understood."""
+    file = unusable.understood["file"]
+    if unusable.missing and unusable.asked is not None:
+        return UsageError(where, f'no file "{file}"', "files that are there", unusable.asked.do)
+    return UsageError(
+        where, f"{file} cannot be used as a record yet", "files that are understood", "What to do is said above."
+    )
+
+
+def _understood(table: Table, given: bool) -> Understood:
+    """Channels and units as a study writes them, so that the file is read the same way again.
+
+    Parameters
+    ----------
+    given : bool
+        Whether units were given on the command line: then a heading alone shows that the file says one itself.
+    """
     channels: dict[str, Any] = {}
     units: dict[str, str] = {}
+    declared: list[str] = []
     for role, place in table.roles.items():
         column = table.columns[place]
         named = column.header or f"column {column.number}"
@@ -72,7 +98,11 @@ def _said(table: Table) -> tuple[dict[str, Any], dict[str, str]]:
         else:
             channels[role] = named
             units |= {role: column.unit} if column.unit else {}
+            declared += [role] if given and column.unit not in (None, split_heading(column.header)[1]) else []
     base = table.times[0]
     if base.header and base.unit and base.unit not in ("clock", "counted"):
         channels["time"], units["time"] = base.header, base.unit
-    return channels, units
+        heading = split_heading(base.header)[1]
+        stated = heading == base.unit if given else heading or table.layout.get("unit_line")
+        declared += [] if stated else ["time"]
+    return Understood(table.path, channels, units, tuple(declared))
