@@ -269,7 +269,7 @@ def _columns(
         title = header.names[i]
         name, unit = split_heading(title)
         twice = contradicted([unit, header.units[i], *bracketed_units(title)])
-        unit = unit or header.units[i]
+        name, unit = header.told.get(i, name), unit or header.units[i]
         shown = title or f"column {i + 1}"
         kind = kinds[i] if kinds[i] != "empty" and any(cells) else _kind_of_sparse(cells, rows.dialect.mark)
         place = f'{where}, column "{shown}"'

@@ -7,10 +7,29 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from fibrefit.core import units
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.words import counts_rows
 from fibrefit.records.thresholds import LONGEST_HEADING
 
 _NAME_KEYS = ("name", "label", "channel", "signal", "title", "kanal", "bezeichnung", "channelname")
 _UNIT_KEYS = ("unit", "units", "einheit", "jednotka", "unit_string", "dimension")
+#: The same at the head of a column or of a row of a list of channels.
+_OF_NAMES = {*_NAME_KEYS, "signal name", "channel name", "comment", "kommentar", "コメント", "信号名", "名称", "备注"}
+_OF_UNITS = {
+    *_UNIT_KEYS,
+    "unité",
+    "unidad",
+    "unità",
+    "jednostka",
+    "jednotky",
+    "einheiten",
+    "単位",
+    "单位",
+    "單位",
+    "단위",
+}
+_SO_MANY = re.compile(r"\W*(\d{1,2}) (?:channels?|kan[aä]le|canaux|canales|canali)\W*", re.IGNORECASE)
 _NUMBERED = re.compile(r"(?:ch(?:annel)?|kanal|signal|col(?:umn)?)?[_ .]*(\d+)[_ .]*(\w+)", re.IGNORECASE)
 
 
@@ -96,3 +115,64 @@ def channels_of(lines: Sequence[str]) -> list[tuple[str, str | None]]:
         elif place and word in _UNIT_KEYS:
             units[place] = value
     return [(name, units.get(place)) for place, name in names.items()]
+
+
+def told_of_channels(above: Sequence[str], headings: Sequence[str]) -> dict[int, tuple[str, str]]:
+    """Name and unit of columns, by their place, that a list of channels above a table has; empty where it has none.
+
+    The list is a row for each channel with the column's heading in it, a row of names and one of units behind a label,
+    or so many names, each above its unit.
+
+    Parameters
+    ----------
+    above : sequence of str
+        Lines above the headings.
+    headings : sequence of str
+        Of the columns; empty for those whose unit is known.
+    """
+    rows = [[cell.strip().strip('"').strip() for cell in re.split(r"[;,\t|]", line)] for line in above]
+    open_ones = [i for i, heading in enumerate(headings) if _is_open(heading)]
+    found = _by_row(rows, headings, open_ones)
+    for names, given in () if found else (_by_label(rows, len(open_ones)), _in_turn(above, len(open_ones))):
+        if given and all(map(units.expression, given)):
+            found = found or dict(zip(open_ones, zip(names, given, strict=True), strict=True))
+    return found
+
+
+def _is_open(heading: str) -> bool:
+    """Whether a heading has no unit, and is none: that of a channel, and neither of a time nor of a count."""
+    name, unit = split_heading(heading)
+    return bool(name) and unit is None and units.kind_of(name) is None and not counts_rows(name)
+
+
+def _by_row(
+    rows: Sequence[Sequence[str]], headings: Sequence[str], open_ones: Sequence[int]
+) -> dict[int, tuple[str, str]]:
+    found: dict[int, tuple[str, str]] = {}
+    name = unit = -1
+    width = 0
+    for row in rows:
+        words = [cell.casefold() for cell in row]
+        if len(row) > 2 and not _OF_UNITS.isdisjoint(words):
+            width, unit = len(row), next(i for i, word in enumerate(words) if word in _OF_UNITS)
+            name = next((i for i, word in enumerate(words) if word in _OF_NAMES and i > 0), -1)
+        elif len(row) == width and units.expression(row[unit]):
+            place = next((i for i in open_ones if headings[i] in row), None)
+            if place is not None:
+                found[place] = (row[name] if name >= 0 else "", row[unit])
+    return found
+
+
+def _by_label(rows: Sequence[Sequence[str]], number: int) -> tuple[Sequence[str], Sequence[str]]:
+    labelled = {row[0].casefold(): row[1:] for row in rows if len(row) == number + 1 and number > 1}
+    given = next((labelled[key] for key in labelled if key in _OF_UNITS), [])
+    return next((labelled[key] for key in labelled if key in _OF_NAMES), [""] * len(given)), given
+
+
+def _in_turn(above: Sequence[str], number: int) -> tuple[Sequence[str], Sequence[str]]:
+    for i, line in enumerate(above):
+        said = _SO_MANY.fullmatch(line)
+        if said is not None and int(said[1]) == number > 1:
+            listed = [line.strip() for line in above[i + 1 : i + 1 + 2 * number]]
+            return listed[::2], listed[1::2]
+    return [], []

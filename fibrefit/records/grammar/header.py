@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from fibrefit.core import units
-from fibrefit.records.grammar.configuration import channels_of
+from fibrefit.records.grammar.configuration import channels_of, told_of_channels
 from fibrefit.records.grammar.dialect import NAMES, WHITESPACE, Dialect
 from fibrefit.records.grammar.headings import known_unit, split_heading, unit_by_key
 from fibrefit.records.grammar.rows import REMARK
@@ -54,12 +54,15 @@ class Header:
         Unit of each column from a line of its own; None where that line says nothing.
     line, unit_line : int or None
         Lines they stand in, counted from 1.
+    told : mapping of int to str
+        Names of columns, by their place, that a list of channels has.
     """
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
     line: int | None
     unit_line: int | None
+    told: Mapping[int, str] = field(default_factory=dict)
 
 
 def find_header(
@@ -114,7 +117,7 @@ def find_header(
 
 
 def with_keyed_units(header: Header, said: Sequence[str]) -> Header:
-    """Header with the units that keys of the columns' names have: ``units: {force: N, position: mm}``.
+    """Header with units of keys of its names, ``units: {force: N, position: mm}``, and what a list of channels tells.
 
     Parameters
     ----------
@@ -123,9 +126,14 @@ def with_keyed_units(header: Header, said: Sequence[str]) -> Header:
     said : sequence of str
         Lines beside the table.
     """
+    bare = ["" if unit else name for name, unit in zip(header.names, header.units, strict=True)]
+    told = told_of_channels(said, bare)
     pairs = [(split_heading(name), unit) for name, unit in zip(header.names, header.units, strict=True)]
+    given = [unit or (None if own else unit_by_key(name, said)) for (name, own), unit in pairs]
     return replace(
-        header, units=tuple(unit or (None if own else unit_by_key(name, said)) for (name, own), unit in pairs)
+        header,
+        units=tuple(unit or told.get(i, ("", None))[1] for i, unit in enumerate(given)),
+        told={i: name for i, (name, _) in told.items() if name},
     )
 
 

@@ -44,3 +44,19 @@ for bits, before in ((32, 12345), (16, 700)):
         "micros,load_N,pos_mm\n"
         + lines(lambda i, bits=bits, before=before: f"{(2**bits - before + 500 * i) % 2**bits},{fu()(i)}"),
     )
+add(
+    "names and units of so many channels, each in a line of its own",
+    "drop_03.acq\n0.5 msec/sample\n2 channels\nLoad cell - DA100C\nN\nDisplacement - DA100C\nmm\nmin\tCH1\tCH2\n"
+    + lines(lambda i: f"{i / 120000:.8g}\t{fu(chr(9))(i)}"),
+)
+add(
+    "a row of names and one of units behind labels",
+    "サンプリング周期,500us\nチャンネル番号,CH1,CH2\nコメント,荷重,変位\n単位,N,mm\nNo.,時間[s],(1)ch,(2)ch\n"
+    + lines(lambda i: f"{i + 1},{t(i)},{fu()(i)}"),
+    encoding="cp932",
+)
+add(
+    "a list of channels by the headings of columns",
+    "Sampling interval,500us\nCH,Signal name,Input,Filter,Unit\nCH1,Force,DC,Off,N\nCH2,Displacement,DC,Off,mm\nData\n"
+    "Number,CH1,CH2\n" + lines(lambda i: f"{i + 1},{fu()(i)}"),
+)
