@@ -122,7 +122,7 @@ def _settings(advice: str) -> Iterator[str]:
     for i, one in enumerate(found):
         tables = [other["table"] for other in (*found[i:], *reversed(found[:i])) if other["table"]]
         known = _IN_FILES if tables[:1] == ["files"] else ROLES
-        if tables and one["key"] in known:
+        if tables and one["key"] in known and ".." not in one["value"]:
             yield _typed(f"{tables[0]}.{one['key']}", one["value"])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fibrefit.plots.style import MASKED
-from fibrefit.problem.diagnose.stretches import runs
+from fibrefit.rigs.signals.rest import runs
 
 MOST = 6000
 """Samples beyond which a line is drawn by its extremes: more than a figure has dots across."""

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import MEASURED, PALE, RESIDUAL, SIMULATED, SMALL, label, legend, stacked_figure, title
-from fibrefit.problem.diagnose.stretches import runs
+from fibrefit.rigs.signals.rest import runs
 
 TALL, LOW, STRIP = 33.0, 17.0, 2.5
 """Heights in mm of readings, residuals and phases: a residual of noise needs half the room, a phase only its shade."""

@@ -170,7 +170,7 @@ def _grouped(
         if cell := grouped_digits(columns[i].numbers):
             place, mark = f'{where}, column "{columns[i].header}"', columns[i].numbers.mark
             got = f'"{cell.strip()}" beside whole numbers below 1000: "{mark}" may separate thousands or decimals'
-            do = f'Export plain digits; or say which it is: decimal = "{mark}" under [files].'
+            do = f'Export plain digits; or, if "{mark}" separates decimals, decimal = "{mark}" under [files].'
             found[role] = DataError(place, got, "one way to read a number", do)
     return found
 

@@ -274,14 +274,14 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
         shown = [".." if any(words) else units[ROLES[role]] for role, _ in bare]
         declared = ", ".join(f'{role} = "{unit}"' for (role, _), unit in zip(bare, shown, strict=True))
         do = f"Declare them under [units], such as {declared}."
-        do += f" Of the time, {_rates(base)}." if base.unit is None and not any(words) else ""
+        do += f" Of the time: {_rates(base)}." if base.unit is None and not any(words) else ""
         raise DataError(f"{where}, columns {headers}", "no units", "one for each", do)
     for role, header in bare:
         place, expected = f'{where}, column "{header}"', registry.ACCEPTED[ROLES[role]]
         if word := _word_in_brackets(header):
             do = f'Declare under [units] which it is: {role} = "..".'
-            raise DataError(place, f'unit "{word}" is not known', expected, do)
-        said = _rates(base, "time = ") if role == "time" else f'{role} = "{_EXAMPLES[ROLES[role]]}"'
+            raise DataError(place, f'no unit that is known ("{word}")', expected, do)
+        said = f"time = {_rates(base)}" if role == "time" else f'{role} = "{_EXAMPLES[ROLES[role]]}"'
         raise DataError(place, "no unit", expected, f"Declare it under [units]: {said}.")
     for role, column in kept.items():
         if column.si != ROLES[role]:
@@ -293,13 +293,13 @@ def _likely(base: TimeBase) -> str:
     return "s" if SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY else "ms"
 
 
-def _rates(base: TimeBase, key: str = "") -> str:
-    """What the rate would be in either unit of times that have none, the likelier first."""
+def _rates(base: TimeBase) -> str:
+    """Either unit of times that have none, with the rate in it, the likelier first."""
     rates = {"s": base.rate, "ms": 1e3 * base.rate}
     likely = _likely(base)
     other = next(unit for unit in rates if unit != likely)
     first, second = (f"{registry.format_number(rates[unit], 6)} Hz" for unit in (likely, other))
-    return f'{key}"{likely}" would be {first}, "{other}" {second}'
+    return f'"{likely}" ({first}) or "{other}" ({second})'
 
 
 def _word_in_brackets(header: str) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.problem.diagnose.stretches import runs
+from fibrefit.rigs.signals.rest import runs
 from fibrefit.series.thresholds import HIGH, STEEP_JUMP
 
 

@@ -54,8 +54,14 @@ def explained(
             keys.append(key := detail["ctx"]["key"])
             do = do if detail["ctx"]["same"] else belongs(key) or do
         # Each alternative that a value may be has an error of its own: the first stands for all.
-        found.setdefault(key_text(keys), StudyError(place(key_text(keys)), got, expected, do))
+        found.setdefault(_of_all_rows(keys, detail), StudyError(place(key_text(keys)), got, expected, do))
     return as_one(list(found.values()), place(""))
+
+
+def _of_all_rows(keys: Sequence[str | int], detail: ErrorDetails) -> str:
+    """What a mistake is known by: a key that nobody knows is one, in however many rows of a table it stands."""
+    unknown = detail["type"] == "unknown_key"
+    return key_text([key for key in keys if not (unknown and isinstance(key, int))])
 
 
 def _follows(detail: ErrorDetails, details: Sequence[ErrorDetails]) -> bool:

@@ -68,10 +68,7 @@ def test_a_missing_file_suggests_its_neighbour_and_nothing_else(written: Run) ->
         ("Zeit [s];Kanal 1;Kanal 2", ['channels.force="Kanal 1"']),
         ("Zeit [s];$1;Kanal 2", ["'channels.force=\"$1\"'"]),
         ("Zeit [s];F;Weg", ["units.force=N", "units.position=mm"]),
-        (
-            "Zeit [s];Kraft [V];Weg [mm]",
-            ['\'channels.force={ column = "Kraft [V]", scale = "1 N/V" }\'', "units.force=N"],
-        ),
+        ("Zeit [s];Kraft [V];Weg [mm]", ["units.force=N"]),
         (None, ['\'files.columns=["time [s]", "force [N]", "position [mm]"]\'']),
     ],
 )
@@ -115,12 +112,12 @@ def test_of_times_without_a_unit_both_readings_are_told(fibrefit: Run) -> None:
     rows = "".join(f"{i * 0.5};{12 + i % 7};{i / 10}\n" for i in range(30))
     Path("a.csv").write_text(f"Zeit;F [N];Weg [mm]\n{rows}")
     done = fibrefit("inspect", "a.csv")
-    assert 'Declare it under [units]: time = "ms" would be 2000 Hz, "s" 2 Hz.' in " ".join(done.out.split())
+    assert 'Declare it under [units]: time = "ms" (2000 Hz) or "s" (2 Hz).' in " ".join(done.out.split())
     assert done.err.splitlines()[2:] == ["  --set units.time=ms"]
     Path("a.csv").write_text(f"Zeit;F;Weg\n{rows}")
     assert (
         'Declare them under [units], such as time = "ms", force = "N", position = "mm". '
-        'Of the time, "ms" would be 2000 Hz, "s" 2 Hz.'
+        'Of the time: "ms" (2000 Hz) or "s" (2 Hz).'
     ) in " ".join(fibrefit("inspect", "a.csv").out.split())
 
 

@@ -22,7 +22,6 @@ from fibrefit.problem.diagnose.stretches import (
     error_of_sum,
     fitted_shapes,
     measured_positions,
-    runs,
     stated_and_found,
     without_polynomial,
 )
@@ -30,6 +29,7 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import CARRIES_LOAD, SHORTEST_CONTACT
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.rest import runs
 from fibrefit.rigs.signals.trace import Trace
 
 COLLINEAR = 1e-6

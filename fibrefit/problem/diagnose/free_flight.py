@@ -25,7 +25,6 @@ from fibrefit.problem.diagnose.stretches import (
     error_of_sum,
     fitted_shapes,
     measured_positions,
-    runs,
     stated_and_found,
     without_polynomial,
 )
@@ -34,6 +33,7 @@ from fibrefit.problem.thresholds import CARRIES_LOAD, SHORTEST_FLIGHT
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.rest import runs
 from fibrefit.rigs.signals.trace import Trace
 
 EDGE = 0.1

@@ -61,10 +61,8 @@ def _refuse(name: str, sizes: Sizes, mass: float) -> None:
         do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
         raise DataError(name, got, law, do)
     got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
-    do = (
-        f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass: a weight "
-    )
-    do += f"of {format_quantity(mass / sizes.force, 'kg', 2)} in all would move so."
+    do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass: with "
+    do += f"{format_quantity(mass / sizes.force, 'kg', 2)} in motion the force would fit."
     raise DataError(name, got, law, do)
 
 

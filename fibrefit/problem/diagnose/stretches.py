@@ -74,11 +74,6 @@ def without_polynomial(table: np.ndarray, time: np.ndarray, seen: np.ndarray, de
     return table[seen] - own @ (own.T @ table[seen])
 
 
-def runs(flags: np.ndarray) -> np.ndarray:
-    """Runs of true flags ``(n,)``: first place of each, and the one after its last, ``(n_run, 2)``."""
-    return np.flatnonzero(np.diff(np.asarray(flags, dtype=np.int8), prepend=0, append=0)).reshape(-1, 2)
-
-
 def measured_positions(task: Task, record: int) -> np.ndarray:
     """Measured positions of a record ``(n_time,)`` in m, NaN where they do not count."""
     data, n = task.problem.observations, len(task.traces[record].times)

@@ -87,7 +87,8 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
     _refuse_restart(readings, readable, times)
     readings = shared_stamps(readings, readable, times)
     if too_coarse(times, readings.resolution, readings.rows, readable):
-        return counted_from_coarse(readings, readable, header_rate, rate)
+        coarse = counted_from_coarse(readings, readable, header_rate, rate)
+        return replace(coarse, notes=(*coarse.notes, *ran_over))
     base = _from_fine(readings, readable, header_rate if rate is None else rate)
     base = replace(base, notes=(*base.notes, *ran_over))
     return _checked_against(base, readings, header_rate, rate)
@@ -99,14 +100,17 @@ def _counted_on(readings: Readings, readable: np.ndarray) -> tuple[Readings, tup
     back = np.flatnonzero(steps < 0.0)
     if not back.size or not (steps > 0.0).any() or not readings.resolution:
         return readings, ()
-    usual = typical(steps[steps > 0.0])
+    usual, times = typical(steps[steps > 0.0]), readings.times[readable]
     for bits in (16, 32):
-        over = steps[back] + 2.0**bits * readings.resolution
-        if ((over > 0.0) & (over < RUNS_ON * usual)).all():
+        full = 2.0**bits * readings.resolution
+        # It ends at its last number and begins again at nil; a second recording begins where the first one did.
+        ends, begins = full - times[back], times[back + 1]
+        again = np.isclose(begins, times[0], rtol=0.0, atol=usual).any()
+        if not again and ((ends > 0.0) & (begins >= 0.0) & (ends + begins < RUNS_ON * usual)).all():
             turns = np.zeros(readings.times.size)
-            turns[readable[back + 1]] = 2.0**bits * readings.resolution
-            times = f"{back.size} times" if back.size > 1 else "once"
-            note = f"The counter of the times, of {bits} bits, ran over {times}; it is counted on."
+            turns[readable[back + 1]] = full
+            often = f"{back.size} times" if back.size > 1 else "once"
+            note = f"The {bits}-bit counter of the times overflowed {often}; the times are continued."
             return replace(readings, times=readings.times + np.cumsum(turns)), (note,)
     return readings, ()
 

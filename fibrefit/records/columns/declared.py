@@ -87,7 +87,8 @@ def _called(role: str, headings: Sequence[Heading]) -> int | None:
     """The one column that a role is called and that has a unit of something else, which a declared one corrects."""
     kind = KIND_OF_ROLE[role]
     found = [i for i, h in enumerate(headings) if score(h.name, role) > 2 and h.kind not in (None, kind)]
-    return found[0] if len(found) == 1 else None
+    others = any(h.kind == kind for h in headings)
+    return found[0] if len(found) == 1 and not others else None
 
 
 def _heading(column: RawColumn) -> Heading:

@@ -290,7 +290,7 @@ def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
     if weight is not None:
         do = f'If it is the force of that weight: {role} = "{weight}" under [units].'
         return DataError(place, f'unit "{unit}", a mass', units.ACCEPTED[si], do)
-    do = f'Say what it is worth: {role} = {{ column = "{header}", scale = "1 {worth}" }} under [channels], '
+    do = f'Say what it is worth: {role} = {{ column = "{header}", scale = ".. {worth}" }} under [channels], '
     do += f'or correct its unit: {role} = "{units.usual(si)}" under [units].'
     return DataError(place, f'unit "{unit}"', units.ACCEPTED[si], do)
 

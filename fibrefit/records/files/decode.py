@@ -131,10 +131,10 @@ def _of_known_words(data: bytes) -> str:
 def _known_words(data: bytes, encoding: str) -> int:
     """Words with high bytes that name a quantity or a unit, read in an alphabet; -1 where it cannot be."""
     try:
-        text = data.decode(encoding)
+        text = data[: max(data.rfind(b"\n", 0, _HEAD), 0) or len(data)].decode(encoding)
     except UnicodeDecodeError:
         return -1 if encoding in _EAST_ASIAN else 0
-    words = {word for word in re.findall(r"[^\W\d_]+", text[:_HEAD]) if not word.isascii()}
+    words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
     spelt = ((word, "".join(tokens(word))) for word in words)
     return sum(bool(kinds_named(word)) or any(map(units.expression, (word, bare))) for word, bare in spelt)
 

@@ -145,7 +145,7 @@ def _of_lists(
     document: dict[str, Any], lists: dict[str, list[Any]], series: dict[str, tuple[str, str, list[Any]]], where: str
 ) -> list[dict[str, Any]]:
     """Rows of lists by name and of series, behind what is beside; a series without a unit, and not as long, is none."""
-    columns = dict(lists)
+    columns, taken = dict(lists), set(lists)
     said: dict[str, Any] = {}
     for key, (name, unit, values) in series.items():
         if not unit and lists and all(len(values) != len(others) for others in lists.values()):
@@ -154,12 +154,13 @@ def _of_lists(
         while heading in columns:
             heading += " "  # called as another one: kept beside it
         columns[heading] = values
+        taken.add(key)
         said |= {f"{name}.{sub}": v for sub, v in _flat(document[key]).items() if sub not in (*_UNITS, *_TITLES)}
     size = max(map(len, columns.values()))
     if any(len(values) != size for values in columns.values()):
         sizes = ", ".join(f"{key}: {len(value)}" for key, value in list(columns.items())[:6])
         raise DataError(where, f"lists of different lengths ({sizes})", "one length", "Export it again.")
-    head = _flat({key: value for key, value in document.items() if key not in {*lists, *series}}) | said
+    head = _flat({key: value for key, value in document.items() if key not in taken}) | said
     return [head, *({key: values[i] for key, values in columns.items()} for i in range(size))]
 
 
@@ -243,6 +244,12 @@ _ARROW = re.compile(r"\s*(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)\s*->\s?(.*)")
 _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
 
+def _begins_anew(clock: Sequence[str], parts: Sequence[int]) -> bool:
+    """Whether numbers fall wherever a clock goes on, and nowhere else: parts of its seconds, no time of their own."""
+    falls = [after < before for before, after in pairwise(parts)]
+    return falls == [after != before for before, after in pairwise(clock)]
+
+
 #: Decimals of a second that a number of this unit stands for.
 _PLACES = {"ms": 3, "us": 6, "\u00b5s": 6, "\u03bcs": 6, "ns": 9}
 
@@ -264,7 +271,8 @@ def with_thousandths(columns: Sequence[tuple[str, ...]], kinds: Sequence[str], h
         said = (header.units[i + 1], split_heading(header.names[i + 1])[1], header.names[i + 1])
         places = next((_PLACES[unit] for unit in said if unit in _PLACES), 0)
         whole = places and all(re.fullmatch(r"[^.,]*:\d\d", cell.strip()) for cell in columns[i])
-        if whole and all(re.fullmatch(rf"\d{{1,{places}}}", cell.strip()) for cell in columns[i + 1]):
+        parts = whole and all(re.fullmatch(rf"\d{{1,{places}}}", cell.strip()) for cell in columns[i + 1])
+        if parts and _begins_anew(columns[i], [int(cell) for cell in columns[i + 1]]):
             found[i] = tuple(f"{a.strip()}.{int(b):0{places}d}" for a, b in zip(*columns[i : i + 2], strict=True))
             found[i + 1] = ("",) * len(found[i])
     return found

@@ -152,7 +152,10 @@ def _annotations(tree: Mapping[str, Any], prefix: str = "", of: str = "") -> Ite
     names = [_names_beside(tree, key, min(tree[key].shape)) for key in tree if _is_matrix(tree[key])]
     for key, value in tree.items():
         place, mine = f"{prefix}{key}", told_of[key]
-        if key in tree.get(ATTRIBUTES, ()) or (isinstance(value, list) and (_plain(key) in UNITS or value in names)):
+        if key in tree.get(ATTRIBUTES, ()) or (
+            isinstance(value, list)
+            and (_plain(key) in UNITS or (all(isinstance(one, str) for one in value) and value in names))
+        ):
             continue
         if isinstance(value, dict):
             yield from _annotations(value, f"{place}.", mine)

@@ -32,7 +32,7 @@ _ONE_SAMPLE = r"(?:sampl\w*|abtast\w*|scan)"
 _RATE_KEYS = (
     rf"fs|f s|f sample|cadence|{_SAMPLING}[ ]?(?:rate|frequen\w*|clock|freq)|abtast(?:rate|frequenz)|messrate"
     r"|samples per second|s/s|vzorkovaci frekvence|frekvence vzorkovani|frequence d.echantillonnage"
-    r"|frequenza di campionamento|frecuencia de muestreo|frequencia de amostragem|sr|fe"
+    r"|frequenza di campionamento|frecuencia de muestreo|frequencia de amostragem|sr"
     r"|(?:采样|取樣|采樣)(?:频率|頻率|率|速率)|サンフリンク(?:周波数|レート|速度)|샘플링(?: ?주파수| ?속도)"
 )
 _STEP_KEYS = (

@@ -133,7 +133,8 @@ def with_keyed_units(header: Header, said: Sequence[str]) -> Header:
     return replace(
         header,
         units=tuple(unit or told.get(i, ("", None))[1] for i, unit in enumerate(given)),
-        told={i: name for i, (name, _) in told.items() if name},
+        # What a heading says itself, such as that it is a wanted value, comes before what a list says.
+        told={i: name for i, (name, _) in told.items() if name and not kinds_named(split_heading(header.names[i])[0])},
     )
 
 
@@ -166,7 +167,9 @@ def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Hea
 def _labels_units(name: str, given: Sequence[str | None]) -> bool:
     """Whether the first of a line of units calls it that, in any language: it alone is none, and not that of a time."""
     first, others = given[0], [unit for unit in given[1:] if unit]
-    if first is None or not others or units.expression(first) is not None or score(name, "time"):
+    if first is None or not others or known_unit(name, first) is not None or score(name, "time"):
+        return False
+    if not re.fullmatch(r"[^\W\d_]+[.:]?", first):
         return False
     return all(units.expression(unit) is not None for unit in others)
 

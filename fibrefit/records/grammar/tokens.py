@@ -133,7 +133,7 @@ def hexadecimal(cells: Sequence[str], mark: str) -> bool:
         Decimal mark.
     """
     present = [text for text in (cell.strip() for cell in cells) if text]
-    if not present or not all(map(_HEXADECIMAL.fullmatch, present)):
+    if not present or not all(_HEXADECIMAL.fullmatch(text) and not NOT_A_NUMBER.fullmatch(text) for text in present):
         return False
     letters = sum(NUMBER[mark].fullmatch(text) is None for text in present)
     return letters > max(2, OTHER_MARKS * len(present)) and len({*map(len, present)}) <= 2

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.roles import HELD, REST, SLACK, STICKING, TAUT
-from fibrefit.problem.diagnose.stretches import runs
+from fibrefit.rigs.signals.rest import runs
 
 MOST = 6
 """Instants of a kind, at most: the later ones are too small to be compared."""

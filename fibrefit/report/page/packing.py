@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.diagnose.stretches import runs
+from fibrefit.rigs.signals.rest import runs
 
 ORDERS = (1, 2)
 """Differences that are tried: of noise the first, of a smooth line the second are small."""

@@ -32,7 +32,7 @@ def second_solver_sentence(check: Check) -> str:
 
 def beyond(value: float, limit: float) -> str:
     """A number with two digits, or as many as tell it from the limit that it passed."""
-    return next((text for text in (f"{value:.{n}g}" for n in range(2, 8)) if float(text) != limit), f"{value:.8g}")
+    return next((text for text in (f"{value:.{n}g}" for n in range(2, 8)) if float(text) > limit), f"{value:.8g}")
 
 
 def _larger(excess: float) -> str:

@@ -23,7 +23,7 @@ def otherwise_sentence(check: Check) -> str:
         f"With {stated_otherwise(found)}{f' ({found.effect}),' if stated else ''} the model would leave nothing "
         f"but noise, and the {name} would be {without} in place of {value}"
     )
-    do = "run discover" if not stated else "look at what the study states"
+    do = "run fibrefit discover" if not stated else "look at what the study states"
     if not check.fatal:
         return f"{says}: {do}."
     return f"{says}: another by a factor of {found.factor:.2g}. Until that is settled, the fit is of no use: {do}."
@@ -40,7 +40,7 @@ def _than(size: float, unit: str, more: str, less: str) -> str:
 
 
 STATED_OTHERWISE: dict[str, Callable[[float], str]] = {
-    "study.clock": lambda size: f"times that are {_than(100.0 * size, '%', 'longer', 'shorter')} than they are given",
+    "study.clock": lambda size: f"times that are {_than(100.0 * size, '%', 'longer', 'shorter')} than given",
     "study.inclination": lambda size: f"a slope {_than(math.degrees(size), 'deg', 'more', 'less')} than stated",
     "study.lift": lambda size: f"a lift {_than(1e3 * size, 'mm', 'larger', 'smaller')} than stated",
     "study.weight_mass": lambda size: f"a mass {_than(100.0 * size, '%', 'larger', 'smaller')} than stated",

@@ -181,3 +181,8 @@ def resolution(signal: np.ndarray) -> float:
     """Smallest step between readings, in their unit."""
     steps = np.diff(np.unique(signal[np.isfinite(signal)]))
     return float(steps.min()) if len(steps) else 0.0
+
+
+def runs(flags: np.ndarray) -> np.ndarray:
+    """Runs of true flags ``(n,)``: first place of each, and the one after its last, ``(n_run, 2)``."""
+    return np.flatnonzero(np.diff(np.asarray(flags, dtype=np.int8), prepend=0, append=0)).reshape(-1, 2)
