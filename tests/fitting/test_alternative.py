@@ -17,7 +17,8 @@ from fibrefit.laws.fibre.maxwell_branch import MaxwellBranch
 from fibrefit.laws.fibre.toe_region import ToeRegion
 from fibrefit.laws.guide.stribeck_friction import StribeckFriction
 from fibrefit.laws.law import Effect, SensorLaw, StudyLaw
-from fibrefit.report.sentences.fit import STATED_OTHERWISE, fit_sentence
+from fibrefit.report.sentences.fit import fit_sentence
+from fibrefit.report.sentences.otherwise import STATED_OTHERWISE
 from fibrefit.rigs.catalogue import RIGS
 from tests.fitting import made
 
@@ -134,4 +135,6 @@ def test_every_law_a_fit_is_held_against_has_its_words() -> None:
         told_of = Alternative(name, 1.02 * first.typical, first.unit, "damping", "N s/m", 9.0, 4.0, 2.2)
         says = fit_sentence(judge.explained_otherwise(told_of))
         assert "damping would be 4 N s/m in place of 9 N s/m: another by a factor of 2.2" in says, says
-        assert says.endswith("look at what the study states." if name in STATED_OTHERWISE else "run discover."), says
+        assert says.endswith(
+            "look at what the study states." if name in STATED_OTHERWISE else "run fibrefit discover."
+        ), says

@@ -106,7 +106,7 @@ def scattered(ratio: float) -> bool:
     """Verdict on six records whose values scatter so many times as much as their errors, in squares."""
     steps = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0])[:, None] * np.sqrt(ratio * 5.0 / 6.0)
     slot = SimpleNamespace(name="stiffness", unit="N/m")
-    problem: Any = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),)))
+    problem: Any = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), shared_places=[0]))
     scores: Any = SimpleNamespace(columns=range(6))
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(agreement, "_steps", lambda scores: (steps, np.ones((6, 1))))
@@ -154,7 +154,7 @@ def worthwhile(ratio: float) -> bool:
     rig = SimpleNamespace(menu=lambda _: [{"lift": 1.0}], conditions=[SimpleNamespace(name="lift", unit="m")])
     problem = SimpleNamespace(
         model=SimpleNamespace(rig=rig),
-        layout=SimpleNamespace(entries=((None, None),)),
+        layout=SimpleNamespace(shared_places=[0]),
         observations=SimpleNamespace(experiment=SimpleNamespace(conditions={})),
     )
     with patch.object(advised, "_information", lambda *_: [np.array([[ratio**-2.0 - 1.0]])]):

@@ -161,7 +161,7 @@ def believed(explained: float) -> bool:
     """Whether a force of half its size is told, where such sizes explain so much."""
     signals = {"position": np.zeros(1), "force": np.zeros(1)}
     trace: Any = SimpleNamespace(name="a", times=None, channels=signals, conditions={})
-    rig: Any = SimpleNamespace(pulled=lambda *_: None, parameters=(), conditions=())
+    rig: Any = SimpleNamespace(pulled=lambda *_: SimpleNamespace(mass=1.0), parameters=(), conditions=())
     with patch.object(scales, "newton_of", lambda *_: Sizes(1.0, 0.5, 0.01, 0.01, 0.0, explained)):
         try:
             scales.refuse_misread([trace], rig)

@@ -96,7 +96,7 @@ def test_its_study_survives_being_written(tmp_path: Path) -> None:
 )
 def test_bare_files_are_taken_for_the_rig_whose_channels_they_hold(roles: tuple[str, ...], kind: str) -> None:
     files = [Understood(Path("x.csv"), dict.fromkeys(roles, "x"))]
-    assert f'kind = "{kind}"' in study_text(files, None, (), Path())
+    assert f'kind = "{kind}"' in study_text(files, None, (), Path()).text
 
 
 #: Conditions that no study states: they are changed by effects alone.
