@@ -67,7 +67,9 @@ def _missing(table: Table) -> list[str]:
     moving = [column for column in free if column.header and _moves(column)]
     fits = [column.header for column in moving if column.si in (None, ROLES[missing[0]])]
     do = f' If one is, name it: {missing[0]} = "{printable(fits[0])}" under [channels].' if fits else ""
-    return _wrapped(f"No column is taken for the {missing[0]}.{do}")
+    still = [column.header for column in free if column not in moving and column.si == ROLES[missing[0]]]
+    why = f' "{printable(still[0])}" has its unit and does not change.' if still and not fits else ""
+    return _wrapped(f"No column is taken for the {missing[0]}.{why}{do}")
 
 
 def _moves(column: Column) -> bool:
