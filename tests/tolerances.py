@@ -17,7 +17,7 @@ HINT = "which words are near enough to be offered: none is taken for another"
 PAGE = "what has room on a page or in a line; the whole stands in the result"
 
 REASONS: dict[str, dict[str, str]] = {
-    "core.errors": {"LONGEST": PAGE, "LIKE": HINT, "_BEGINNING": HINT},
+    "core.errors": {"MOST_TOLD": PAGE, "LONGEST": PAGE, "LIKE": HINT, "_BEGINNING": HINT},
     "core.paths": {"_LONGEST": PAGE, "_LONGEST_END": FORM},
     "core.programs.bound": {"MOST_PROGRAMS": WORK},
     "core.programs.described": {"DEEPEST": WORK},

@@ -103,10 +103,12 @@ def _next(study: Path, unstated: Sequence[str]) -> str:
 
 def _hint(seen: Sequence[Seen]) -> str:
     """How to say on the command line what files do not say; empty where nothing that could be said would help."""
-    asked = [(one, one.asked) for one in seen if one.asked is not None and not one.missing]
+    asked = [(one, each) for one in seen if one.asked is not None and not one.missing for each in one.asked.each()]
     advised = [line for _, error in asked for line in _settings(error.do)]
     if advised:
-        return "\n  ".join(["\nOn the command line, such as:", *dict.fromkeys(advised)])
+        left_open = any(".." in line for line in advised)
+        said = 'with what belongs there in place of ".."' if left_open else "such as"
+        return "\n  ".join([f"\nOn the command line, {said}:", *dict.fromkeys(advised)])
     silent = next((one for one, error in asked if not error.do), None)
     if silent is None:
         return ""
@@ -117,12 +119,12 @@ def _hint(seen: Sequence[Seen]) -> str:
 
 
 def _settings(advice: str) -> Iterator[str]:
-    """Options that say what a message advises to write into a study."""
+    """Options that say what a message advises to write into a study; ".." stands for what a person alone knows."""
     found = list(_SETTING.finditer(advice))
     for i, one in enumerate(found):
         tables = [other["table"] for other in (*found[i:], *reversed(found[:i])) if other["table"]]
         known = _IN_FILES if tables[:1] == ["files"] else ROLES
-        if tables and one["key"] in known and ".." not in one["value"]:
+        if tables and one["key"] in known:
             yield _typed(f"{tables[0]}.{one['key']}", one["value"])
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from types import TracebackType
 from typing import Self, TypeVar
 
 LONGEST = 400
@@ -70,6 +72,10 @@ class FibrefitError(Exception):
         further = [each.inside(place) for each in self.further]
         return type(self)(f"{place}, {self.where}", self.got, self.expected, self.do, further)
 
+    def each(self) -> tuple[FibrefitError, ...]:
+        """The error by itself, and those that are told with it."""
+        return (type(self)(self.where, self.got, self.expected, self.do), *self.further)
+
 
 class UsageError(FibrefitError):
     """The command line or a function call cannot be carried out as given."""
@@ -98,7 +104,7 @@ def as_one(errors: Sequence[Refused], where: str) -> Refused:
     Parameters
     ----------
     errors : sequence of FibrefitError
-        At least one, of one class.
+        At least one; the class is that of the first.
     where : str
         What all of them are about.
     """
@@ -107,6 +113,59 @@ def as_one(errors: Sequence[Refused], where: str) -> Refused:
     if left := len(others) - len(told):
         told.append(type(first)(where, f"{left} more mistake{'s' * (left != 1)}"))
     return type(first)(first.where, first.got, first.expected, first.do, told)
+
+
+class Mistakes:
+    """What is refused by looks that do not rest on each other: all of them are taken before it is told, as one error.
+
+    Parameters
+    ----------
+    where : str
+        What all of them look at.
+
+    Examples
+    --------
+    >>> with Mistakes("study.toml") as mistakes:
+    ...     for file in ("a.csv", "b.csv"):
+    ...         with mistakes.apart():
+    ...             raise StudyError(file, "no such file")
+    Traceback (most recent call last):
+    ...
+    fibrefit.core.errors.StudyError: a.csv: no such file.
+    b.csv: no such file.
+    """
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._found: list[FibrefitError] = []
+
+    @property
+    def full(self) -> bool:
+        """Whether more of them would only be counted."""
+        return len(self._found) >= MOST_TOLD
+
+    def note(self, error: FibrefitError) -> None:
+        """Keep what a look refused."""
+        self._found += error.each()
+
+    @contextmanager
+    def apart(self) -> Iterator[None]:
+        """A look by itself: what it refuses is kept, and the next one is taken."""
+        try:
+            yield
+        except FibrefitError as error:
+            self.note(error)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if isinstance(error, FibrefitError):
+            self.note(error)
+        elif error is not None:
+            return
+        if self._found:
+            raise as_one(self._found, self._where) from None
 
 
 def refuse_unknown(name: str, word: str, known: Iterable[str]) -> None:

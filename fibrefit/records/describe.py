@@ -11,7 +11,7 @@ from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import printable
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.records.clock.base import TimeBase, TimeGap
-from fibrefit.records.columns.roles import PAIR, PAIRED
+from fibrefit.records.columns.roles import PAIR, PAIRED, is_signal, with_gain
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
@@ -67,6 +67,10 @@ def _missing(table: Table) -> list[str]:
     moving = [column for column in free if column.header and _moves(column)]
     fits = [column.header for column in moving if column.si in (None, ROLES[missing[0]])]
     do = f' If one is, name it: {missing[0]} = "{printable(fits[0])}" under [channels].' if fits else ""
+    signals = [(column.header, column.unit) for column in moving if column.unit and is_signal(column.unit)]
+    for header, unit in signals[:1] if not fits else ():
+        told = with_gain(missing[0], printable(header), unit)
+        do = f' If "{printable(header)}" is its signal, state what it is worth: {told} under [channels].'
     still = [column.header for column in free if column not in moving and column.si == ROLES[missing[0]]]
     why = f' "{printable(still[0])}" has its unit and does not change.' if still and not fits else ""
     return _wrapped(f"No column is taken for the {missing[0]}.{why}{do}")

@@ -13,13 +13,13 @@ import numpy as np
 
 from fibrefit.core import allowance
 from fibrefit.core import units as registry
-from fibrefit.core.errors import DataError
+from fibrefit.core.errors import DataError, as_one
 from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
 from fibrefit.core.roles import ROLES
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
-from fibrefit.records.columns.roles import USUAL, wrong_kind
+from fibrefit.records.columns.roles import USUAL, is_signal, with_gain, wrong_kind
 from fibrefit.records.files.archive import unpacked
 from fibrefit.records.files.block import read_long
 from fibrefit.records.files.decode import decode
@@ -150,12 +150,12 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
         As for `read_record`.
     """
     where = shown_path(table.path.name)
-    for doubt in table.doubts.values():
-        raise doubt
+    if table.doubts:
+        raise as_one(list(table.doubts.values()), where)
     found = {role: table.columns[place] for role, place in table.roles.items() if role in ROLES and role != "time"}
     if not found:
         headers = ", ".join(f'"{column.header}"' for column in table.columns[:8])
-        do = f'Name the channels, such as force = "{_example(table)}", under [channels].'
+        do = f"Name the channels, such as {_example(table)}, under [channels]."
         raise DataError(where, f"no channel is known among {headers or 'the columns'}", "a force or a position", do)
     group = _group(found, channels or {}, where)
     kept = {role: column for role, column in found.items() if column.group == group}
@@ -228,10 +228,12 @@ def _refuse_many_cells(data: bytes, where: str) -> None:
 
 
 def _example(table: Table) -> str:
-    """Heading of a column that may hold the force, or its number where it has none."""
+    """How a column that may hold the force is named, by its heading, or by its number where it has none."""
     fits = (column for column in table.columns if column.si in (None, ROLES["force"]))
     first = next(fits, next(iter(table.columns), None))
-    return ".." if first is None else first.header or f"column {first.number}"
+    heading = ".." if first is None else first.header or f"column {first.number}"
+    unit = first.unit if first is not None else None
+    return with_gain("force", heading, unit) if unit and is_signal(unit) else f'force = "{heading}"'
 
 
 def _group(found: Mapping[str, Column], channels: Mapping[str, Any], where: str) -> int:
@@ -283,9 +285,9 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
             raise DataError(place, f'no unit that is known ("{word}")', expected, do)
         said = f"time = {_rates(base)}" if role == "time" else f'{role} = "{_EXAMPLES[ROLES[role]]}"'
         raise DataError(place, "no unit", expected, f"Declare it under [units]: {said}.")
-    for role, column in kept.items():
-        if column.si != ROLES[role]:
-            raise wrong_kind(role, column.header, column.unit or "", where)
+    wrong = {role: column for role, column in kept.items() if column.si != ROLES[role]}
+    if wrong:
+        raise as_one([wrong_kind(role, one.header, one.unit or "", where) for role, one in wrong.items()], where)
 
 
 def _likely(base: TimeBase) -> str:

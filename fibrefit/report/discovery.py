@@ -23,8 +23,10 @@ from fibrefit.report.layout import (
 )
 from fibrefit.report.sentences.discovery import by_chance
 from fibrefit.report.text import (
+    ABOUT_RECORDS,
     GAP,
     MOST_RECORDS,
+    about_records,
     doubts,
     earlier_value,
     input_noise,
@@ -79,6 +81,7 @@ def discovery_report(summary: DiscoverySummary) -> str:
         section("Detection limits: smallest strength that these records would show", _detectable(summary)),
         section("What cannot be distinguished", items(map(alike_sentence, summary.cannot_tell_apart))),
         section("What it does to the parameters" if summary.added else "The parameters", _parameters(summary)),
+        section(ABOUT_RECORDS, about_records(summary.records)),
         section("What to doubt", doubts(summary)),
         section("What to do next", items(summary.advice)),
         GLOSSARY,

@@ -9,7 +9,7 @@ from fibrefit.report.layout import items, table
 from fibrefit.report.text import with_error
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
-from fibrefit.study.summaries.summaries import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
 
 MOST_TRENDS = 6
 

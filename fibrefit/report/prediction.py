@@ -6,7 +6,14 @@ from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_share
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
-from fibrefit.report.text import MOST_RECORDS, known_quantity, parameter_row, population_sentence
+from fibrefit.report.text import (
+    ABOUT_RECORDS,
+    MOST_RECORDS,
+    about_records,
+    known_quantity,
+    parameter_row,
+    population_sentence,
+)
 from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -23,6 +30,7 @@ def prediction_report(summary: PredictionSummary) -> str:
         paragraph(f"{_of_which(summary)}{summary.says}"),
         section("How well it is predicted", _predicted(summary)),
         section("With what values", _values(summary)),
+        section(ABOUT_RECORDS, about_records(summary.records)),
         section("What to doubt", failures(summary.checks) + passes(summary.checks)),
         section("What to do next", items(summary.advice)),
         GLOSSARY,

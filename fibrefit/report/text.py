@@ -11,7 +11,16 @@ from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
-from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
+from fibrefit.report.layout import (
+    LONGEST_RECORD_NAME,
+    items,
+    paragraph,
+    section,
+    shortened,
+    shortened_names,
+    table,
+    titled,
+)
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
 from fibrefit.study.summaries.part import MOST_MINIMA
@@ -19,9 +28,11 @@ from fibrefit.study.summaries.summaries import (
     Basin,
     BetweenRecordsSummary,
     ChannelGap,
+    ConditionSummary,
     FitResultSummary,
     Gap,
     ParameterSummary,
+    RecordSummary,
     StartsSummary,
 )
 
@@ -30,6 +41,8 @@ ERROR_DIGITS = 2
 
 #: Longest name of a parameter that leaves room for its numbers.
 LONGEST_NAME = 28
+
+ABOUT_RECORDS = "Records and their conditions"
 
 #: Records listed by name; the rest are counted.
 MOST_RECORDS = 12
@@ -69,6 +82,7 @@ def fit_report(summary: FitResultSummary) -> str:
         paragraph(f"{headline(summary)} {_verdict(summary)} {_left(summary)}".strip()),
         section("What was found", _found(summary)),
         section("How sure it is", _sure(summary)),
+        section(ABOUT_RECORDS, about_records(summary.records)),
         section("What to doubt", doubts(summary)),
         section("What to do next", items(summary.advice)),
         GLOSSARY,
@@ -301,6 +315,43 @@ def _records(summary: FitResultSummary) -> list[str]:
     lines = table(("gap by record, worst first", *channels, "masked"), rows, right=set(range(1, len(channels) + 2)))
     others = len(worst) - len(rows)
     return lines + ([paragraph(f"and {others} more with smaller gaps.")] if others else [])
+
+
+def conditions_told(records: Mapping[str, RecordSummary]) -> tuple[str, dict[str, dict[str, str]]]:
+    """Conditions that all records have alike, in a sentence, and by name those of each record in which they differ."""
+    told = {
+        record: {name.replace("_", " "): _condition(one) for name, one in of.conditions.items()}
+        for record, of in records.items()
+    }
+    first, *others = told.values()
+    alike = {name: text for name, text in first.items() if others and all(of.get(name) == text for of in others)}
+    said = ", ".join(f"{name} {text}" for name, text in alike.items())
+    own = {record: {name: text for name, text in of.items() if name not in alike} for record, of in told.items()}
+    return f"All records: {said}." if said else "", own
+
+
+def _condition(one: ConditionSummary) -> str:
+    """``10 mm``, with its error where it has one; of one that no study states it is said."""
+    value, error, unit = with_error(one.value, one.std_error, one.unit)
+    told = format_quantity(one.value, one.unit, 6)
+    told = f"{value} +/- {error} {unit}".removesuffix(" -") if error else told
+    return f"{told} (found)" if one.found else told
+
+
+def about_records(records: Mapping[str, RecordSummary]) -> list[str]:
+    """What all records have alike, then the files and the conditions of each; nothing where neither is known."""
+    shown = [name for name, one in records.items() if one.files or one.conditions][:MOST_RECORDS]
+    if not shown:
+        return []
+    (alike, own), short = conditions_told(records), shortened_names(shown, LONGEST_RECORD_NAME)
+    lines = [paragraph(alike)] if alike else []
+    for name in shown:
+        files = [shortened(file, LONGEST_RECORD_NAME) for file in records[name].files if file != name]
+        place = f" ({', '.join(files)})" if files else ""
+        said = ", ".join(f"{condition} {text}" for condition, text in own[name].items())
+        lines += items([f"{short[name]}{place}: {said}".removesuffix(": ")])
+    others = len(records) - len(shown)
+    return lines + ([f"and {others} more, as summary.json lists them."] if others else [])
 
 
 def _starts(starts: StartsSummary) -> str:

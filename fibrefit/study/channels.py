@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, StrictFloat, StrictInt, StrictStr, Tag, field_validator
 
 from fibrefit.core import units
-from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
 from fibrefit.study.quantity import Instant, refusal
@@ -95,8 +95,8 @@ def column_of(said: Any) -> str | None:
     return said.column if isinstance(said, ChannelTable) else said
 
 
-def check_channels(channels: Mapping[str, Any], declared: Mapping[str, str], where: str) -> None:
-    """Refuse a unit or a scale that does not make the quantity of its role.
+def check_channels(channels: Mapping[str, Any], declared: Mapping[str, str], where: str, mistakes: Mistakes) -> None:
+    """Note each unit or scale that does not make the quantity of its role.
 
     Parameters
     ----------
@@ -106,17 +106,15 @@ def check_channels(channels: Mapping[str, Any], declared: Mapping[str, str], whe
         Units by role or heading.
     where : str
         File and table to name in messages.
-
-    Raises
-    ------
-    StudyError
-        For the first such channel.
+    mistakes : Mistakes
+        Where they are noted, as StudyError.
     """
     for role, said in channels.items():
         if not isinstance(said, ChannelTable):
             continue
         unit = said.unit or declared.get(role) or declared.get(said.column or "")
-        if said.scale is None and unit is not None:
-            units.to_si(unit, ROLES[role], f"{where}.{role}", error=StudyError, do="V, A and counts need a scale.")
-        elif said.scale is not None and unit is not None:
-            Scale.parse(said.scale, f"{where}.{role}").factor(unit, ROLES[role], f"{where}.{role}")
+        with mistakes.apart():
+            if said.scale is None and unit is not None:
+                units.to_si(unit, ROLES[role], f"{where}.{role}", error=StudyError, do="V, A and counts need a scale.")
+            elif said.scale is not None and unit is not None:
+                Scale.parse(said.scale, f"{where}.{role}").factor(unit, ROLES[role], f"{where}.{role}")

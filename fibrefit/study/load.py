@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.capability import KINDS
-from fibrefit.core.errors import StudyError, as_one, did_you_mean
+from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
 from fibrefit.core.paths import (
     is_folder,
     is_plain_file,
@@ -174,17 +174,17 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
         study = kind.model_validate(raw)
     except ValidationError as error:
         raise explained(error, raw, place, lambda key: _belongs(key, kind)) from None
-    study = with_scale_parameters(study.model_copy(update={"records": _completed(study, place)}), place)
-    study._source, study._table, study._place = source, table, place
-    study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
-    study.check_parameters()
-    check_uncertain(study, place)
-    study.check_units()
-    study.check_times()
-    study.check_laws()
-    _check_records(study, place)
-    _check_effects(study, place)
-    _check_files(study, place, some_missing)
+    with Mistakes(place("")) as mistakes:
+        study = study.model_copy(update={"records": _completed(study, place, mistakes)})
+        with mistakes.apart():
+            study = with_scale_parameters(study, place)
+        study._source, study._table, study._place = source, table, place
+        study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
+        study.check(mistakes)
+        check_uncertain(study, place, mistakes)
+        _check_records(study, place, mistakes)
+        _check_effects(study, place, mistakes)
+        _check_files(study, place, some_missing, mistakes)
     return study
 
 
@@ -238,11 +238,11 @@ def _model(raw: dict[str, Any], place: Places) -> type[Study]:
     raise StudyError(place("rig.kind"), shown(kind), f"one of {expected}", did_you_mean(str(kind), KINDS))
 
 
-def _completed(study: Study, place: Places) -> tuple[Any, ...]:
-    """Records with the constants of the rig that they do not override."""
+def _completed(study: Study, place: Places, mistakes: Mistakes) -> tuple[Any, ...]:
+    """Records with the constants of the rig that they do not override; what a record still needs is a mistake."""
     own = type(study.records[0]).model_fields if study.records else {}
     constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key in own}
-    records, lacking = [], dict[str, StudyError]()
+    records, lacking = [], set[str]()
     for i, record in enumerate(study.records):
         absent = {key: value for key, value in constants.items() if getattr(record, key) is None}
         for key, value in absent.items():
@@ -252,10 +252,9 @@ def _completed(study: Study, place: Places) -> tuple[Any, ...]:
                 )
                 do = _stands_in(key, study, place)
                 do += f'Write {key} = "{example}" {"under [rig]" if do else "there"}, or --set rig.{key}="{example}".'
-                lacking[key] = StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do)
+                mistakes.note(StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do))
+                lacking.add(key)
         records.append(record.model_copy(update=absent))
-    if lacking:
-        raise as_one(list(lacking.values()), place(""))
     return tuple(records)
 
 
@@ -270,29 +269,29 @@ def _stands_in(key: str, study: Study, place: Places) -> str:
     return f"It stands in {' and '.join(filter(None, (', '.join(names[:-1]), names[-1])))} alone. "
 
 
-def _check_records(study: Study, place: Places) -> None:
-    """Refuse records that have the same name, or half of what belongs together."""
+def _check_records(study: Study, place: Places, mistakes: Mistakes) -> None:
+    """Note records that have the same name, or half of what belongs together."""
     seen: dict[str, Any] = {}
     for i, record in enumerate(study.records):
+        where = place(f"records[{i}]")
         if record.label in seen:
-            other, where = seen[record.label], place(f"records[{i}]")
+            other = seen[record.label]
             copy = record.file is not None and (record.files, record.channels) == (other.files, other.channels)
             do = "Take one of the two off the list: a copy is no further evidence." if copy else "Give one a name."
             expected = "each record once" if copy else "a name for each record"
-            raise StudyError(where, f'"{record.label}" a second time', expected, do)
+            mistakes.note(StudyError(where, f'"{record.label}" a second time', expected, do))
         seen[record.label] = record
         for name in record.uncertainties or {}:
             if getattr(record, name) is None:
                 do = f"State {name} as well, here or under [rig]."
-                raise StudyError(place(f"records[{i}]"), f"the uncertainty of {name}", f"a value of {name}", do)
+                mistakes.note(StudyError(where, f"the uncertainty of {name}", f"a value of {name}", do))
         if (getattr(record, "lateral_offset", None) is None) != (getattr(record, "guide_distance", None) is None):
-            raise StudyError(
-                place(f"records[{i}]"), "lateral_offset or guide_distance alone", "both or neither", "They go together."
-            )
+            got = "lateral_offset or guide_distance alone"
+            mistakes.note(StudyError(where, got, "both or neither", "They go together."))
 
 
-def _check_effects(study: Study, place: Places) -> None:
-    """Refuse effects of a record that the study has not: nothing could be said of them."""
+def _check_effects(study: Study, place: Places, mistakes: Mistakes) -> None:
+    """Note effects of a record that the study has not: nothing could be said of them."""
     number = len(study.records)
     for name in study.model.effects:
         found = _OF_RECORD.search(name)
@@ -300,36 +299,37 @@ def _check_effects(study: Study, place: Places) -> None:
             got = f'"{name}", of record {found[1]}'
             expected = f"one of its {number} record{'s' * (number != 1)}"
             do = "Records are numbered from 1, in the order of the study."
-            raise StudyError(place("model.effects"), got, expected, do)
+            mistakes.note(StudyError(place("model.effects"), got, expected, do))
 
 
-def _check_files(study: Study, place: Places, some_missing: bool) -> None:
-    """Refuse records without a file where one is named; where some may be missing, only if all are."""
-    refused = []
+def _check_files(study: Study, place: Places, some_missing: bool, mistakes: Mistakes) -> None:
+    """Note records without a file where one is named; where some may be missing, only if all are."""
+    missing: dict[int, list[str]] = {}
     for i, record in enumerate(study.records):
-        try:
-            for file in (*record.files, *((record.header,) if record.header else ())):
-                _check_file(study.path_of(file), file, place(f"records[{i}].file"))
-        except StudyError as error:
-            refused.append(error)
-            if not some_missing or len(refused) == len(study.records):
-                raise refused[0] from None
-
-
-def _check_file(path: Path, named: str, where: str) -> None:
-    if is_plain_file(path):
+        for file in (*record.files, *((record.header,) if record.header else ())):
+            if not is_plain_file(study.path_of(file)):
+                missing.setdefault(i, []).append(file)
+    if some_missing and len(missing) < len(study.records):
         return
+    for i, files in missing.items():
+        for file in dict.fromkeys(files):
+            mistakes.note(_no_file(study.path_of(file), file, place(f"records[{i}].file"), suggest=not mistakes.full))
+
+
+def _no_file(path: Path, named: str, where: str, *, suggest: bool) -> StudyError:
+    """Why a name is not that of a file with measured data; what a folder holds in its place, if asked, takes longer."""
     folder = path.parent
     if "\0" in named or len(path.name.encode(errors="replace")) > _LONGEST_NAME:
-        raise StudyError(where, f'"{shown_path(named)}"', "a name that a file can have", "")
+        return StudyError(where, f'"{shown_path(named)}"', "a name that a file can have", "")
     if not is_folder(folder):
-        raise StudyError(where, f'no folder for "{shown_path(named)}"', f"{shown_path(folder)} to exist", "")
+        return StudyError(where, f'no folder for "{shown_path(named)}"', f"{shown_path(folder)} to exist", "")
     if os.path.exists(path):
         what = "a folder" if is_folder(path) else "a device or a pipe"
-        raise StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
+        return StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
     if not os.access(folder, os.X_OK):
-        raise StudyError(where, f'"{named}" cannot be reached', f"leave to look into {shown_path(folder)}", "")
-    raise StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", nearest_file(path))
+        return StudyError(where, f'"{named}" cannot be reached', f"leave to look into {shown_path(folder)}", "")
+    near = nearest_file(path) if suggest else ""
+    return StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)
 
 
 def _belongs(key: str, study: type[Study]) -> str:

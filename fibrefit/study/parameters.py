@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic_core import PydanticCustomError
 
 from fibrefit.core.allowance import SMALLEST_SIZE
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import Mistakes, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.scale import uncertain
 from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
@@ -190,13 +190,17 @@ def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str
     def number(key: str, written: Written) -> float:
         return _number(written, unit, place(f".{key}"))
 
-    initial = None if table.initial is None else number("initial", table.initial)
-    lower, upper = None, None
-    if table.bounds is not None:
-        lower, upper = (number(f"bounds[{i}]", bound) for i, bound in enumerate(table.bounds))
-        _refuse_swapped(lower, upper, unit, place(".bounds"))
-    if table.fixed is not False:
-        initial = _held(table, initial, number, place)
+    initial, lower, upper, prior = None, None, None, None
+    with Mistakes(place("")) as mistakes:
+        with mistakes.apart():
+            initial = None if table.initial is None else number("initial", table.initial)
+            initial = initial if table.fixed is False else _held(table, initial, number, place)
+        with mistakes.apart():
+            if table.bounds is not None:
+                lower, upper = (number(f"bounds[{i}]", bound) for i, bound in enumerate(table.bounds))
+                _refuse_swapped(lower, upper, unit, place(".bounds"))
+        with mistakes.apart():
+            prior = None if table.prior is None else _prior(table.prior, number, unit, place)
     if initial is not None and lower is not None and upper is not None and not lower <= initial <= upper:
         raise StudyError(
             place(""),
@@ -204,7 +208,6 @@ def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str
             f"{lower:g} to {upper:g} {unit}",
             "Change one.",
         )
-    prior = None if table.prior is None else _prior(table.prior, number, unit, place)
     return ParameterSetting(name, unit, initial, lower, upper, table.fixed is not False, table.shared, prior)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import date, datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import (
     Field,
@@ -13,6 +13,7 @@ from pydantic import (
     GetJsonSchemaHandler,
     PlainSerializer,
     PlainValidator,
+    SerializationInfo,
     StrictFloat,
     StrictInt,
     WithJsonSchema,
@@ -25,6 +26,19 @@ from fibrefit.core.scale import uncertain
 from fibrefit.core.units import parse_quantity
 
 CHECK_IT = "Check the exponent and the unit."
+AS_WRITTEN = {"as_written": True}
+"""Context of a dump in which quantities stand as the study wrote them, where it did; else they stand in SI units."""
+
+
+class _Quoted(float):
+    """A number in SI that knows the text it was read from; what is computed from it is a plain number."""
+
+    text: str
+
+    def __new__(cls, number: float, text: str = "") -> Self:
+        made = super().__new__(cls, number)
+        made.text = text
+        return made
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +68,7 @@ class Unit:
         return core_schema.no_info_plain_validator_function(
             self.read,
             serialization=core_schema.plain_serializer_function_ser_schema(
-                self.write, when_used="json-unless-none", return_schema=core_schema.str_schema()
+                self.write, info_arg=True, when_used="json-unless-none", return_schema=core_schema.str_schema()
             ),
             json_schema_input_schema=core_schema.str_schema(),
         )
@@ -71,11 +85,12 @@ class Unit:
             raise refusal(f'"{value}" is out of range', self._range(), "")
         if not self.lower_allowed and number < self.lower + SMALLEST_SIZE:
             raise refusal(f"{shown(value)} is out of range", f"at least {SMALLEST_SIZE:g} {self.si}", CHECK_IT)
-        return number
+        return _Quoted(number, value)
 
-    def write(self, value: float) -> str:
-        """Text that reads back as exactly the same number."""
-        return f"{value!r} {self.si}"
+    def write(self, value: float, info: SerializationInfo) -> str:
+        """Text that reads back as exactly the same number: its own where the context is `AS_WRITTEN`, or in SI."""
+        own = value.text if info.context == AS_WRITTEN and isinstance(value, _Quoted) else ""
+        return own or f"{value!r} {self.si}"
 
     def _range(self) -> str:
         if self.lower > -math.inf and self.upper < math.inf:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import Field, PrivateAttr, StrictStr
 from pydantic.fields import FieldInfo
 
-from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.paths import is_plain_file, sha256_of
 from fibrefit.core.roles import ROLES
@@ -20,7 +20,7 @@ from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, col
 from fibrefit.study.files.reading import Files, reading_arguments
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, check_possible, setting_of
 from fibrefit.study.places import Places
-from fibrefit.study.quantity import Unit
+from fibrefit.study.quantity import AS_WRITTEN, Unit
 from fibrefit.study.table import Name, StudyTable
 from fibrefit.study.toml import to_toml
 
@@ -142,23 +142,6 @@ class Study(Shown, StudyTable):
         fields = type(self.rig).model_fields
         return {name: getattr(self.rig, name) for name in self.parameters if name in fields}
 
-    def check_laws(self) -> None:
-        """Refuse files with effects that have changed since the study was written.
-
-        Raises
-        ------
-        StudyError
-            For the first file whose SHA-256 is not the one under ``[model.laws]``.
-        """
-        for file, expected in self.model.laws.items():
-            path = self.path_of(file)
-            if is_plain_file(path) and (found := sha256_of(path)) != expected:
-                raise StudyError(
-                    self._place(f"model.laws.{file}"), f"{path} has changed: its SHA-256 is {found[:12]}...",
-                    f"{expected[:12]}..., that of the law this study was written with",
-                    "Look at what has changed; then put the new digest there, or remove the line.",
-                )  # fmt: skip
-
     def reading(self, record: Any) -> dict[str, Any]:
         """Arguments for the reader of a record's file, see `reading_arguments`."""
         channels = dict(self.channels) | (record.channels or {})
@@ -196,47 +179,45 @@ class Study(Shown, StudyTable):
             If the study names a parameter that is not declared, a quantity does not fit its unit, or no value is left.
         """
         units = {name: parameter.unit for name, parameter in declared.items()}
-        for name in self.parameters:
-            if name not in units:
+        settings = {}
+        with Mistakes(str(self._source)) as mistakes:
+            for name in [name for name in self.parameters if name not in units]:
                 do = did_you_mean(name, units) or f"The model has {', '.join(units)}."
-                raise StudyError(self._place(f"parameters.{name}"), "unknown parameter", "one of the model", do)
-        settings = {name: self._setting(name, unit) for name, unit in units.items()}
-        for name, setting in settings.items():
-            check_possible(setting, declared[name], lambda key, name=name: self._place(f"parameters.{name}{key}"))  # type: ignore[misc]
+                where = self._place(f"parameters.{name}")
+                mistakes.note(StudyError(where, "unknown parameter", "one of the model", do))
+            for name, unit in units.items():
+                with mistakes.apart():
+                    settings[name] = self._setting(name, unit)
+                    check_possible(settings[name], declared[name], self._places_of(name))
         return settings
 
-    def check_parameters(self) -> None:
-        """Refuse what can be seen to be wrong before the effects are known.
+    def check(self, mistakes: Mistakes) -> None:
+        """Note what is wrong with its parameters, its units, the times of its records, and files with effects."""
+        self._check_parameters(mistakes)
+        self._check_units(mistakes)
+        self._check_times(mistakes)
+        self._check_laws(mistakes)
 
-        Raises
-        ------
-        StudyError
-            For a misspelt base parameter, or a quantity of one that does not fit.
-        """
-        base = {**self.base_parameters, **self._constants()}
+    def _check_parameters(self, mistakes: Mistakes) -> None:
+        """Note what can be seen to be wrong before the effects are known: of a misspelt name, or of a quantity."""
+        known = {**self.base_parameters, **self._constants()}
         for name in self.parameters:
-            if name in base:
-                self._setting(name, base[name])
+            if name in known:
+                with mistakes.apart():
+                    self._setting(name, known[name])
             elif "." not in name:
                 base = self.base_parameters
                 do = did_you_mean(name, base) or "Parameters of an effect have dotted names."
-                raise StudyError(
-                    self._place(f"parameters.{name}"), "unknown parameter", f"one of {', '.join(base)}", do
-                )
+                expected = f"one of {', '.join(base)}"
+                mistakes.note(StudyError(self._place(f"parameters.{name}"), "unknown parameter", expected, do))
 
     def _constants(self) -> dict[str, str]:
         """Constants of the rig that a parameter may be, and their SI units."""
         units = {name: _unit_of(field) for name, field in type(self.rig).model_fields.items()}
         return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
 
-    def check_times(self) -> None:
-        """Refuse tests of which some are dated with an offset from UTC and others without.
-
-        Raises
-        ------
-        StudyError
-            For the first record that is not like those before.
-        """
+    def _check_times(self, mistakes: Mistakes) -> None:
+        """Note tests that are dated with an offset from UTC where the first one is without, or the other way round."""
         local_times = [
             (i, one.taken.utcoffset() is None) for i, one in enumerate(self.records) if one.taken is not None
         ]
@@ -244,33 +225,41 @@ class Study(Shown, StudyTable):
             if local != local_times[0][1]:
                 got = f"a time {'without' if local else 'with'} an offset from UTC"
                 expected = f"one {'with' if local else 'without'}, as in records[{local_times[0][0]}]"
-                raise StudyError(self._place(f"records[{i}].taken"), got, expected, "")
+                mistakes.note(StudyError(self._place(f"records[{i}].taken"), got, expected, ""))
 
-    def check_units(self) -> None:
-        """Refuse units that are not known, do not suit their channel, or belong to no channel.
-
-        Raises
-        ------
-        StudyError
-            For the first such entry of ``[units]``.
-        """
+    def _check_units(self, mistakes: Mistakes) -> None:
+        """Note units that are not known, do not suit their channel, or belong to no channel."""
         tables = [dict(self.channels), *(record.channels for record in self.records if record.channels)]
         role_of = {role: role for role, _ in self.channels}
         role_of |= {column_of(said) or role: role for table in tables for role, said in table.items() if said}
         scaled = {r for table in tables for r, said in table.items() if isinstance(said, ChannelTable) and said.scale}
-        check_channels(dict(self.channels), self.units, self._place("channels"))
+        check_channels(dict(self.channels), self.units, self._place("channels"), mistakes)
         for i, record in enumerate(self.records):
-            check_channels(record.channels or {}, self.units, self._place(f"records[{i}].channels"))
+            check_channels(record.channels or {}, self.units, self._place(f"records[{i}].channels"), mistakes)
         for key, unit in self.units.items():
             where = self._place(f"units.{key}")
-            if key not in role_of:
-                raise StudyError(where, "unknown channel", f"one of {', '.join(role_of)}", did_you_mean(key, role_of))
-            if role_of[key] not in scaled:
-                to_si(unit, ROLES[role_of[key]], where, error=StudyError)
-            elif expression(unit) is None:
-                raise StudyError(where, f'unit "{unit}"', "a known unit", did_you_mean(unit, SUGGESTED))
+            with mistakes.apart():
+                if key not in role_of:
+                    do = did_you_mean(key, role_of)
+                    raise StudyError(where, "unknown channel", f"one of {', '.join(role_of)}", do)
+                if role_of[key] not in scaled:
+                    to_si(unit, ROLES[role_of[key]], where, error=StudyError)
+                elif expression(unit) is None:
+                    raise StudyError(where, f'unit "{unit}"', "a known unit", did_you_mean(unit, SUGGESTED))
 
-    def resolved_toml(self, relative_to: Path | None = None, growing: Path | None = None) -> str:
+    def _check_laws(self, mistakes: Mistakes) -> None:
+        """Note files with effects that have changed since the study was written: another SHA-256 than it states."""
+        for file, expected in self.model.laws.items():
+            path = self.path_of(file)
+            if is_plain_file(path) and (found := sha256_of(path)) != expected:
+                got = f"{path} has changed: its SHA-256 is {found[:12]}..."
+                known = f"{expected[:12]}..., that of the law this study was written with"
+                do = "Look at what has changed; then put the new digest there, or remove the line."
+                mistakes.note(StudyError(self._place(f"model.laws.{file}"), got, known, do))
+
+    def resolved_toml(
+        self, relative_to: Path | None = None, growing: Path | None = None, *, as_written: bool = False
+    ) -> str:
         """The study as a TOML file that reads back as the same study.
 
         Parameters
@@ -279,13 +268,17 @@ class Study(Shown, StudyTable):
             Folder the text will be written to; the files it names are then relative to it.
         growing : pathlib.Path, optional
             Folder that is about to take its place: laws in it are told by what they are there.
+        as_written : bool
+            Whether quantities keep the units in which they were stated: for a person. In SI, two studies that say the
+            same in other units have the same text.
 
         Returns
         -------
         str
-            TOML with every constant in each record and all quantities in SI.
+            TOML with every constant in each record; quantities are in SI, unless they stand as they were written.
         """
-        content = self.model_dump(mode="json", by_alias=True, exclude_none=True)
+        context = AS_WRITTEN if as_written else None
+        content = self.model_dump(mode="json", by_alias=True, exclude_none=True, context=context)
         if relative_to is not None:
             for record in content["records"]:
                 if "file" in record:
@@ -322,7 +315,10 @@ class Study(Shown, StudyTable):
 
     def _setting(self, name: str, unit: str) -> ParameterSetting:
         table = self.parameters.get(name, ParameterTable())
-        return setting_of(name, table, unit, lambda key: self._place(f"parameters.{name}{key}"))
+        return setting_of(name, table, unit, self._places_of(name))
+
+    def _places_of(self, parameter: str) -> Callable[[str], str]:
+        return lambda key: self._place(f"parameters.{parameter}{key}")
 
 
 def _unit_of(field: FieldInfo) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,8 +25,10 @@ from fibrefit.study.summaries.part import MOST_MINIMA
 from fibrefit.study.summaries.summaries import (
     Basin,
     ChannelGap,
+    ConditionSummary,
     CorrelationSummary,
     FitSummary,
+    ParameterSummary,
     Provenance,
     RecordSummary,
     StartsSummary,
@@ -58,7 +60,10 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         gap=gap_summary(found.gap, found.balance),
         expected_gap=found.expected_gap,
         input_errors=dict(found.input_errors),
-        records={one.name: _record_summary(one, found, at) for one, at in zip(records, speeds, strict=True)},
+        records={
+            one.name: _record_summary(study, r, one, found, at)
+            for r, (one, at) in enumerate(zip(records, speeds, strict=True))
+        },
         between_records=dict(found.between),
         checks=fit_checks(found.checks),
         starts=starts_summary(found.starts),
@@ -208,13 +213,39 @@ def _speeds(found: Identification) -> list[dict[str, tuple[float, float, float]]
     ]
 
 
+def conditions_of_record(study: Study, number: int, own: Mapping[str, ParameterSummary]) -> dict[str, ConditionSummary]:
+    """Conditions of a record, stated and found; what is a parameter of all records is told there.
+
+    Parameters
+    ----------
+    number : int
+        Its place in the study.
+    own : mapping of str to ParameterSummary
+        Values of this record alone.
+    """
+    record = study.records[number]
+    known = {
+        name: ConditionSummary(value=value, unit=unit, std_error=record.uncertainty(name) or None)
+        for name, (value, unit) in record.in_numbers().items()
+        if name not in study.found_constants
+    }
+    return known | {
+        name: ConditionSummary(value=one.value, unit=one.unit, std_error=one.std_error, found=True)
+        for name, one in own.items()
+        if name in record.conditions() and one.free
+    }
+
+
 def _record_summary(
-    record: Record, found: Identification, speeds: dict[str, tuple[float, float, float]]
+    study: Study, number: int, record: Record, found: Identification, speeds: dict[str, tuple[float, float, float]]
 ) -> RecordSummary:
+    own = found.parameters_of(record.name)
     masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
     return RecordSummary(
+        files=study.records[number].files,
+        conditions=conditions_of_record(study, number, own),
         gap=gap_summary(found.record_gaps[record.name]),
-        parameters=found.parameters_of(record.name),
+        parameters=own,
         speeds=speeds,
         samples=len(record.time),
         masked=masked,

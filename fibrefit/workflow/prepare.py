@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from fibrefit.core.errors import DataError, FibrefitError, StudyError
+from fibrefit.core.errors import DataError, FibrefitError, Mistakes, StudyError
 from fibrefit.core.programs.bound import bound_programs
 from fibrefit.laws.catalogue import select_effects
 from fibrefit.laws.families import goes_by_place
@@ -79,13 +79,18 @@ def read_records(study: Study) -> tuple[Record, ...]:
     Raises
     ------
     DataError
-        If a file is not understood.
+        If files are not understood: all of them, up to as many as are told at once.
     StudyError
         If a record is planned only and has no file, or is there twice.
     """
-    records = tuple(_read(study, record) for record in study.records)
+    records: list[Record] = []
+    with Mistakes(str(study.source)) as mistakes:
+        for record in study.records:
+            if not mistakes.full:  # reading takes long, and what comes after these is not told
+                with mistakes.apart():
+                    records.append(_read(study, record))
     refuse_copies(records, str(study.source))
-    return records
+    return tuple(records)
 
 
 def refuse_copies(records: Sequence[Record], where: str) -> None:

@@ -104,7 +104,7 @@ def write_parts(
 
     write_summary(directory.path, summary)
     write_result(directory.path / "result.h5", summary.schema_name, groups, summary.provenance)
-    resolved = study.resolved_toml(relative_to=directory.out, growing=directory.path)
+    resolved = study.resolved_toml(directory.out, directory.path, as_written=True)
     (directory.path / "study.toml").write_text(resolved, encoding="utf-8")
 
 

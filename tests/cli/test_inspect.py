@@ -68,7 +68,6 @@ def test_a_missing_file_suggests_its_neighbour_and_nothing_else(written: Run) ->
         ("Zeit [s];Kanal 1;Kanal 2", ['channels.force="Kanal 1"']),
         ("Zeit [s];$1;Kanal 2", ["'channels.force=\"$1\"'"]),
         ("Zeit [s];F;Weg", ["units.force=N", "units.position=mm"]),
-        ("Zeit [s];Kraft [V];Weg [mm]", ["units.force=N"]),
         (None, ['\'files.columns=["time [s]", "force [N]", "position [mm]"]\'']),
     ],
 )
@@ -80,6 +79,41 @@ def test_what_a_message_advises_is_shown_as_it_is_typed(fibrefit: Run, head: str
     assert done.err.splitlines()[1:] == ["On the command line, such as:", *(f"  --set {one}" for one in advised)]
     typed = [word for one in advised[:1] for word in shlex.split(f"--set {one}")]
     assert fibrefit("inspect", "a.csv", *typed).err != done.err
+
+
+@pytest.mark.parametrize(
+    ("head", "role", "template"),
+    [
+        ("Zeit [s];Kraft [V];Weg [mm]", "force", 'force={ column = "Kraft [V]", scale = ".. N/V" }'),
+        ("Zeit [s];Kraft [mA];Weg [mm]", "force", 'force={ column = "Kraft [mA]", scale = ".. N/mA" }'),
+        ("Zeit [s];Kraft [counts];Weg [mm]", "force", 'force={ column = "Kraft [counts]", scale = ".. N" }'),
+        ("Zeit [s];Kraft [N];Weg [mV]", "position", 'position={ column = "Weg [mV]", scale = ".. m/mV" }'),
+        ("Zeit [s];U1 [V];U2 [V]", "force", 'force={ column = "U1 [V]", scale = ".. N/V" }'),
+    ],
+)
+def test_of_a_signal_the_sensitivity_is_asked_for_and_no_unit_offered_in_its_place(
+    fibrefit: Run, head: str, role: str, template: str
+) -> None:
+    """Volts called newtons would be read without a word: what they are worth is left open, and taken once said."""
+    Path("a.csv").write_text("".join([f"{head}\n", *ROWS]))
+    done = fibrefit("inspect", "a.csv")
+    lines = done.err.splitlines()[1:]
+    assert (done.code, lines[1:]) == (3, [f"  --set 'channels.{template}'"])
+    assert lines[0] == 'On the command line, with what belongs there in place of "..":'
+    said = " ".join(done.out.split())
+    assert template.replace("=", " = ", 1) in said
+    assert f'{role} = "' not in said
+    assert fibrefit("inspect", "a.csv", "--set", f"channels.{template}").code == 4
+    stated = fibrefit("inspect", "a.csv", "--set", f"channels.{template.replace('..', '-20')}")
+    assert (stated.code, f"is the {role}" in stated.out) == (0, True)
+
+
+@pytest.mark.parametrize("named", [(), ("--set", "channels.force=Kraft", "--set", "channels.position=Weg")])
+def test_of_two_signals_both_are_asked_about(fibrefit: Run, named: tuple[str, ...]) -> None:
+    Path("a.csv").write_text("".join(["Zeit [s];Kraft [V];Weg [mA]\n", *ROWS]))
+    done = fibrefit("inspect", "a.csv", *named)
+    assert [line.split("=")[0].split(".")[-1] for line in done.err.splitlines()[2:]] == ["force", "position"]
+    assert done.out.count("Not ready to be used: a.csv, column") == 2
 
 
 @pytest.mark.parametrize("text", ["", "nothing\nof use\n"])

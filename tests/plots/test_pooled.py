@@ -7,7 +7,8 @@ import pytest
 from fibrefit.plots.batch import _parameters
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
-from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary, PopulationSummary, TrendSummary
+from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary
 
 RECORDS = ("slow.csv", "middle.csv", "fast.csv")
 MEAN = {"stiffness": 14.7e3, "guide.stribeck_friction.stribeck_speed": 0.02}

@@ -58,6 +58,10 @@ def test_a_role_that_no_column_has_is_told(write: Callable) -> None:
     told = said(describe(read_table(write(text.replace("stroke", "q")))))
     assert 'No column is taken for the position. If one is, name it: position = "q in parts" under [channels].' in told
     assert "No column is taken" not in said(describe(read_table(write(text))))
+    told = said(describe(read_table(write(text.replace("stroke in parts", "U2 [V]")))))
+    assert (
+        'If "U2 [V]" is its signal, state what it is worth: position = { column = "U2 [V]", scale = ".. m/V" }' in told
+    )
     still = "t [s];F [N];height [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};50"))
     told = said(describe(read_table(write(still))))
     assert 'No column is taken for the position. "height [mm]" has its unit and does not change.' in told

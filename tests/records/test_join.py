@@ -162,6 +162,26 @@ def test_a_file_of_two_side_by_side_that_is_not_understood_is_told_of(odd: str, 
     assert str(refused.value) == str(*seen.refusals)
 
 
+def test_files_that_are_not_understood_are_told_at_once(write) -> None:
+    """All of a study, and of each all that is in doubt; no more are read than are told."""
+    from fibrefit.study import load_study
+    from fibrefit.workflow.prepare import read_records
+
+    text = "Zeit [s];Kraft [V];Weg [mV]\n" + lines(lambda i: f"{t(i)};{f(i)};{u(i)}")
+    names = [f"{letter}.csv" for letter in "abcdefgh"]
+    for name in names:
+        write("no numbers at all\n" if name == "b.csv" else text, name)
+    records = "".join(f'[[records]]\nfile = "{name}"\n' for name in names)
+    study = load_study(write(STUDY.partition("[channels]")[0] + records, "study.toml"))
+    with pytest.raises(DataError) as refused:
+        read_records(study)
+    places = [line.partition(":")[0] for line in str(refused.value).splitlines()]
+    force, position = 'column "Kraft [V]"', 'column "Weg [mV]"'
+    assert places[:5] == [f"a.csv, {force}", f"a.csv, {position}", "b.csv", f"c.csv, {force}", f"c.csv, {position}"]
+    assert len(places) in (8, 9)
+    assert not any(name in str(refused.value) for name in names[-3:])
+
+
 def test_a_gap_of_the_second_logger_is_not_bridged(write) -> None:
     force = read_record(write("Time [s],Force [N]\n" + lines(lambda i: f"{t(i)},{f(i)}"), "f.csv"))
     kept = [i for i in range(N) if not 20 <= i < 40]

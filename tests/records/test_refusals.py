@@ -95,7 +95,14 @@ REFUSED = {
         "t [s];force [kp];u [mm]\n" + rows(german),
         'column "force .kp.": unit "kp"; expected N, kN, mN or lbf',
     ),
-    "unit of another kind": ("t [s];Kraft [V];u [mm]\n" + rows(german), 'column "Kraft .V.": unit "V"; expected N, kN'),
+    "unit of another kind": (
+        "t [s];Kraft [mm/s];u [mm]\n" + rows(german),
+        'column "Kraft .mm/s.": unit "mm/s"; expected',
+    ),
+    "signal of a sensor": (
+        "t [s];Kraft [V];u [mm]\n" + rows(german),
+        'column "Kraft .V.": unit "V", a signal; expected N',
+    ),
     "two forces": (
         "t [s];A [N];B [N];u [mm]\n" + rows(lambda i: de(f"{t(i)};{f(i)};1.{i};{u(i)}")),
         r'"A \[N\]" and "B \[N\]" could each be the force; expected one. Name it: force = "A \[N\]" under',

@@ -16,12 +16,13 @@ from fibrefit.report.any import REPORTS
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.report.page.common import gaps_table
 from fibrefit.report.page.discovery import discovery_page
-from fibrefit.report.page.kinds import KINDS
+from fibrefit.report.page.kinds import KINDS, page_of
 from fibrefit.report.page.posterior import view_of_posterior
 from fibrefit.report.text import fit_report
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.arrays import conditions_text
 from fibrefit.study.summaries.files import SUMMARIES
+from tests.report.test_text import records_of_two_files
 from tests.study.test_summaries import EXAMPLES, FIT, GAP
 
 PNG = base64.b64decode(
@@ -323,6 +324,19 @@ def test_conditions_of_a_record_are_written_in_the_signs_of_print() -> None:
     changed["constant_data"] |= {"lift": Variable(np.array([2e-5]), ("record",), "m")}
     view = json.loads(read(page([Result("results/a", FIT, groups=changed)], "one")).data[0])
     assert view["records"][0]["says"] == "lift 20 µm"
+
+
+@pytest.mark.parametrize("schema", ["fibrefit/fit/1", "fibrefit/discovery/1", "fibrefit/prediction/1"])
+def test_files_and_conditions_of_the_records_are_a_table(schema: str) -> None:
+    result = Result("results/x", EXAMPLES[schema].model_copy(update={"records": records_of_two_files()}))
+    (table,) = [block for block in page_of(result).blocks if block.heading == "Records and their conditions"]
+    assert table.head == ("record", "file", "inclination", "lift", "gain")
+    assert table.rows == [
+        ("a.csv", "a.csv", "45°", "5.020 ± 0.030 mm (found)", ""),
+        ("b.csv", "../../records/b.csv, c.csv", "90°", "10.00 ± 0.10 mm", "1.2"),
+    ]
+    assert table.note == "All records: weight mass 3.096 kg."
+    assert "All records: weight mass 3.096 kg." in read(page([result], "x")).text
 
 
 def test_records_stand_in_one_order_on_the_page_and_in_the_report() -> None:

@@ -21,10 +21,11 @@ from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report, prior_sentences, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.pooled import TrendSummary
 from fibrefit.study.summaries.prediction import PredictedChannel
 from fibrefit.study.summaries.summaries import InputErrorSummary
 from fibrefit.workflow.fit_files import starts_summary
-from tests.study.test_summaries import EXAMPLES, FIT, GAP
+from tests.study.test_summaries import CONDITIONS, EXAMPLES, FIT, GAP
 
 FAILED = Check(
     name="the gap is noise",
@@ -183,6 +184,38 @@ def test_each_record_of_a_report_is_told_by_its_name_however_long() -> None:
         assert max(map(len, text.splitlines())) <= WIDTH
 
 
+def records_of_two_files() -> dict[str, s.RecordSummary]:
+    """Two records in which the lift and the angle differ; of one the lift is stated, with its error, of one found."""
+    steep = s.ConditionSummary(value=0.5 * math.pi, unit="rad")
+    stated = s.ConditionSummary(value=0.01, unit="m", std_error=1e-4)
+    other = CONDITIONS | {"inclination": steep, "lift": stated, "gain": s.ConditionSummary(value=1.2, unit="-")}
+    return {
+        "a.csv": s.RecordSummary(files=("a.csv",), conditions=CONDITIONS, gap=GAP),
+        "b.csv": s.RecordSummary(files=("../../records/b.csv", "c.csv"), conditions=other, gap=GAP),
+    }
+
+
+def test_what_was_fitted_is_told_with_its_conditions() -> None:
+    """What all records have alike stands once; a lift that no study states is told to be found."""
+    text = fit_report(FIT.model_copy(update={"records": records_of_two_files()}))
+    assert text.partition("Records and their conditions\n")[2].partition("\n\n")[0].splitlines()[1:] == [
+        "All records: weight mass 3.096 kg.",
+        "- a: inclination 45 deg, lift 5.020 +/- 0.030 mm (found)",
+        "- b (../../records/b.csv, c.csv): inclination 90 deg, lift 10.00 +/- 0.10 mm,",
+        "  gain 1.2",
+    ]
+    assert "- a: weight mass 3.096 kg, inclination 45 deg, lift" in fit_report(FIT)
+
+
+def test_of_many_records_the_first_are_listed_and_the_others_counted() -> None:
+    many = {f"record_{i}_{'x' * 60}.csv": s.RecordSummary(conditions=CONDITIONS, gap=GAP) for i in range(20)}
+    text = fit_report(FIT.model_copy(update={"records": many}))
+    assert "and 8 more, as summary.json lists them." in text
+    assert max(map(len, text.splitlines())) <= WIDTH
+    bare = FIT.model_copy(update={"records": {name: s.RecordSummary(gap=GAP) for name in many}})
+    assert "Records and their conditions" not in fit_report(bare)  # a result of before they were kept
+
+
 def test_names_of_records_stay_apart_where_they_are_cut() -> None:
     names = ("trapezoid_60mms_60mm.csv", "trapezoid_450mms_60mm.csv", "trapezoid_200mms_80mm_added.csv")
     assert list(shortened_names(names, 18).values()) == ["trap...60mms_60mm", "trap...450mms_60mm", "trap...80mm_added"]
@@ -223,7 +256,7 @@ def test_a_prior_is_told_with_what_the_records_leave_of_it(error: float, says: s
     [("lift", "m", "N/m per m ("), ("order of the records", "-", "N/m per record ("), ("clamped", "-", "N/m (")],
 )
 def test_a_trend_says_what_it_is_per(condition: str, unit: str, said: str) -> None:
-    trend = s.TrendSummary(
+    trend = TrendSummary(
         parameter="stiffness", condition=condition, slope=-9.5, slope_error=0.1, slope_interval_95=(-9.7, -9.3),
         intercept=2e4, unit="N/m", condition_unit=unit, between_records=0.0, chance=1e-9, chance_corrected=1e-8,
         records=9,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.series.trends import Quantity, Trend, nearest_line, trend_of, trends
-from fibrefit.study.summaries.summaries import TrendSummary
+from fibrefit.study.summaries.pooled import TrendSummary
 
 NUMBER = 30
 NAMES = [f"record {n}" for n in range(NUMBER)]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import FibrefitError, StudyError
+from fibrefit.core.parameter import Parameter
 from fibrefit.study import load_study
 from tests.study.conftest import Loader
 
@@ -49,6 +50,72 @@ def test_no_more_than_eight_mistakes_are_told(load: Loader, folder: Path) -> Non
     lines = told(caught.value, folder)
     assert [line.partition(":")[0] for line in lines[:-1]] == [f"study.toml, model.nonsense_{i}" for i in range(8)]
     assert lines[-1] == "study.toml: 2 more mistakes."
+
+
+def test_what_only_values_can_show_is_told_at_once_too(load: Loader, folder: Path) -> None:
+    """Parameters, units, times, effects and files: no look rests on what another one found."""
+    with pytest.raises(StudyError) as caught:
+        load(
+            ('initial = "30 kN/m"', 'initial = "30 kN"'),
+            ('bounds = ["1 kN/m", "300 kN/m"]', 'bounds = ["300 kN/m", "1 kN/m"]'),
+            ("parameters.friction", "parameters.frction"),
+            ('force = "kN"', 'force = "kg"\nfrce = "N"'),
+            ('["guide.stribeck_friction"]', '["guide.stribeck_friction@3"]'),
+            ('file = "two.csv"', 'file = "tow.csv"\nuncertainties = { added_mass = "1 g" }\nparts = ["x/3.csv", "."]'),
+        )
+    assert [line.partition("; expected")[0] for line in told(caught.value, folder)] == [
+        'study.toml, parameters.stiffness.initial: unit "kN"',
+        "study.toml, parameters.stiffness.bounds: 300000 to 1000 N/m",
+        "study.toml, parameters.frction: unknown parameter",
+        'study.toml, units.force: unit "kg"',
+        "study.toml, units.frce: unknown channel",
+        "study.toml, records[1]: the uncertainty of added_mass",
+        'study.toml, model.effects: "guide.stribeck_friction@3", of record 3',
+        'study.toml, records[1].file: no file "tow.csv"',
+        "study.toml: 2 more mistakes.",
+    ]
+
+
+def test_what_a_record_lacks_keeps_no_other_mistake_from_being_told(load: Loader, folder: Path) -> None:
+    with pytest.raises(StudyError) as caught:
+        load(
+            ('weight_mass = "3.096 kg"\n', ""),
+            ('force = "Kraft"', 'force = { unit = "V" }\n[channels.position]\nunit = "V"'),
+            ('position = "position [mm]"\n', ""),
+            ('file = "one.csv"', 'file = "on.csv"'),
+            ('file = "two.csv"', 'file = "tow.csv"'),
+        )
+    assert [line.partition("; expected")[0] for line in told(caught.value, folder)] == [
+        "study.toml, records[0]: no weight_mass",
+        'study.toml, channels.force: unit "V"',
+        'study.toml, channels.position: unit "V"',
+        'study.toml, records[0].file: no file "on.csv"',
+        'study.toml, records[1].file: no file "tow.csv"',
+    ]
+
+
+def test_of_many_missing_files_those_that_are_told_have_a_suggestion(load: Loader, folder: Path) -> None:
+    more = "".join(f'\n[[records]]\nfile = "one{i}.csv"\n' for i in range(10))
+    with pytest.raises(StudyError) as caught:
+        load(('position_zero = "-0.12 mm"\n', f'position_zero = "-0.12 mm"\n{more}'))
+    lines = told(caught.value, folder)
+    assert all(line.endswith('Did you mean "one.csv"?') for line in lines[:-1])
+    assert (len(lines), lines[-1]) == (9, "study.toml: 2 more mistakes.")
+
+
+def test_settings_of_a_model_tell_all_that_is_wrong_with_them(load: Loader, folder: Path) -> None:
+    study = load(('initial = "4 N"', 'initial = "4 kg"'), ('fixed = "2.5 N"', 'fixed = "-2.5 N"'))
+    declared = {
+        "friction": Parameter("friction", "N", "", 1.0, lower=0.0),
+        "guide.stribeck_friction.breakaway_excess": Parameter("breakaway_excess", "N", "", 1.0),
+    }
+    with pytest.raises(StudyError) as caught:
+        study.settings(declared)
+    assert [line.partition(";")[0] for line in told(caught.value, folder)] == [
+        "study.toml, parameters.stiffness: unknown parameter",
+        "study.toml, parameters.friction.fixed: -2.5 N",
+        'study.toml, parameters.guide.stribeck_friction.breakaway_excess.initial: unit "kg"',
+    ]
 
 
 def test_a_list_is_not_called_too_short_for_what_is_wrong_in_it(load: Loader, folder: Path) -> None:

@@ -8,6 +8,7 @@ from datetime import UTC
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -47,6 +48,25 @@ def test_resolved_studies(
     again = load_study(folder / "resolved.toml")
     assert again.model_dump() == study.model_dump()
     assert again.resolved_toml() == study.resolved_toml()
+
+
+@pytest.mark.parametrize("angle", ["12 deg", "0.7°", "33.333333333333336 deg", "1.1 rad"])
+def test_quantities_are_written_in_the_units_they_were_stated_in(load: Loader, folder: Path, angle: str) -> None:
+    study = load(('"45 deg"', f'"{angle}"'), overrides=('records[0].lift="1 +/- 0.1 cm"',))
+    turned = study.model_copy(update={"rig": study.rig.model_copy(update={"fibre_length": 0.1 + 0.2})})
+    text = turned.resolved_toml(folder, as_written=True)
+    said = tomllib.loads(text)
+    assert [record["inclination"] for record in said["records"]] == ["90 deg", angle]
+    assert (said["records"][0]["lift"], said["rig"]["weight_mass"]) == ("1 cm", "3.096 kg")
+    assert said["rig"]["fibre_length"] == "0.30000000000000004 m"  # a number that no text stands for
+    (folder / "written.toml").write_text(text, encoding="utf-8")
+    again = load_study(folder / "written.toml")
+    assert tomllib.loads(again.resolved_toml(folder)) == tomllib.loads(turned.resolved_toml(folder))
+    assert tomllib.loads(again.resolved_toml(folder, as_written=True)) == said
+
+
+def test_what_a_study_says_in_other_units_is_the_same_study(load: Loader) -> None:
+    assert load().resolved_toml() == load(('"599 mm"', '"0.599 m"'), ('"5 mm"', '"0.5 cm"')).resolved_toml()
 
 
 def test_a_resolved_study_can_move_to_another_folder(load: Loader, folder: Path) -> None:

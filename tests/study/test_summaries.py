@@ -23,6 +23,12 @@ GAP = s.Gap.model_validate(
     }
 )
 STIFFNESS = s.ParameterSummary(value=34210.0, std_error=190.0, interval_95=(33840.0, 34580.0), unit="N/m")
+WEIGHT, LEVEL = s.ConditionSummary(value=3.096, unit="kg"), s.ConditionSummary(value=0.25 * math.pi, unit="rad")
+CONDITIONS = {
+    "weight_mass": WEIGHT,
+    "inclination": LEVEL,
+    "lift": s.ConditionSummary(value=5.02e-3, unit="m", std_error=3e-5, found=True),
+}
 CHECK = Check(name="residuals are white", passed=True, says="Nothing is left.", statistic=0.4, threshold=1.0)
 PROVENANCE = s.Provenance(
     created="2026-11-20T12:00:00+00:00", versions={"numpy": "2"}, inputs={"a.csv": "0" * 64}, resolved_study="", seed=1
@@ -33,7 +39,7 @@ FIT = s.FitSummary(
     rig="fibre_mass",
     parameters={"stiffness": STIFFNESS},
     gap=GAP,
-    records={"a.csv": s.RecordSummary(gap=GAP)},
+    records={"a.csv": s.RecordSummary(files=("a.csv",), conditions=CONDITIONS, gap=GAP)},
     checks=(CHECK,),
     starts=s.StartsSummary(tried=32, agreeing=30),
     provenance=PROVENANCE,

@@ -80,7 +80,11 @@ def test_the_summary_keeps_to_its_schema_and_to_the_contract(saved: Path, fit: F
         content["gap"]["force"]["rms"] / content["gap"]["force"]["noise"]
     )
     assert set(content["records"]) == set(NAMES)
-    assert set(content["records"][NAMES[0]]["parameters"]) == {"position_zero", "release"}
+    first = content["records"][NAMES[0]]
+    assert set(first["parameters"]) == {"position_zero", "release"}
+    assert (first["files"], first["conditions"]["weight_mass"]["unit"]) == ([NAMES[0]], "kg")
+    assert {"weight_mass", "inclination", "lift"} <= set(first["conditions"])
+    assert not any(one["found"] for one in first["conditions"].values())
     assert content["starts"] | {"tried": made.STARTS, "agreeing": made.STARTS} == content["starts"]
     assert {"name", "passed", "says"} <= set(content["checks"][0])
     assert len(content["provenance"]["inputs"]) == 3

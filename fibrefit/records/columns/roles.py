@@ -285,14 +285,29 @@ def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
         File to name in the message.
     """
     place, si = f'{where}, column "{header}"', ROLES[role]
-    worth = units.usual(si) if units.kind_of(unit) in (None, "number") else f"{units.usual(si)}/{unit}"
     weight = _WEIGHTS.get((units.expression(unit) or "").strip("()")) if si == "N" else None
     if weight is not None:
         do = f'If it is the force of that weight: {role} = "{weight}" under [units].'
         return DataError(place, f'unit "{unit}", a mass', units.ACCEPTED[si], do)
-    do = f'Say what it is worth: {role} = {{ column = "{header}", scale = ".. {worth}" }} under [channels], '
+    if is_signal(unit):
+        stated = with_gain(role, header, unit)
+        do = f"State what it is worth, by the sensitivity of its sensor: {stated} under [channels]."
+        return DataError(place, f'unit "{unit}", a signal', units.ACCEPTED[si], do)
+    do = f"Say what it is worth: {with_gain(role, header, unit)} under [channels], "
     do += f'or correct its unit: {role} = "{units.usual(si)}" under [units].'
     return DataError(place, f'unit "{unit}"', units.ACCEPTED[si], do)
+
+
+def is_signal(unit: str) -> bool:
+    """Whether a unit is that of a sensor's signal, as V, mA, mV/V or counts: it measures nothing without a gain."""
+    return units.kind_of(unit) in ("voltage", "current", "number")
+
+
+def with_gain(role: str, header: str, unit: str) -> str:
+    """How a study states what one unit of a column is worth, with the number left open."""
+    usual = units.usual(ROLES[role])
+    worth = usual if units.kind_of(unit) in (None, "number") else f"{usual}/{unit}"
+    return f'{role} = {{ column = "{header}", scale = ".. {worth}" }}'
 
 
 def _points(heading: Heading, role: str) -> int:

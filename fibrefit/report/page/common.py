@@ -5,14 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.units import format_quantity, typeset_unit
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, PageContent, Pictures, Result, TableBlock, Words
-from fibrefit.report.text import GAP, earlier_value, parameter_row, population_sentence, size_of
+from fibrefit.report.text import (
+    ABOUT_RECORDS,
+    GAP,
+    conditions_told,
+    earlier_value,
+    parameter_row,
+    population_sentence,
+    size_of,
+)
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import Gap, ParameterSummary, Provenance
+from fibrefit.study.summaries.summaries import Gap, ParameterSummary, Provenance, RecordSummary
 
 ARROW = " \N{RIGHTWARDS ARROW} "
 
@@ -64,6 +72,23 @@ def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] |
     return TableBlock(
         "The gap of each record" if first is None else "The gap before and after", head, rows, columns, GAP
     )
+
+
+def records_table(records: Mapping[str, RecordSummary]) -> TableBlock | None:
+    """Files of each record, and the conditions in which they differ; None where neither is known."""
+    if not any(one.files or one.conditions for one in records.values()):
+        return None
+    alike, own = conditions_told(records)
+    names = tuple(dict.fromkeys(name for of in own.values() for name in of))
+    rows = [
+        (record, ", ".join(one.files), *(_typeset(own[record].get(name, "")) for name in names))
+        for record, one in records.items()
+    ]
+    return TableBlock(ABOUT_RECORDS, ("record", "file", *names), rows, note=_typeset(alike))
+
+
+def _typeset(text: str) -> str:
+    return typeset_unit(text.replace("+/-", "\N{PLUS-MINUS SIGN}"))
 
 
 def _ratios(before: Gap | None, after: Gap, channels: Sequence[str]) -> list[str]:

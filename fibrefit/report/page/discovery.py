@@ -18,7 +18,7 @@ from fibrefit.report.discovery import (
     verdict_line,
 )
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Step, Story, TableBlock, Words
-from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table
+from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table, records_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
@@ -54,6 +54,7 @@ def discovery_page(result: Result) -> PageContent:
             before.records if before else None,
             before.gap if before else None,
         ),
+        records_table(summary.records),
         _left_out(summary),
         _tried(summary),
         _detectable(summary),

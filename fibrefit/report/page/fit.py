@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Words
-from fibrefit.report.page.common import gap_line, gaps_table, page_content, parameters_table
+from fibrefit.report.page.common import gap_line, gaps_table, page_content, parameters_table, records_table
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import VERDICTS, between_sentence, prior_sentences
 from fibrefit.study.summaries.summaries import FitSummary
@@ -31,6 +31,7 @@ def fit_page(result: Result) -> PageContent:
         type(table)(table.heading, table.head, table.rows, table.right, notes),
         view,
         gaps_table({name: one.gap for name, one in summary.records.items()}, summary.gap, None, None),
+        records_table(summary.records),
     ]
     said = " ".join(filter(None, [opening(summary), summary.estimator_says]))
     return page_content(result, blocks, VERDICTS[summary.status], said, facts(summary))

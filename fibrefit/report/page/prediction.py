@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, TableBlock, Words
-from fibrefit.report.page.common import gaps_table, page_content, parameters_table
+from fibrefit.report.page.common import gaps_table, page_content, parameters_table, records_table
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block, simulated
 from fibrefit.report.prediction import EXPECTED, share_told
 from fibrefit.report.text import known_quantity
@@ -29,6 +29,7 @@ def prediction_page(result: Result) -> PageContent:
         Words("What to do next", summary.advice, listed=True),
         view_of_prediction(result),
         gaps_table(gaps, summary.gap, None, None),
+        records_table(summary.records),
         parameters_table(summary.parameters),
     ]
     facts = [(f"{name} explained", share_told(one.explained)) for name, one in summary.channels.items()]

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from pydantic import Field, StrictStr, ValidationError
 
+from fibrefit.core.errors import Mistakes
 from fibrefit.core.roles import ROLES
 from fibrefit.study.channels import ChannelEntry, check_channels, plain_channels
 from fibrefit.study.explain import explained
@@ -56,7 +57,8 @@ def reading_of(overrides: Sequence[str]) -> dict[str, Any]:
         reading = ReadingParts.model_validate(raw)
     except ValidationError as error:
         raise explained(error, raw, place) from None
-    check_channels(reading.channels, reading.units, "command line, channels")
+    with Mistakes("command line") as mistakes:
+        check_channels(reading.channels, reading.units, "command line, channels", mistakes)
     return reading_arguments(reading.channels, reading.units, reading.files)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fibrefit.core.errors import StudyError
+from fibrefit.core.errors import Mistakes, StudyError
 from fibrefit.core.scale import uncertain
 from fibrefit.study.places import Places
 
@@ -29,18 +29,11 @@ def take_uncertainties(raw: dict[str, Any]) -> None:
             table.update({"initial": parts[0], "prior": said} | table)
 
 
-def check_uncertain(study: Any, place: Places) -> None:
-    """Refuse a constant that is a parameter of all records and stated otherwise in one of them.
-
-    Raises
-    ------
-    StudyError
-        Naming the record.
-    """
+def check_uncertain(study: Any, place: Places, mistakes: Mistakes) -> None:
+    """Note each constant that is a parameter of all records and stated otherwise in one of them."""
     for name, value in study.found_constants.items():
         for i, record in enumerate(study.records):
             if getattr(record, name, value) != value:
-                raise StudyError(
-                    place(f"records[{i}].{name}"), "another value than under [rig], where it is a parameter",
-                    "one value for all records", f"Leave it out here, or state {name} without an uncertainty.",
-                )  # fmt: skip
+                got = "another value than under [rig], where it is a parameter"
+                do = f"Leave it out here, or state {name} without an uncertainty."
+                mistakes.note(StudyError(place(f"records[{i}].{name}"), got, "one value for all records", do))

@@ -102,9 +102,18 @@ class RecordTable(Shown, StudyTable):
     @classmethod
     def conditions(cls) -> dict[str, Unit]:
         """Units of the conditions that are numbers."""
-        fields = {name: info for name, info in cls.model_fields.items() if not _is_none(info.json_schema_extra)}
-        found = {name: _unit_of(info) for name, info in fields.items()}
+        found = {name: _unit_of(info) for name, info in cls._may_be_conditions().items()}
         return {name: unit for name, unit in found.items() if unit is not None}
+
+    @classmethod
+    def _may_be_conditions(cls) -> dict[str, Any]:
+        return {name: info for name, info in cls.model_fields.items() if not _is_none(info.json_schema_extra)}
+
+    def in_numbers(self) -> dict[str, tuple[float, str]]:
+        """Its conditions that are stated in numbers, and their SI units; of a complete study those of the rig too."""
+        units = {name: unit.si for name, unit in self.conditions().items()}
+        found = {name: getattr(self, name) for name in self._may_be_conditions()}
+        return {name: (value, units.get(name, "-")) for name, value in found.items() if isinstance(value, float)}
 
     def uncertainty(self, condition: str) -> float:
         """Standard uncertainty that is stated of a condition, in SI units; 0 where none is."""

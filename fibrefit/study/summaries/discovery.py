@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 from pydantic import Field
 
 from fibrefit.study.summaries.check import Status
-from fibrefit.study.summaries.part import Known, Part
-from fibrefit.study.summaries.summaries import FitResultSummary, Gap, Interval, ParameterSummary
+from fibrefit.study.summaries.part import Interval, Known, Part
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap, ParameterSummary
 from fibrefit.study.thresholds import LEAST_LISTED
 
 Verdict = Literal["nothing_missing", "named", "unexplained", "not_trusted"]

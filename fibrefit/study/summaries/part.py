@@ -24,6 +24,7 @@ def _both_known(ends: tuple[float, float] | None) -> tuple[float, float] | None:
     return ends if ends is not None and all(map(math.isfinite, ends)) else None
 
 
+Interval = tuple[float, float]
 Known = Annotated[float | None, BeforeValidator(_known)]
 """A number, or None where it is not known: what is computed says so by nan or infinity, for which JSON has no word."""
 OrNan = Annotated[

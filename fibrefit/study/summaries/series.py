@@ -7,14 +7,9 @@ from typing import Literal
 from pydantic import Field
 
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.part import Known, Part
-from fibrefit.study.summaries.summaries import (
-    Interval,
-    ParameterSummary,
-    PopulationSummary,
-    Provenance,
-    TrendSummary,
-)
+from fibrefit.study.summaries.part import Interval, Known, Part
+from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.summaries import ParameterSummary, Provenance
 
 Answer = Literal["constant", "speed_law", "per_record"]
 

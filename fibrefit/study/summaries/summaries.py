@@ -8,9 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.part import Known, KnownInterval, OrNan, Part
-
-Interval = tuple[float, float]
+from fibrefit.study.summaries.part import Interval, Known, KnownInterval, OrNan, Part
+from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
 
 
 class ParameterSummary(Part):
@@ -86,9 +85,22 @@ class Gap(BaseModel):
         return None if found is None else found.ratio
 
 
-class RecordSummary(Part):
-    """What was found about one record."""
+class ConditionSummary(Part):
+    """A number that holds for one record, stated for it or under ``[rig]``."""
 
+    value: float
+    unit: str
+    std_error: Known = Field(default=None, description="Its stated uncertainty; of one that was found, its error.")
+    found: bool = Field(default=False, description="Whether it was found from the record, as a lift that none states.")
+
+
+class RecordSummary(Part):
+    """What was found about one record, and under which conditions."""
+
+    files: tuple[str, ...] = Field(default=(), description="Its measured data, by the names that the study has.")
+    conditions: dict[str, ConditionSummary] = Field(
+        default_factory=dict, description="In SI units; without constants that are parameters of all records."
+    )
     gap: Gap
     parameters: dict[str, ParameterSummary] = Field(
         default_factory=dict, description="Values of this record alone, such as position_zero and release."
@@ -323,45 +335,6 @@ class PosteriorSummary(Part):
     checks: tuple[Check, ...]
     advice: tuple[str, ...] = ()
     provenance: Provenance | None = None
-
-
-class PopulationSummary(Part):
-    """A parameter over the records, partially pooled."""
-
-    unit: str
-    mean: float
-    mean_interval_95: Interval
-    between_records: float = Field(description="Standard deviation between records; relative where `relative`.")
-    between_records_interval_95: Interval
-    relative: bool
-    new_record_interval_95: Interval = Field(description="Where the true value of one more record lies.")
-    chance: float = Field(description="Probability of values as different as these if records did not differ.")
-
-
-class OutlierSummary(Part):
-    """A record that does not follow a trend."""
-
-    record: str
-    score: float = Field(description="Distance from the line of the others in standard deviations.")
-    chance: float
-
-
-class TrendSummary(Part):
-    """A parameter against a condition."""
-
-    parameter: str
-    condition: str
-    slope: float
-    slope_error: float
-    slope_interval_95: Interval
-    intercept: float
-    unit: str
-    condition_unit: str
-    between_records: float = Field(description="Standard deviation between records about the line, in `unit`.")
-    chance: float
-    chance_corrected: float = Field(description="Among all looks (Holm).")
-    records: int
-    outliers: tuple[OutlierSummary, ...] = ()
 
 
 class BatchItem(Part):

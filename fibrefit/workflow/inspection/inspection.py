@@ -265,7 +265,7 @@ def seen_in(path: Path, arguments: dict[str, Any]) -> Seen:
     try:
         record = record_of(table, channels=arguments.get("channels", {}))
     except FibrefitError as error:
-        lines += _wrapped(f"Not ready to be used: {error}")
+        lines += [line for each in error.each() for line in _wrapped(f"Not ready to be used: {each}")]
         understood["not_ready"], asked = str(error), error
     return Seen(lines, understood, table, record=record, asked=asked)
 

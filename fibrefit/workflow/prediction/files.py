@@ -22,7 +22,7 @@ from fibrefit.study.summaries.summaries import (
     Provenance,
     RecordSummary,
 )
-from fibrefit.workflow.fit_files import RESIDUALS, gap_summary
+from fibrefit.workflow.fit_files import RESIDUALS, conditions_of_record, gap_summary
 from fibrefit.workflow.groups_in_common import (
     conditions_group,
     motion_group,
@@ -143,7 +143,14 @@ def _record(found: Predicted, r: int, record: Record) -> RecordSummary:
     }
     masked = int(sum(np.sum(~np.asarray(valid)) for valid in record.valid.values()))
     gap = gap_summary(found.seen.record_gaps[record.name])
-    return RecordSummary(gap=gap, parameters=own, samples=len(record.time), masked=masked)
+    return RecordSummary(
+        files=found.study.records[r].files,
+        conditions=conditions_of_record(found.study, r, own),
+        gap=gap,
+        parameters=own,
+        samples=len(record.time),
+        masked=masked,
+    )
 
 
 def _input_errors(found: Predicted) -> dict[str, InputErrorSummary]:

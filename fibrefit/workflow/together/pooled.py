@@ -10,7 +10,8 @@ import numpy as np
 
 from fibrefit.series.population import Population, population
 from fibrefit.series.trends import BY_ORDER, Quantity, trends
-from fibrefit.study.summaries.summaries import BatchItem, Measure, PopulationSummary, TrendSummary
+from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.summaries import BatchItem, Measure
 
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""

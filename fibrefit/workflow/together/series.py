@@ -20,8 +20,9 @@ from fibrefit.series.trends import Quantity, Trend, trends
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.pooled import TrendSummary
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import Measure, TrendSummary
+from fibrefit.study.summaries.summaries import Measure
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import FoundResult, write_parts
 from fibrefit.workflow.thresholds import SHORTEST_SERIES
