@@ -36,7 +36,6 @@ from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
 from fibrefit.discovery.search.inputs import coefficients_of, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
 from fibrefit.discovery.unnamed import Unnamed, law_before_effects, law_beside_choice, law_without_choice
 from fibrefit.fitting.result import Identification
@@ -170,7 +169,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         if law_first is not None:
             return _ended_by(law_first[0], replace(at, comparison=law_first[1])), False
     what = f"trying each effect, round {len(at.steps) + 1}"
-    comparison = comparison_of(at.search, at.best, what, at.singles, _near(at))
+    comparison = comparison_of(at.search, at.best, what, at.singles, _near(at, at.singles, at.comparison, at.gained))
     comparison = replace(comparison, gained=max(at.gained, default=0.0))
     single, found = at.singles or comparison, believed(comparison, limits.choose)
     at, found = _where_it_is(
@@ -178,7 +177,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     )
     if limits.choose is None:
         try:
-            law = law_beside_choice(*found, single, before)
+            law = law_beside_choice(*found, single, before, _near_choice(at, found, single))
         except OutOfTimeError:
             return replace(at, cut_short=True), False
         if law is not None:
@@ -208,13 +207,22 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     return at, False
 
 
-def _near(at: Selection) -> LaplaceFit | None:
+def _near(
+    at: Selection, single: Comparison | None, last: Comparison | None, gained: Sequence[float]
+) -> LaplaceFit | None:
     """The first model that lacks little of the best one: slopes are nearly the same there, and its programs known."""
-    steps = ((at.singles, sum(at.gained)), (at.comparison, at.gained[-1])) if at.gained else ()
+    steps = ((single, sum(gained)), (last, gained[-1])) if gained else ()
     for before, gain in steps:
-        if before is not None and little_is_missing(at.search.gap_left(before.parent), gain):
+        if before is not None and at.search.lacks_little(before.parent, gain):
             return before.parent
     return None
+
+
+def _near_choice(at: Selection, found: Believed, single: Comparison) -> LaplaceFit | None:
+    """The same of a model with what was just chosen; None where nothing was."""
+    if found.chosen is None:
+        return None
+    return _near(at, single, found.comparison, (*at.gained, found.comparison.gain(found.chosen)))
 
 
 def _settled_there(at: Selection) -> Selection:

@@ -93,8 +93,11 @@ def law_before_effects(search: Search, parent: LaplaceFit, before: Identificatio
     if _does_as_well(found, tried):
         return None
     best = max((one for one in tried.found if one.evidence.mode.steps), key=lambda one: one.log, default=found.parent)
-    if best.log - found.parent.log > PROMISING * (_worth(found) - found.parent.log):
-        explained, _ = in_time(partial(_second_does_as_well, found, best), False, side_search_time(time_left()))
+    gain = best.log - found.parent.log
+    if gain > PROMISING * (_worth(found) - found.parent.log):
+        near = parent if found.search.lacks_little(found.parent, gain) else None
+        second = partial(_second_does_as_well, found, best, near)
+        explained, _ = in_time(second, False, side_search_time(time_left()))
         if explained:
             return None
     return found, Comparison(found.search, found.parent, tuple(tried.found), untried=tried.untried)
@@ -106,6 +109,7 @@ def law_beside_choice(
     seen: Confirmation | None,
     first: Comparison,
     before: Identification,
+    near: LaplaceFit | None = None,
 ) -> Unnamed | None:
     """A law that accounts for what the effect chosen in a round does not; None where there is no such.
 
@@ -120,6 +124,8 @@ def law_beside_choice(
         The first round, at effects one by one.
     before : Identification
         Of the model the search began with.
+    near : LaplaceFit, optional
+        A model without what is chosen that lacks little, in which slopes of further effects may be taken.
 
     Raises
     ------
@@ -130,8 +136,9 @@ def law_beside_choice(
         return None
     # What the time does not suffice to ask is not held against an effect that was found.
     left, _ = in_time(partial(_left, comparison, chosen, seen), 0.0)
-    predicted, _ = in_time(partial(_curve_predicts_more, comparison, chosen, seen, before), False)
-    if predicted or (_leaves_much(comparison, chosen, left) and not _another_promises(comparison, chosen, seen, left)):
+    predicted, _ = in_time(partial(_predicted_beyond, comparison, chosen, seen, before), 0.0)
+    much = predicted or (left if _leaves_much(comparison, chosen, left) else 0.0)
+    if asked := much > 0.0 and not _another_promises(comparison, chosen, seen, much, near):
         job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same force may stand in for one law of it.
@@ -139,10 +146,11 @@ def law_beside_choice(
     else:
         return None
     found, came = in_time(job, None, side_search_time(time_left()))
-    if predicted and not came:
+    if asked and predicted and not came:
         raise OutOfTimeError
     if found is not None and len(chosen.effects) == len(found.parent.effects) + 1:
-        explained, _ = in_time(partial(_second_does_as_well, found, chosen), False, side_search_time(time_left()))
+        second = partial(_second_does_as_well, found, chosen, near)
+        explained, _ = in_time(second, False, side_search_time(time_left()))
         return None if explained else found
     return found
 
@@ -194,10 +202,12 @@ def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None)
     return most_nats(alarms_of(comparison.search, chosen) if seen is None else alarms_of(seen.search, seen.found))
 
 
-def _curve_predicts_more(
+def _predicted_beyond(
     comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None, before: Identification
-) -> bool:
-    """Whether slopes predict more of a free curve than of the effect, and than it gains, where little is missing.
+) -> float:
+    """Nats that slopes predict of a free curve beyond what the effect gains, where little is missing; 0 for no more.
+
+    They are none either unless slopes predict more of the curve than of the effect.
 
     No effect of the catalogue is what is missing then: of some that a friction over the position looks like, one
     gained 30 nats where a curve gains 300. From afar slopes predict too much of everything, of an effect as of a
@@ -205,10 +215,12 @@ def _curve_predicts_more(
     """
     search, parent = comparison.search, comparison.parent
     if not slopes_tell(comparison.gap):
-        return False
+        return 0.0
     gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
     curve = look_at(search, parent, before, tuple(PORTS)).promise - NAMED - PRICE_OF_LOOKS
-    return curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING)
+    if curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING):
+        return curve - gain
+    return 0.0
 
 
 def _predicted_of(search: Search, parent: LaplaceFit, chosen: LaplaceFit) -> float:
@@ -218,21 +230,28 @@ def _predicted_of(search: Search, parent: LaplaceFit, chosen: LaplaceFit) -> flo
     return sum(one.gain for one in gains.values())
 
 
-def _second_does_as_well(found: Unnamed, chosen: LaplaceFit) -> bool:
+def _second_does_as_well(found: Unnamed, chosen: LaplaceFit, near: LaplaceFit | None) -> bool:
     """Whether an effect and a further one make the records as probable as a law that takes the place of the first.
 
-    Two effects of the catalogue are no less likely than one law that nobody has seen.
+    Two effects of the catalogue are no less likely than one law that nobody has seen. Slopes of the further one may be
+    taken in a `near` model.
     """
     there, known = found.search, found.parent.supermodel.sensitivities
     seen_there = chosen.supermodel.sensitivities is known
     first = there.inference.again(chosen) if seen_there else fitted_about(there, chosen)
-    return _does_as_well(found, _tried_against(found, first, there.swift_extensions(first), PROMISING))
+    return _does_as_well(found, _tried_against(found, first, there.swift_extensions(first), PROMISING, near))
 
 
-def _tried_against(found: Unnamed, first: LaplaceFit, effects: Sequence[type[Effect]], share: float) -> Tried:
+def _tried_against(
+    found: Unnamed,
+    first: LaplaceFit,
+    effects: Sequence[type[Effect]],
+    share: float,
+    near: LaplaceFit | None = None,
+) -> Tried:
     """Effects on top of a hypothesis, of which slopes predict a share of what they need to come near a law."""
     least = share * (_worth(found) - first.log)
-    return found.search.tried(first, effects, "trying further effects against a law", least)
+    return found.search.tried(first, effects, "trying further effects against a law", least, near)
 
 
 def _does_as_well(found: Unnamed, tried: Tried) -> bool:
@@ -254,8 +273,10 @@ def _leaves_much(comparison: Comparison, chosen: LaplaceFit, left: float) -> boo
     return not near and left > LIKENESS * comparison.gain(chosen)
 
 
-def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None, left: float) -> bool:
-    """Whether slopes predict of a further effect a fair share of what tests see left: the next round tries that first.
+def _another_promises(
+    comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None, left: float, near: LaplaceFit | None
+) -> bool:
+    """Whether slopes predict of a further effect a fair share of what the first leaves: the next round tries it first.
 
     Two effects are no less likely than a law that nobody has seen, and are sooner tried; a law of what these leave, or
     in their place, is looked for after that.
@@ -264,7 +285,7 @@ def _another_promises(comparison: Comparison, chosen: LaplaceFit, seen: Confirma
     swift = search.swift_extensions(best)
 
     def predicted() -> dict[type[Effect], PredictedGain]:
-        return search.predicted_gains(best, search.inference.slopes(best), swift, "what is left beside it")
+        return search.predicted_gains(best, search.inference.slopes(best), swift, "what is left beside it", near)
 
     gains, came = in_time(predicted, dict[type[Effect], PredictedGain]())
     return came and max((one.gain for one in gains.values()), default=-np.inf) > PROMISING * left

@@ -15,6 +15,7 @@ from fibrefit.discovery.choice import chosen_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
 from fibrefit.discovery.forward_selection import Selection, _near
 from fibrefit.discovery.search.search import Tried
+from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.laws.catalogue import CATALOGUE
 from tests.discovery.test_pairs import EFFECTS, Model
 
@@ -23,7 +24,9 @@ BASE = Model((), 0.0)
 
 def searched(gap: float = 2.0, **what: Any) -> Any:
     """A search in which every model leaves one gap."""
-    return SimpleNamespace(gap_left=lambda one: gap, **what)
+    return SimpleNamespace(
+        gap_left=lambda one: gap, lacks_little=lambda one, gained: little_is_missing(gap, gained), **what
+    )
 
 
 @pytest.mark.parametrize(
@@ -146,8 +149,8 @@ def test_slopes_are_taken_in_the_first_model_that_lacks_little(
 ) -> None:
     """Its programs are there; that of each model with what was found by then takes long to compile."""
     first, last = (cast(Any, SimpleNamespace(parent=name)) for name in ("first", "last"))
-    at = Selection(searched(gap), cast(Any, BASE), comparison=last, singles=first, gained=gained)
-    assert _near(at) == expected
+    at = Selection(searched(gap), cast(Any, BASE))
+    assert _near(at, first, last, gained) == expected
 
 
 @pytest.mark.parametrize(("moved", "gain", "begun"), [(True, -600.0, 2), (True, -3.0, 1), (False, -600.0, 1)])

@@ -225,7 +225,7 @@ def after_a_look(
     names = nothing.found[0].names
     monkeypatch.setattr(forward_selection, "comparison_of", lambda *of: replace(nothing, compared=frozenset({names})))
     monkeypatch.setattr(forward_selection, "incomplete", lambda comparison, before: (missing, ["curve"]))
-    monkeypatch.setattr(forward_selection, "_near", lambda at: None)
+    monkeypatch.setattr(forward_selection, "_near", lambda *of: None)
     monkeypatch.setattr(forward_selection, "law_before_effects", lambda *of: None)
     monkeypatch.setattr(forward_selection, "law_beside_choice", Mock(side_effect=[law]))
     monkeypatch.setattr(forward_selection, "law_without_choice", lambda *of: instead)

@@ -5,6 +5,7 @@ What readings react by is tens of megabytes, and takes a second or so for each r
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +37,9 @@ class Reactions(NamedTuple):
 
     def sensitivities(self, task: Task) -> InputSensitivities:
         """The reactions themselves, in the task of the model."""
-        found = sensitivities_of(task, self.local, self.coefficients, self.far)
+        # What does not count is not simulated either.
+        seen = task if self.counts is None else replace(task, problem=task.problem.until(self.counts))
+        found = sensitivities_of(seen, self.local, self.coefficients, self.far)
         assert found is not None
         return found if self.counts is None else found.until(self.counts.tolist())
 

@@ -164,6 +164,10 @@ class Search(SearchState):
             left = [start for start in left if is_left_to_follow(start, gain)]
         return found, {start.effect for start in begun}
 
+    def lacks_little(self, parent: LaplaceFit, gained: float) -> bool:
+        """Whether slopes in a parent tell what they would beside what has gained so many nats on top of it."""
+        return little_is_missing(self.gap_left(parent), gained)
+
     def predicted_gains(
         self,
         parent: LaplaceFit,
