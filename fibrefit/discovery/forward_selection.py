@@ -137,7 +137,7 @@ def forward_select(search: Search, base: LaplaceFit, before: Identification, lim
     """
     at = Selection(search, base)
     while len(at.best.effects) < limits.max_effects:
-        more = _more_to_conclude(at, before, time_to_use(limits.seconds)) if at.best.effects else 0.0
+        more = _more_to_conclude(at, before, time_to_use(limits.seconds))
         further, came = in_time(partial(_further, at, before, limits), None, time_left() - more)
         if not came:
             return replace(at, cut_short=True)
@@ -149,12 +149,16 @@ def forward_select(search: Search, base: LaplaceFit, before: Identification, lim
 
 
 def _more_to_conclude(at: Selection, before: Identification, given: float) -> float:
-    """Time in s that a conclusion takes beyond that of the base model: a model that is slower to simulate takes longer.
+    """Time in s that a conclusion takes beyond the least: curves and a law while nothing is named, then what was found.
 
-    Its final fit makes a program of its own, as large as any so far, and nothing ends that on the way.
+    A model that is slower to simulate takes longer. Its final fit makes a program of its own, as large as any so far,
+    and nothing ends that on the way.
     """
+    least = kept_for_conclusion(before.running, given)
+    if not at.best.effects:
+        return kept_for_conclusion(before.running, given, named=False) - least
     slower = slowdown(at.search, at.best) * before.running
-    return kept_for_conclusion(slower, given) - kept_for_conclusion(before.running, given) + longest_compilation()
+    return kept_for_conclusion(slower, given) - least + longest_compilation()
 
 
 def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Selection, bool]:

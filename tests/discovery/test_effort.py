@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.time_limit import Budget, check_time, time_left
+from fibrefit.discovery import forward_selection
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort, laplace_inference
 from fibrefit.discovery.search import inputs, setup, starts
@@ -188,9 +189,26 @@ def test_a_motion_is_lost_where_far_more_is_left_than_before() -> None:
     assert not effort.motion_lost(3.0, 1.2)
 
 
-@pytest.mark.parametrize(("first", "kept"), [(3.0, 60.0), (40.0, 80.0), (90.0, 105.0)])
-def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, kept: float) -> None:
-    assert kept_for_conclusion(first, 300.0) == pytest.approx(kept)
+@pytest.mark.parametrize(
+    ("first", "named", "kept"),
+    [(3.0, False, 60.0), (3.0, True, 30.0), (40.0, False, 80.0), (40.0, True, 80.0), (90.0, True, 105.0)],
+)
+def test_the_conclusion_is_given_what_the_first_fit_says_it_takes(first: float, named: bool, kept: float) -> None:
+    assert kept_for_conclusion(first, 300.0, named) == pytest.approx(kept)
+
+
+@pytest.mark.parametrize(("effects", "more"), [((), 30.0), (("one",), 24.0 + 5.0)])
+def test_time_for_curves_and_a_law_is_kept_while_nothing_is_named(
+    monkeypatch: pytest.MonkeyPatch, effects: tuple[str, ...], more: float
+) -> None:
+    """With an effect, that for a final fit of what is three times slower to simulate, and for making its program."""
+    monkeypatch.setattr(forward_selection, "slowdown", lambda search, best: 3.0)
+    monkeypatch.setattr(forward_selection, "longest_compilation", lambda: 5.0)
+    at, before = (
+        cast(Any, SimpleNamespace(search=None, best=SimpleNamespace(effects=effects))),
+        SimpleNamespace(running=9.0),
+    )
+    assert forward_selection._more_to_conclude(at, cast(Any, before), 300.0) == pytest.approx(more)
 
 
 def test_a_search_ends_within_the_time_given_with_the_steps_it_takes_after_its_last_look_at_the_clock() -> None:
