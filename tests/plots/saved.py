@@ -24,17 +24,24 @@ def _records(found: Identification) -> list[Any]:
     return [SimpleNamespace(name=n, time=np.zeros(c), valid={}) for n, c in zip(names, counts, strict=True)]
 
 
-STUDY: Any = SimpleNamespace(name="drops", kind="fibre_mass", rig=None, records=())
+def _study(records: list[Any]) -> Any:
+    """A study of these records, of which no condition is stated."""
+    stated = [
+        SimpleNamespace(files=(one.name,), in_numbers=dict, conditions=dict, uncertainties=None) for one in records
+    ]
+    return SimpleNamespace(name="drops", kind="fibre_mass", rig=None, records=stated, found_constants=())
 
 
 def saved_fit(found: Identification) -> tuple[Any, Any]:
     """Summary and groups of a fit."""
-    return fit_summary(STUDY, _records(found), found, PROVENANCE), fit_groups(found)
+    records = _records(found)
+    return fit_summary(_study(records), records, found, PROVENANCE), fit_groups(found)
 
 
 def saved_search(finding: Finding) -> tuple[Any, Any]:
     """Summary and groups of a search."""
-    return discovery_summary(STUDY, _records(finding.after), finding, PROVENANCE), discovery_groups(finding)
+    records = _records(finding.after)
+    return discovery_summary(_study(records), records, finding, PROVENANCE), discovery_groups(finding)
 
 
 def fitted_of(found: Identification) -> Fitted:
