@@ -12,7 +12,7 @@ from fibrefit.discovery.search.search import Search
 
 CONCLUDING = 0.1, 0.35
 """Least and largest share of the time given that is kept for tests of what was found and for the fit of the final
-model. Of 300 s, conclusions of drops took 4 to 17 s with two effects or three, curves left out."""
+model. Of 300 s, a conclusion of drops took 17 s with two effects and 25 s with three, free curves left out."""
 NOTHING_NAMED = 0.2
 """Least share of it while nothing is named: what is told then are free curves and a law, which come with the
 conclusion. Where something is, they are sooner left out than a further effect."""
