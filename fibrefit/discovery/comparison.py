@@ -19,6 +19,7 @@ from fibrefit.discovery.engine.effort import (
     PROMISING,
     compared_again,
     in_wrong_minimum,
+    least_of_singular,
     noise_is_taken_again,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -132,7 +133,7 @@ def _looked_at(
     costly = [each for each in effects if is_costly(each) and not (each in known and gains[each] > BEYOND_DOUBT)]
     swift = [each for each in effects if each not in costly]
     with time_limit(LOOKING * time_left()):
-        look = partial(search.tried, parent, swift, what, near=near, blindly=near is None)
+        look = partial(search.tried, parent, swift, what, near=near, of_singular=-np.inf if near is None else 0.0)
         tried, _ = in_time(look, Tried([], tuple(swift)))
     comparison = _in_one_noise(search, parent, tried)
     if near is not None:
@@ -148,8 +149,8 @@ def _looked_at(
     begun = comparison if comparison.moved else Comparison(search, parent, tuple(tried.found))
     with time_limit(LOOKING * time_left()):
         # Where what was found leaves no more than noise, what slopes predict little of is not what is missing.
-        blindly = near is None or least == -np.inf
-        look = partial(begun.search.tried, begun.parent, costly, what, least, near=near, blindly=blindly)
+        hardly = least_of_singular(least) if near is None else least
+        look = partial(begun.search.tried, begun.parent, costly, what, least, near=near, of_singular=hardly)
         more, _ = in_time(look, Tried([], tuple(costly)))
     return _with_costly(comparison, begun, more)
 

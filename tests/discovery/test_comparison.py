@@ -113,9 +113,9 @@ def test_what_changes_a_models_kind_is_followed_beside_an_effect_only_where_more
     asked: list[Any] = []
     parent = Model((CREEP,), 50.0)
 
-    def tried(at: Any, effects: Sequence[Any], *of: Any, near: Any = None, blindly: bool = True) -> Tried:
-        asked.append((tuple(effects), near, blindly))
-        gains = {PRESLIDING: 9.0 if blindly else -4.0, DRAG: -2.0}
+    def tried(at: Any, effects: Sequence[Any], *of: Any, near: Any = None, of_singular: float = 0.0) -> Tried:
+        asked.append((tuple(effects), near, of_singular))
+        gains = {PRESLIDING: 9.0 if of_singular < 0.0 else -4.0, DRAG: -2.0}
         found = [Model((CREEP, each), parent.log + gains[each], steps=3 * (gains[each] > 0.0)) for each in effects]
         return Tried(cast(Any, found), ())
 
@@ -126,11 +126,33 @@ def test_what_changes_a_models_kind_is_followed_beside_an_effect_only_where_more
     ended = comparison.comparison_of(search, cast(Any, parent), "", None, near)
     found = {one.effects[-1]: one.log for one in ended.found}
     if near is None:
-        assert asked == [((PRESLIDING, DRAG), None, True)]
+        assert asked == [((PRESLIDING, DRAG), None, -np.inf)]
     else:
-        assert asked[0] == ((PRESLIDING, DRAG), BASE, False)
-        assert asked[1:] == [((PRESLIDING,), BASE, least == -np.inf)] * (least < np.inf)
+        assert asked[0] == ((PRESLIDING, DRAG), BASE, 0.0)
+        assert asked[1:] == [((PRESLIDING,), BASE, least)] * (least < np.inf)
     assert found == {PRESLIDING: 59.0 if least == -np.inf else 46.0, DRAG: 48.0}
+
+
+MASS, SLIP = CATALOGUE["fibre.mass"], CATALOGUE["fibre.knot_slip"]
+
+
+@pytest.mark.parametrize(("gap", "expected"), [(1.01, 0.05), (1.2, None)])
+def test_what_changes_a_models_kind_waits_for_little_where_another_leaves_only_noise(
+    monkeypatch: pytest.MonkeyPatch, gap: float, expected: float | None
+) -> None:
+    """A twentieth of what that one gained; where more than noise is left, it is followed whatever slopes say."""
+    asked: list[Any] = []
+
+    def tried(at: Any, effects: Sequence[Any], what: str, least: float = -np.inf, **how: Any) -> Tried:
+        asked.append((tuple(effects), least, how["of_singular"]))
+        return Tried([cast(Any, Model((DRAG,), BASE.log + 400.0, steps=3))] if DRAG in effects else [], ())
+
+    search = searched(gap, extensions=lambda at: (DRAG, MASS, SLIP), tried=tried)
+    as_found = lambda search, parent, tried: comparison.Comparison(search, parent, tuple(tried.found))  # noqa: E731
+    monkeypatch.setattr(comparison, "_in_one_noise", as_found)
+    comparison.comparison_of(search, cast(Any, BASE), "")
+    least = (200.0, 400.0 * expected) if expected is not None else (-np.inf, -np.inf)
+    assert asked == [((DRAG,), -np.inf, -np.inf), ((MASS, SLIP), *map(pytest.approx, least))]
 
 
 @pytest.mark.parametrize(

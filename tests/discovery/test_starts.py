@@ -45,6 +45,8 @@ def test_slopes_lead_to_what_is_missing_where_it_is_little(gap: float, predicted
 def test_slopes_at_a_null_where_the_model_changes_its_kind_are_not_asked() -> None:
     play, drag = find_effect("drive.play"), find_effect("guide.quadratic_drag")
     assert is_worth_following(play, -50.0, 0.0)
+    assert is_worth_following(play, 30.0, 200.0, 20.0)
+    assert not is_worth_following(play, 10.0, 200.0, 20.0)
     assert not is_worth_following(drag, -1.0, -10.0)
     assert not is_worth_following(drag, 3.0, 4.0)
     assert is_worth_following(drag, 5.0, 4.0)

@@ -189,6 +189,14 @@ def promising(before: float, costs: Sequence[float]) -> list[bool]:
     return [i < REFITTED or before - cost >= most for i, cost in enumerate(costs)]
 
 
+def least_of_singular(least: float) -> float:
+    """Nats that slopes have to predict of an effect at whose null the model changes its kind, where `least` of others.
+
+    What leaves no more than noise has gained `least` over `PROMISING`, and of that `HARDLY` is asked.
+    """
+    return HARDLY / PROMISING * least
+
+
 def is_searched_widely(place: int) -> bool:
     """Whether a candidate is searched for from every sign and shape, by its place among those that predict most."""
     return place < WIDELY

@@ -75,7 +75,7 @@ class Search(SearchState):
 
     def tried(
         self, parent: LaplaceFit, effects: Sequence[type[Effect]], what: str, least: float = -np.inf,
-        near: LaplaceFit | None = None, blindly: bool = True,
+        near: LaplaceFit | None = None, of_singular: float = -np.inf,
     ) -> Tried:  # fmt: skip
         """A parent with each of some effects, as far as the time goes.
 
@@ -89,17 +89,17 @@ class Search(SearchState):
             Nats that slopes have to predict of an effect that is followed, where fewer would do otherwise.
         near : LaplaceFit, optional
             A model that leaves little, without all or the last of the parent's effects, in which slopes may be taken.
-        blindly : bool
-            Whether what changes a model's kind is followed whatever slopes say of it.
+        of_singular : float
+            The same of an effect at whose null the model changes its kind: slopes say little of it.
         """
         slopes, plain = self.inference.slopes(parent), self.plain(parent)
         predictions = self.predicted_gains(parent, slopes, effects, what, near)
         most = max((prediction.gain for prediction in predictions.values()), default=-np.inf)
         if little_is_missing(self.gap(plain), most):
-            follow = partial(is_worth_following, least=least, blindly=blindly)
+            follow = partial(is_worth_following, least=least, of_singular=of_singular)
             found = self._from_slopes(parent, slopes, predictions, what, follow, near)
         else:
-            found = self._by_predicted_gain(parent, plain, predictions, what, least)
+            found = self._by_predicted_gain(parent, plain, predictions, what, (least, of_singular))
         reached = {one.effects[-1] for one in found}
         ranked = sorted((one for one in found if np.isfinite(one.log)), key=lambda one: -one.log)
         return Tried(ranked, tuple(effect for effect in effects if effect not in reached))
@@ -184,7 +184,8 @@ class Search(SearchState):
             program = supermodel if screen.near is None else screen.near.supermodel
             groups.setdefault(id(program), (screen, supermodel, []))[2].append(effect)
         screens = list[Callable[[], Any]]()
-        for screen, supermodel, some in groups.values():
+        # What is stiff takes longest to compile and to run: begun last, it is waited for by idle cores.
+        for screen, supermodel, some in sorted(groups.values(), key=lambda group: not any(e.stiff for e in group[2])):
             test = partial(screen.predicted, supermodel, some)
             about = [effect.name for effect in some], screen.place
             screens.append(self.recalled("screened", parent, about, test))
@@ -204,15 +205,16 @@ class Search(SearchState):
         return known | nothing | {effect: one for effect, one in zip(more, found, strict=False) if one is not None}
 
     def _by_predicted_gain(
-        self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str, least: float
+        self, parent: LaplaceFit, plain: Hypothesis, predictions: PredictedGains, what: str, least: tuple[float, float]
     ) -> list[LaplaceFit]:
         """A parent with each effect, what slopes predict most of first; the rest only where that comes to nothing.
 
         Where much is missing slopes predict something of nearly every effect, too much of most; but what is missing is
-        among those that they predict much of.
+        among those that they predict much of: more than the least, that of effects at whose null the model changes its
+        kind being the second.
         """
         ranked, found, gain = sorted(predictions, key=lambda effect: -predictions[effect].gain), list[LaplaceFit](), 0.0
-        far = [effect for effect in ranked if predictions[effect].gain < least and not effect.singular]
+        far = [effect for effect in ranked if predictions[effect].gain < least[bool(effect.singular)]]
         left = self.in_turn([effect for effect in ranked if effect not in far])
         # From afar slopes predict too much: what they predict less of than was found is not what is missing.
         while left and (gain <= NAMED or predictions[left[0][0]].gain > gain):

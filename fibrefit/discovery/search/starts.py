@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from fibrefit.discovery.engine.effort import HARDLY, PROMISING, TOO_FAR, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
@@ -32,13 +34,14 @@ def little_is_missing(gap: float, predicted_gain: float) -> bool:
     return slopes_tell(gap) or (gap <= TOO_FAR and predicted_gain <= BEYOND_DOUBT)
 
 
-def is_worth_following(effect: type[Effect], predicted_gain: float, least: float, blindly: bool = True) -> bool:
-    """Whether an effect is followed: one at whose null the model changes its kind `blindly`, whatever slopes say there.
+def is_worth_following(effect: type[Effect], predicted_gain: float, least: float, of_singular: float = -np.inf) -> bool:
+    """Whether an effect is followed, by the nats that slopes predict of it.
 
     Slopes are taken at a few shapes, and what they predict includes its price: where that is nothing, an effect would
-    have to gain twice as much at a shape between these to be named.
+    have to gain twice as much at a shape between these to be named. They say little of an effect at whose null the
+    model changes its kind: of such a one they have to predict more than `of_singular`.
     """
-    return (blindly and bool(effect.singular)) or predicted_gain > max(0.0, least)
+    return predicted_gain > (of_singular if effect.singular else max(0.0, least))
 
 
 def may_do_better(predicted_gain: float, gain: float) -> bool:
