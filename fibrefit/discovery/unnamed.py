@@ -17,7 +17,7 @@ from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import FittedCurve, proposed_by, proposing
 from fibrefit.discovery.curves.predicted import look_at
-from fibrefit.discovery.curves.probes import COURSES
+from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import HARDLY, PROMISING, side_search_time, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
@@ -77,8 +77,9 @@ def law_before_effects(search: Search, parent: LaplaceFit, before: Identificatio
     if not gains:
         return None
     most = max(one.gain for one in gains.values())
-    looks = look_at(search, parent, before, tuple(PORTS))
-    if max(most, looks.promise) > BEYOND_DOUBT:
+    sets = (PROBES, COURSES) if most > BEYOND_DOUBT else (PROBES,)
+    looks = look_at(search, parent, before, tuple(PORTS), *sets)
+    if COURSES not in sets and looks.promise > BEYOND_DOUBT:
         looks = looks.joined(look_at(search, parent, before, tuple(PORTS), COURSES))
     if may_do_better(most, max(looks.promise, 0.0)):
         return None

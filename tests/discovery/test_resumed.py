@@ -67,6 +67,29 @@ def all_fits(search: Search, base: LaplaceFit) -> list[LaplaceFit]:
     return [found, lesser, inference.again(found), inference.warm_started_without(found, ()), inference.pooled(lesser)]
 
 
+def test_records_are_taken_for_alike_along_the_slopes_of_where_they_differ(
+    task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Deviations are there where the descent begins: what is shared moves with them as they are taken away."""
+    search, base = prepared_search(task, identified(task), [VISCOUS], quiet)
+    place = base.evidence.mode.place
+    apart = place._replace(eta=place.eta + np.linspace(-0.01, 0.03, place.eta.size).reshape(place.eta.shape))
+    differing = replace(base, evidence=replace(base.evidence, mode=replace(base.evidence.mode, place=apart)))
+    begun = list[np.ndarray]()
+    descend = laplace_inference.mode
+
+    def followed(unknowns: Any, start: Any, *of: Any, **how: Any) -> Any:
+        begun.append(start.eta)
+        return descend(unknowns, start, *of, **how)
+
+    monkeypatch.setattr(laplace_inference, "mode", followed)
+    alike = search.inference.pooled(differing)
+    np.testing.assert_array_equal(begun[0], apart.eta)
+    assert not alike.evidence.mode.sigma.any()
+    assert np.abs(alike.evidence.mode.place.eta).max() < 1e-6
+    assert alike.log == pytest.approx(search.inference.pooled(base).log, abs=0.05)
+
+
 def test_fits_are_made_once(task: Task, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     search, base = prepared_search(task, identified(task), [VISCOUS], quiet)
     plain = all_fits(search, base)

@@ -98,10 +98,9 @@ class Bench:
         nats = self.left.get("+".join(one.names) or "base", 0.0)
         return [alarm(nats)] if nats else []
 
-    def looked_at(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any = None) -> Looked:
-        if probes is COURSES:
-            self.courses_looked_at += 1
-        return Looked(self.over_course if probes is COURSES else self.predicted)
+    def looked_at(self, search: Any, parent: Any, before: Any, ports: Any, *sets: Any) -> Looked:
+        self.courses_looked_at += COURSES in sets
+        return Looked(max(self.over_course if each is COURSES else self.predicted for each in sets or (PROBES,)))
 
     def curves(self, search: Any, parent: Any, before: Any, ports: Any, probes: Any = None) -> list[str]:
         if probes is COURSES:

@@ -13,7 +13,7 @@ from fibrefit.core.programs.longest import longest_compilation
 from fibrefit.core.roles import SI
 from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.curves.predicted import Looks, PromisedCurve, look_at
-from fibrefit.discovery.curves.probes import COURSES, Curve
+from fibrefit.discovery.curves.probes import COURSES, PROBES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
 from fibrefit.discovery.engine.effort import PROMISING, may_be_worth
 from fibrefit.discovery.engine.journal import digest
@@ -115,10 +115,8 @@ def proposing(
     OutOfTimeError
         If not all could be drawn.
     """
-    looks = look_at(search, parent, found, ports, probes)
-    if probes is None:
-        looks = looks.joined(look_at(search, parent, found, ports, COURSES))
-    return proposed_by(search, parent, looks)
+    sets = (PROBES, COURSES) if probes is None else (probes,)
+    return proposed_by(search, parent, look_at(search, parent, found, ports, *sets))
 
 
 def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[FittedCurve]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from functools import cache, partial
+from itertools import chain, zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -59,9 +60,8 @@ class Looks(NamedTuple):
 
 
 def look_at(
-    search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str],
-    asked: Sequence[type[Curve]] | None = None,
-) -> Looks:  # fmt: skip
+    search: Search, parent: LaplaceFit, found: Identification, ports: Collection[str], *asked: Sequence[type[Curve]]
+) -> Looks:
     """What slopes of a hypothesis predict of free curves on top of it.
 
     Parameters
@@ -72,24 +72,25 @@ def look_at(
         Of the model before the search: its motion tells the range of each variable.
     ports : collection of str
         Where the curves act.
-    asked : sequence of Curve class, optional
-        Those over a state unless said.
+    *asked : sequence of Curve class
+        Those over a state unless said. The probes of each are simulated together; programs of several are compiled side
+        by side.
     """
     ranges = {variable: range_of(variable, values) for variable, (values, _) in in_motion(found).items()}
     rig = found.problem.model.rig
     # Where a variable keeps its value nearly always, as the speed of a drive that rests, there is no curve over it.
     ranges = {variable: (low, high) for variable, (low, high) in ranges.items() if high > low}
-    probes = [
-        one
-        for one in (PROBES if asked is None else asked)
-        if one.variable in ranges and suits(one, rig) and port_of(one) in ports
-    ]
-    if not probes:
-        return Looks((), (), ranges)
-    supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
-    begun = supermodel, _prepared(supermodel, parent, probes, ranges), search.inference.slopes(parent)
-    predicted = fit_all([partial(_predicted, search, parent, probe, begun) for probe in probes], lambda done: None)
-    return Looks(probes, [one for one in predicted if one is not None], ranges)
+    fits = lambda one: one.variable in ranges and suits(one, rig) and port_of(one) in ports  # noqa: E731
+    sets = [probes for some in asked or (PROBES,) if (probes := list(filter(fits, some)))]
+    jobs = []
+    for probes in sets:
+        supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
+        begun = supermodel, _prepared(supermodel, parent, probes, ranges), search.inference.slopes(parent)
+        jobs.append([partial(_predicted, search, parent, probe, begun) for probe in probes])
+    # In turns, as the first of each set compiles its program.
+    in_turns = [job for turn in zip_longest(*jobs) for job in turn if job is not None]
+    predicted = fit_all(in_turns, lambda done: None)
+    return Looks(list(chain(*sets)), [one for one in predicted if one is not None], ranges)
 
 
 def _predicted(

@@ -197,9 +197,11 @@ class LaplaceInference:
         found = parent.evidence.mode
 
         def pool() -> LaplaceFit:
-            start = found.place._replace(eta=np.zeros_like(found.place.eta))
+            # The first step takes the deviations away, and with them goes what is shared, as slopes say. To begin
+            # without them, with what is shared where it was, may meet other bounces: of a driven series it ended 29
+            # nats below.
             gram, sigma = self.secant(parent.supermodel), np.zeros_like(found.sigma)
-            evidence = laplace(mode(found.unknowns, start, gram, sigma, **descent()))
+            evidence = laplace(mode(found.unknowns, found.place, gram, sigma, **descent()))
             # Slopes there say that records do differ: what counts of the place is how probable it is if they do not.
             return replace(parent, evidence=replace(evidence, log=evidence.log_if(sigma)))
 
