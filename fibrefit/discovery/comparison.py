@@ -20,6 +20,7 @@ from fibrefit.discovery.engine.effort import (
     compared_again,
     in_wrong_minimum,
     least_of_singular,
+    looking_time,
     noise_is_taken_again,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -30,9 +31,6 @@ from fibrefit.discovery.search.inputs import Confirmation, fitted_about, overdis
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
-
-LOOKING = 0.8
-"""Share of the time left that candidates are given; what remains is for comparing the best ones in one noise."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +130,7 @@ def _looked_at(
     # What explained much by itself does not wait for what did not.
     costly = [each for each in effects if is_costly(each) and not (each in known and gains[each] > BEYOND_DOUBT)]
     swift = [each for each in effects if each not in costly]
-    with time_limit(LOOKING * time_left()):
+    with time_limit(looking_time(time_left())):
         look = partial(search.tried, parent, swift, what, near=near, of_singular=-np.inf if near is None else 0.0)
         tried, _ = in_time(look, Tried([], tuple(swift)))
     comparison = _in_one_noise(search, parent, tried)
@@ -147,7 +145,7 @@ def _looked_at(
         return comparison
     # Noise that the best of the others leaves holds what it does not explain: what explains that is nothing in it.
     begun = comparison if comparison.moved else Comparison(search, parent, tuple(tried.found))
-    with time_limit(LOOKING * time_left()):
+    with time_limit(looking_time(time_left())):
         # Where what was found leaves no more than noise, what slopes predict little of is not what is missing.
         hardly = least_of_singular(least) if near is None else least
         look = partial(begun.search.tried, begun.parent, costly, what, least, near=near, of_singular=hardly)

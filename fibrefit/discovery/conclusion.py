@@ -17,7 +17,14 @@ from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, probe_
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, packed_values, transferred
-from fibrefit.discovery.engine.effort import TOO_FAR, motion_lost, time_for_gls, time_for_starts
+from fibrefit.discovery.engine.effort import (
+    FINAL_STARTS,
+    TOO_FAR,
+    final_spread,
+    motion_lost,
+    time_for_gls,
+    time_for_starts,
+)
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, TELLS
 from fibrefit.discovery.forward_selection import Limits, Selection
@@ -41,9 +48,6 @@ from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
 
-FINAL_STARTS = 3
-NEARBY = 1.01
-"""Factor by which parameters of the final starts differ from the best ones."""
 T = TypeVar("T")
 
 
@@ -371,7 +375,7 @@ def _final(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Bud
     nearby = replace(
         task,
         start=packed_values(task, local),
-        spread=dict.fromkeys(task.spread, NEARBY),
+        spread=final_spread(task.spread),
         horizons=task.horizons[:1, -1:],
     )
     coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())

@@ -13,7 +13,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
 from fibrefit.discovery.conclusion import concluded
-from fibrefit.discovery.engine.effort import first_fit_ends
+from fibrefit.discovery.engine.effort import FIRST_STARTS, first_fit_ends
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import AT_A_KINK
 from fibrefit.discovery.forward_selection import Limits, forward_select
@@ -30,9 +30,6 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import OTHERWISE, Check
 from fibrefit.study.summaries.discovery import Unexplained
-
-FIRST_STARTS = 8
-"""Starts of the fit of the first model."""
 
 
 def discover(

@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.time_limit import OutOfTimeError, check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import FittedCurve, probe_all
-from fibrefit.discovery.engine.effort import PROMISING, is_partner, side_search_time
+from fibrefit.discovery.engine.effort import PROMISING, is_partner, probing_time, side_search_time
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.thresholds import NAMED
@@ -19,9 +19,6 @@ from fibrefit.discovery.search.inputs import fitted_about, overdispersion_correc
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-
-PROBING = 0.3
-"""Share of the time left that free curves are given before effects are tried in pairs."""
 
 
 def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> list[FittedCurve]:
@@ -50,7 +47,7 @@ def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Se
     Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
     """
     search, parent = comparison.search, comparison.parent
-    curves, _ = in_time(partial(curves_beyond, search, parent, before), None, PROBING * time_left())
+    curves, _ = in_time(partial(curves_beyond, search, parent, before), None, probing_time(time_left()))
     return bool(curves or alarms_of(search, parent)), curves
 
 

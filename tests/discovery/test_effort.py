@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from types import SimpleNamespace
 from typing import Any, cast
 from unittest.mock import Mock, patch
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.time_limit import Budget, check_time, time_left
-from fibrefit.discovery import forward_selection
+from fibrefit.discovery import conclusion, discover, forward_selection
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort, laplace_inference
 from fibrefit.discovery.search import inputs, setup, starts
@@ -81,12 +82,30 @@ def overshot() -> float:
     return float(laplace_inference.overshot(supermodel, np.ones((1, len(names))), drag)[0, 0])
 
 
+def first_starts() -> int:
+    """Starts that a search gives the fit of its first model."""
+    stopped = Mock(side_effect=KeyboardInterrupt)
+    with patch.object(discover, "identify", stopped), suppress(KeyboardInterrupt):
+        discover.discover(cast(Any, None), ())
+    return int(stopped.call_args.args[1])
+
+
+def final_starts() -> int:
+    """Starts that a conclusion gives the fit of what was found, with time for all."""
+    stopped, best = Mock(side_effect=KeyboardInterrupt), cast(Any, SimpleNamespace(effects=("one",)))
+    none, limits = cast(Any, None), cast(Any, SimpleNamespace(seed=0))
+    with patch.object(conclusion, "_final", stopped), suppress(KeyboardInterrupt):
+        conclusion._fitted(none, best, none, limits, Budget.of(100.0), 0.0)
+    return int(stopped.call_args.args[2])
+
+
 CASES = (
     Bracket("TOO_FAR", setup, follows_bounces, 1.3, 1.5),
     Bracket("MOTION_LOST", effort, lambda x: not effort.motion_lost(1.0, x), 1.05, 1.15),
     Bracket("LED", effort, lambda x: effort.leads_through(100.0 * x, 100.0), 0.45, 0.55),
     Bracket("MET", effort, lambda x: effort.meets_all_bounces(100.0 * x**2, 100), 2.9, 3.1),
     Bracket("HOPE", effort, lambda x: effort.may_be_worth(9.0 - x, 9.0), 2.0, 4.0),
+    Bracket("FIRST_STARTS", discover, lambda x: x <= first_starts(), 8.0, 9.0),
     Bracket("FIRST_FIT", effort, lambda x: not effort.first_fit_ends(100.0 * x, 100.0), 0.25, 0.35),
     Bracket("SETTLES", effort, lambda x: effort.settles(100.0, 100.0 * x), 0.4, 0.6),
     Bracket("NEARLY", effort, effort.slopes_tell, 1.05, 1.15),
@@ -105,6 +124,8 @@ CASES = (
     Bracket("FROM_BEYOND", laplace_inference, lambda x: x < overshot(), 1.8, 2.2),
     Bracket("HARDLY", starts, lambda x: left_to_follow(100.0 * x), 0.07, 0.04),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
+    Bracket("FOLLOWED_AT_ONCE", effort, lambda x: x <= len(effort.followed_in_turn(range(99))[0]), 8.0, 9.0),
+    Bracket("INSTEAD", effort, lambda x: effort.is_followed_instead(int(x)), 5.0, 6.0),
     Bracket("WIDELY", effort, lambda x: effort.is_searched_widely(int(x)), 3.0, 4.0),
     Bracket("COMPARED", effort, lambda x: effort.compared_again(LOGS, True)[int(x)], 2.0, 3.0),
     Bracket("FAR_BEHIND", effort, lambda x: effort.compared_again((50.0,) * 3 + (50.0 - x,), True)[3], 25.0, 35.0),
@@ -113,7 +134,15 @@ CASES = (
         "STEADY_LIMIT", effort, lambda x: effort.strengths_converged(np.ones(2), np.array([1.0, 1.0 + x])), 0.09, 0.11
     ),
     Bracket("IN_SEVERAL", effort, lambda x: not effort.happens_in_several(int(x)), 1.0, 2.0),
+    Bracket("CURVES_WITH_LAWS", effort, lambda x: effort.proposes_laws(int(x)), 2.0, 3.0),
+    Bracket("LAWS_FITTED", effort, lambda x: int(x) in effort.laws_in_turn((range(99),)), 5.0, 6.0),
+    Bracket("FINAL_STARTS", conclusion, lambda x: x <= final_starts(), 3.0, 4.0),
+    Bracket("FINAL_SPREAD", effort, lambda x: x < effort.final_spread(("mass",))["mass"], 1.005, 1.015),
     Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 2.5, 1.5),
+    Bracket("LOOKING", effort, lambda x: 100.0 * x < effort.looking_time(100.0), 0.75, 0.85),
+    Bracket("PROBING", effort, lambda x: 100.0 * x < effort.probing_time(100.0), 0.25, 0.35),
+    Bracket("COURSE", effort, lambda x: 100.0 * x < effort.course_time(100.0), 0.25, 0.35),
+    Bracket("SECOND_LOOK", effort, lambda x: 100.0 * x < effort.second_look_time(100.0), 0.45, 0.55),
     Bracket("SIDE_SEARCH", effort, lambda x: 100.0 * x < effort.side_search_time(100.0), 0.55, 0.65),
     Bracket("GLS_NEEDS", effort, lambda x: effort.time_for_gls(100.0 * x, 100.0), 0.35, 0.25),
 )

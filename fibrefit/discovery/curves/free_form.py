@@ -15,7 +15,7 @@ from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.curves.predicted import Looks, PromisedCurve, look_at
 from fibrefit.discovery.curves.probes import COURSES, PROBES, Curve
 from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred
-from fibrefit.discovery.engine.effort import PROMISING, may_be_worth
+from fibrefit.discovery.engine.effort import PROMISING, course_time, may_be_worth
 from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights
@@ -60,10 +60,6 @@ class FittedCurve:
     def predicted_well(self) -> bool:
         """Whether slopes predicted what it gains, as far as they have to for others to be left: they lead there."""
         return PROMISING * self.predicted <= self.gain and PROMISING * self.gain <= self.predicted
-
-
-COURSE = 0.3
-"""Share of the time left for curves over the course of a record, where curves over a state were drawn."""
 
 
 def probe_all(
@@ -150,7 +146,7 @@ def _with_course(
         check_time()
         return [_read(search, end, parent.log, looks) for end in worthy]
 
-    share = COURSE * time_left()
+    share = course_time(time_left())
     if share < longest_compilation():
         return list(curves)
     # What the time does not suffice for takes nothing from what was drawn.

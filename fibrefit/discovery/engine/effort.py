@@ -6,14 +6,18 @@ in a verdict, too: `TOO_FAR`, `MOTION_LOST` and `MET`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from fibrefit.problem.estimate.gauss_newton import Effort
 
+Listed = TypeVar("Listed")
+
+FIRST_STARTS = 8
+"""Starts of the fit of the first model."""
 FIRST_FIT = 0.3
 """Share of the time that the fit of the first model may take."""
 NEARLY = 1.1
@@ -60,6 +64,10 @@ driven searches that were traced no effect gained more than 2.1 times what they 
 five times as much."""
 REFITTED = 4
 """Candidates that always are."""
+FOLLOWED_AT_ONCE = 8
+"""Candidates that are followed before it is tested whether the next ones may still do better than the best of them."""
+INSTEAD = 6
+"""Candidates that are also followed from where records do not differ: whether they do what differences would."""
 WIDELY = 4
 """Candidates whose slopes predict most, that are searched for from every sign and shape; the others from where slopes
 predict most of them."""
@@ -73,9 +81,25 @@ PARTNERS = 8
 second one is there."""
 IN_SEVERAL = 2
 """Records in which slopes have to predict something of an event, before one that happens in all is looked at."""
+CURVES_WITH_LAWS = 3
+"""Free curves that laws are looked for in, the best ones."""
+LAWS_FITTED = 6
+"""Laws that are fitted in full."""
+FINAL_STARTS = 3
+"""Starts of the final fit, about what was found."""
+FINAL_SPREAD = 1.01
+"""Factor by which parameters of these starts differ from the best ones."""
 STARTS_NEED = 2.0
 """Time that has to be left for a final fit from starts of its own, over what it is expected to take: one of drops with
 a fibre of mass took 1.8 times that."""
+LOOKING = 0.8
+"""Share of the time left that candidates are given; what remains is for comparing the best ones in one noise."""
+PROBING = 0.3
+"""Share of the time left that free curves are given before effects are tried in pairs."""
+COURSE = 0.3
+"""Share of the time left for curves over the course of a record, where curves over a state were drawn."""
+SECOND_LOOK = 0.5
+"""Share of the time left in which laws are seen about themselves, and in which second variables are looked for."""
 SIDE_SEARCH = 0.6
 """Share of the time left that a search beside the rounds may take: for a mistake of the study, for the partners of an
 effect, for a law of no name, and each step of that."""
@@ -221,6 +245,27 @@ def is_near(place: int, behind: float) -> bool:
     return place < COMPARED and behind > -FAR_BEHIND
 
 
+def followed_in_turn(ranked: Sequence[Listed]) -> list[list[Listed]]:
+    """Candidates, the most promising first, in groups: after each it is tested whether the next may do better."""
+    return [list(ranked[i : i + FOLLOWED_AT_ONCE]) for i in range(0, len(ranked), FOLLOWED_AT_ONCE)]
+
+
+def is_followed_instead(place: int) -> bool:
+    """Whether a candidate is followed in the place of differences between records, by what slopes predict there."""
+    return place < INSTEAD
+
+
+def proposes_laws(place: int) -> bool:
+    """Whether laws are looked for in a free curve, by its place among those that gained most."""
+    return place < CURVES_WITH_LAWS
+
+
+def laws_in_turn(found: Sequence[Sequence[Listed]]) -> list[Listed]:
+    """Laws that are fitted, of the forms that follow each curve best: the first of each come before any second one."""
+    turns = [law for turn in range(LAWS_FITTED) for laws in found for law in laws[turn : turn + 1]]
+    return turns[:LAWS_FITTED]
+
+
 def is_partner(place: int) -> bool:
     """Whether an effect is tried beside another one, by its place among those that gained most by themselves."""
     return place < PARTNERS
@@ -231,6 +276,11 @@ def happens_in_several(number: int) -> bool:
     return number >= IN_SEVERAL
 
 
+def final_spread(names: Iterable[str]) -> dict[str, float]:
+    """Factor by which each of some parameters differs in the starts of the final fit."""
+    return dict.fromkeys(names, FINAL_SPREAD)
+
+
 def time_for_starts(left: float, takes: float) -> bool:
     """Whether enough time is left for a final fit from starts of its own, which is expected to take so much, in s."""
     return left > STARTS_NEED * takes
@@ -239,6 +289,26 @@ def time_for_starts(left: float, takes: float) -> bool:
 def time_for_gls(left: float, given: float) -> bool:
     """Whether enough of the time given is left for a GLS estimate, both in s."""
     return left > GLS_NEEDS * given
+
+
+def looking_time(left: float) -> float:
+    """Time that candidates are given of what is left, both in s."""
+    return LOOKING * left
+
+
+def probing_time(left: float) -> float:
+    """Time that free curves may take of what is left, before effects are tried in pairs, both in s."""
+    return PROBING * left
+
+
+def course_time(left: float) -> float:
+    """Time that curves over the course of a record may take of what is left, both in s."""
+    return COURSE * left
+
+
+def second_look_time(left: float) -> float:
+    """Time that laws may be looked at once more, of what is left, both in s."""
+    return SECOND_LOOK * left
 
 
 def side_search_time(left: float) -> float:

@@ -23,7 +23,14 @@ from fibrefit.discovery.engine.candidates import (
     fit_all,
     trial_of,
 )
-from fibrefit.discovery.engine.effort import FAR_BEHIND, PROMISING
+from fibrefit.discovery.engine.effort import (
+    FAR_BEHIND,
+    LAWS_FITTED,
+    PROMISING,
+    laws_in_turn,
+    proposes_laws,
+    second_look_time,
+)
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import APART, NAMED
@@ -38,12 +45,6 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.fitting.result import Identification
 
-CURVES = 3
-"""Free curves that laws are looked for in, the best ones."""
-TRIED = 6
-"""Laws that are fitted in full."""
-SECOND_LOOK = 0.5
-"""Share of the time left in which laws are seen about themselves, and in which second variables are looked for."""
 PRICE_OF_LOOKS = float(np.log(len(FORMS) * len(PLACES)))
 """Nats: any place and any form could have been the one."""
 
@@ -112,10 +113,10 @@ def proposed(
     needed = max(curves[0].gain - APART, PRICE_OF_LOOKS + NAMED)
     ranked = _ranked(search, supermodel, parent, curves, laws, parent.log + needed)
     here = Proposal(search, parent, ranked, curves)
-    found, _ = in_time(partial(_about_the_best, here, needed), here, SECOND_LOOK * time_left())
+    found, _ = in_time(partial(_about_the_best, here, needed), here, second_look_time(time_left()))
     if before is not None and found.ranked and (found.gain <= needed or alarms_of(found.search, found.best)):
         look = partial(with_second_variables, found.search, before, found.parent, found.ranked, curves)
-        ranked, _ = in_time(look, found.ranked, SECOND_LOOK * time_left())
+        ranked, _ = in_time(look, found.ranked, second_look_time(time_left()))
         found = found._replace(ranked=ranked)
     return found if found.gain > needed else None
 
@@ -174,13 +175,12 @@ def _composed(search: Search, parent: LaplaceFit, curves: Sequence[FittedCurve])
     A law says hardly more than its curve: what is far behind the best one leads to none.
     """
     found, taken = [], {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
-    for curve in [one for one in curves[:CURVES] if one.gain > curves[0].gain - FAR_BEHIND]:
+    best = [one for place, one in enumerate(curves) if proposes_laws(place)]
+    for curve in [one for one in best if one.gain > curves[0].gain - FAR_BEHIND]:
         place = PLACES[curve.probe.name]
         forms = forms_of(quadratic_of(curve), place.signed)
-        found.append([composed(curve.probe, form, curve.knots, taken) for form in forms[:TRIED]])
-    # The best form of each curve comes before the second of any.
-    turns = [law for turn in range(TRIED) for laws in found for law in laws[turn : turn + 1]]
-    return turns[:TRIED]
+        found.append([composed(curve.probe, form, curve.knots, taken) for form in forms[:LAWS_FITTED]])
+    return laws_in_turn(found)
 
 
 def _far(search: Search, supermodel: Supermodel, parent: LaplaceFit, plain: Hypothesis, law: Composed) -> LaplaceFit:

@@ -14,6 +14,7 @@ from fibrefit.discovery.engine.candidates import (
     fit_all,
     transferred,
 )
+from fibrefit.discovery.engine.effort import followed_in_turn, is_followed_instead
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain, PredictedGains
 from fibrefit.discovery.engine.secant import Seed
@@ -31,11 +32,6 @@ from fibrefit.discovery.search.starts import (
     most_promising,
 )
 from fibrefit.laws.law import Effect
-
-FOLLOWED = 8
-"""Candidates that are followed before it is tested whether the next ones may still do better than the best of them."""
-INSTEAD = 6
-"""Candidates that are also followed from where records do not differ: whether they do what differences would."""
 
 
 class Tried(NamedTuple):
@@ -121,7 +117,8 @@ class Search(SearchState):
         starts = [
             EffectStart(predicted[effect].gain + view.log - parent.log, effect, view, predicted[effect], seed)
             for view, predicted, seed in views
-            for effect in most_promising(predicted, seen, len(seen) if view is parent else INSTEAD)
+            for place, effect in enumerate(most_promising(predicted, seen))
+            if view is parent or is_followed_instead(place)
         ]
         # What most is predicted of is followed first: where the time ends, it is the rest that was not looked at.
         likely = [start for start in starts if follow(start.effect, start.predicted_gain)]
@@ -148,7 +145,8 @@ class Search(SearchState):
         found, begun, left = list[LaplaceFit](), list[EffectStart](), list(starts)
         extended, supermodel = self.inference.extended, self.supermodel_for
         while left:
-            now, left = left[:FOLLOWED], left[FOLLOWED:]
+            now = followed_in_turn(left)[0]
+            left = left[len(now) :]
             jobs = [
                 self.recalled(
                     "extended", view, (effect.name, prediction),
@@ -226,7 +224,7 @@ class Search(SearchState):
 
     def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
         """Effects, the most promising first, in groups: after each it is tested whether the next may do better."""
-        return [list(ranked[i : i + FOLLOWED]) for i in range(0, len(ranked), FOLLOWED)]
+        return followed_in_turn(ranked)
 
     def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:
         """A parent with an effect that is not there: its slopes predict too little to look any further."""

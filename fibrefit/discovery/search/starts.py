@@ -62,10 +62,10 @@ def is_left_to_follow(start: EffectStart, gain: float) -> bool:
 
 
 def most_promising(
-    predictions: Mapping[type[Effect], PredictedGain], seen: Sequence[type[Effect]], number: int
+    predictions: Mapping[type[Effect], PredictedGain], seen: Sequence[type[Effect]]
 ) -> list[type[Effect]]:
-    """So many of the effects that were seen, those that slopes predict most of first."""
-    return sorted(seen, key=lambda effect: -predictions[effect].gain)[:number]
+    """The effects that were seen, those that slopes predict most of first."""
+    return sorted(seen, key=lambda effect: -predictions[effect].gain)
 
 
 def has_valleys(effect: type[Effect]) -> bool:

@@ -14,9 +14,8 @@ import numpy as np
 
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, comparison_of
-from fibrefit.discovery.discover import FIRST_STARTS
 from fibrefit.discovery.engine.candidates import transferred, with_values
-from fibrefit.discovery.engine.effort import slopes_tell
+from fibrefit.discovery.engine.effort import FIRST_STARTS, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
