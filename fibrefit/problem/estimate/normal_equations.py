@@ -285,6 +285,22 @@ def own_precision(unknowns: Unknowns, sigma: np.ndarray) -> np.ndarray:
     return np.concatenate([nothing, np.maximum(sigma, RIGID) ** -2.0], axis=-1)
 
 
+def with_priors(unknowns: Unknowns, place: Place, normal: Arrowhead, sigma: np.ndarray) -> Arrowhead:
+    """Normal equations of Q about a place, from those of the residuals; the costs stay those of the residuals.
+
+    Parameters
+    ----------
+    sigma : (n_scattering,)
+    """
+    precision = own_precision(unknowns, sigma)
+    return normal._replace(
+        shared=normal.shared + unknowns.precision,
+        blocks=normal.blocks + np.diag(precision),
+        pull=normal.pull + unknowns.precision @ (place.z - unknowns.mean),
+        pulls=normal.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision,
+    )
+
+
 def held_places(unknowns: Unknowns) -> np.ndarray:
     """Which of the records' own unknowns are held, ``(n_record, n_own)``; deviations never are."""
     deviations = np.zeros((len(unknowns.free), len(unknowns.scattering)), dtype=bool)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arranged, held_places, own_precision
+from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arranged, held_places, with_priors
 from fibrefit.problem.estimate.schur import solved
 
 
@@ -46,18 +46,18 @@ def score_test(unknowns: Unknowns, place: Place, grams: np.ndarray, number: int,
     first = len(unknowns.columns)
     extra, last = np.arange(first, first + number), grams.shape[1] - 1
     own = np.r_[np.arange(first), last]
-    normal = arranged(unknowns, grams[:, own[:, None], own])
-    n, mine, precision = len(unknowns.shared), unknowns.own, own_precision(unknowns, sigma)
-    blocks = normal.blocks + np.diag(precision)
+    normal = with_priors(unknowns, place, arranged(unknowns, grams[:, own[:, None], own]), sigma)
+    n, mine = len(unknowns.shared), unknowns.own
     right = np.where(held_places(unknowns)[..., None], 0.0, grams[:, mine[:, None], extra])
-    pulls = normal.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision
     # Each record's own unknowns first, then the shared ones.
-    share = solved(blocks, np.concatenate([np.swapaxes(normal.cross, 1, 2), right, pulls[..., None]], axis=-1))
+    share = solved(
+        normal.blocks, np.concatenate([np.swapaxes(normal.cross, 1, 2), right, normal.pulls[..., None]], axis=-1)
+    )
     to_shared = np.einsum("rij,rjk->ik", normal.cross, share)
     to_extra = np.einsum("rji,rjk->ik", right, share)
-    shared = normal.shared + unknowns.precision - to_shared[:, :n]
+    shared = normal.shared - to_shared[:, :n]
     both = grams[:, :n][:, :, extra].sum(axis=0) - to_shared[:, n : n + number]
-    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean) - to_shared[:, -1]
+    pull = normal.pull - to_shared[:, -1]
     inside = solved(shared, np.concatenate([both, pull[:, None]], axis=-1))
     whole = grams[:, extra[:, None], extra].sum(axis=0) - to_extra[:, n : n + number] - both.T @ inside[:, :-1]
     score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]

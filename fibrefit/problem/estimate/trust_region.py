@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.estimate.normal_equations import RIGID, Arrowhead, Place, PosteriorMode
+from fibrefit.problem.estimate.normal_equations import Arrowhead, Place, PosteriorMode, with_priors
 from fibrefit.problem.estimate.schur import eliminated, solved
 
 LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
@@ -80,7 +80,7 @@ def step_within(found: PosteriorMode, radius: float) -> DampedStep:
 def _trial(found: PosteriorMode, damping: float) -> DampedStep:
     """A damped step inside the bounds."""
     unknowns, place = found.unknowns, found.place
-    whole = _with_priors(found)
+    whole = with_priors(unknowns, place, found.normal, found.sigma)
     stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
     free = ~stuck & (np.diag(whole.shared) > 0.0)
     held = np.zeros(len(place.z))
@@ -99,18 +99,6 @@ def _trial(found: PosteriorMode, damping: float) -> DampedStep:
     bend += np.einsum("ri,rij,rj->", own, whole.blocks, own)
     size = np.diag(whole.shared) @ dz**2 + np.sum(np.einsum("rii->ri", whole.blocks) * own**2)
     return DampedStep(way, slope - float(bend), slope, float(np.sqrt(size)))
-
-
-def _with_priors(found: PosteriorMode) -> Arrowhead:
-    """Normal equations of Q at a place."""
-    unknowns, place, normal = found.unknowns, found.place, found.normal
-    precision, n = 1.0 / np.maximum(found.sigma, RIGID) ** 2, len(unknowns.each)
-    blocks, pulls = normal.blocks.copy(), normal.pulls.copy()
-    index = n + np.arange(len(precision))
-    blocks[:, index, index] += precision
-    pulls[:, n:] += place.eta * precision
-    pull = normal.pull + unknowns.precision @ (place.z - unknowns.mean)
-    return normal._replace(shared=normal.shared + unknowns.precision, blocks=blocks, pull=pull, pulls=pulls)
 
 
 def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
