@@ -118,10 +118,9 @@ class _Map:
         places = np.concatenate([np.repeat(np.arange(n)[None], self.records, axis=0), each, own], axis=1)
         matrix = assembled(grams[:, :-1, :-1], places, total)
         gradient, cost = gathered(grams[:, :-1, -1], places, total), float(grams[:, -1, -1].sum())
-        if deviations.size:
-            matrix[own, own] += self.sigma**-2.0
-            gradient[own] += deviations / self.sigma**2
-            cost += float(((deviations / self.sigma) ** 2).sum())
+        matrix[own, own] += self.sigma**-2.0
+        gradient[own] += deviations / self.sigma**2
+        cost += float(((deviations / self.sigma) ** 2).sum())
         return matrix, gradient, cost
 
     def clipped(self, unknowns: np.ndarray) -> np.ndarray:
