@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from scipy.stats import kstest
+from scipy.stats import gamma, kstest
 
 from fibrefit.core.statement import Statement
 from fibrefit.discovery import conclusion
@@ -217,6 +217,46 @@ def test_slow_noise_that_rests_do_not_show_raises_an_alarm(share: float) -> None
     # The negative control: as much noise above is no slow noise.
     hiss = Noise(3.0 * noise.white, 3.0 * noise.pink, 0.0, 1000)
     assert all(probability(resting(seed, share), hiss) > CONTRADICTED for seed in range(10))
+
+
+def at_rest(monkeypatch: pytest.MonkeyPatch, rate: float, samples: int, number: int = 1) -> tuple[list[Trace], Noise]:
+    """White noise of records that rest all the time, and the noise that a right model leaves of them."""
+    monkeypatch.setattr(innovations, "rests", lambda trace: [slice(0, samples)])
+    random, times = np.random.default_rng(0), np.arange(samples) / rate
+    drawn = [Trace("rest", times, {"force": random.standard_normal(samples)}, {}, {}) for _ in range(number)]
+    return drawn, Noise(2.0 / rate, 0.0, 0.0, samples)
+
+
+def test_fast_noise_that_few_ordinates_tell_is_not_taken_for_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 250 Hz 100 readings of rest hold nine ordinates above 100 Hz and fifteen below 40 Hz."""
+    traces, noise = at_rest(monkeypatch, 250.0, 100, 2000)
+    alarms = [alarm for one in traces if (alarm := against_rest([one], "force", noise)) is not None]
+    found = np.array([alarm.probability for alarm in alarms])
+    assert len(found) > 1900
+    assert kstest(found, "uniform").pvalue > UNIFORM
+    # The negative control: with the mean of the fast ones taken for known, one in twenty is below a hundredth.
+    shares = np.array([1.0 / cast(float, alarm.facts["times"]) for alarm in alarms])
+    assert np.mean(gamma.cdf(15.0 * shares, 15) < 0.01) > 0.03
+
+
+@pytest.mark.parametrize(("rate", "samples", "asked"), [(205.0, 200, False), (1000.0, 200, False), (250.0, 100, True)])
+def test_rests_with_few_ordinates_on_either_side_are_not_asked(
+    monkeypatch: pytest.MonkeyPatch, rate: float, samples: int, asked: bool
+) -> None:
+    """Two fast ones in the first, seven slow ones in the second."""
+    traces, noise = at_rest(monkeypatch, rate, samples)
+    assert (against_rest(traces, "force", noise) is not None) == asked
+
+
+def test_of_a_long_rest_at_2_khz_the_number_of_fast_ordinates_hardly_matters(monkeypatch: pytest.MonkeyPatch) -> None:
+    traces, noise = at_rest(monkeypatch, 2000.0, 4000)
+    for times in (1.0, 2.0, 3.0):
+        louder = Noise(noise.white, 0.0, 0.0, 4000, slow=((40.0, 1e4 * (times - 1.0) * noise.white),))
+        alarm = against_rest(traces, "force", louder)
+        assert alarm is not None
+        known = float(gamma.cdf(79.0 / cast(float, alarm.facts["times"]), 79))
+        assert alarm.raised == (known < CONTRADICTED)
+        assert np.log(alarm.probability) == pytest.approx(np.log(known), rel=0.1, abs=0.1)
 
 
 def test_where_a_logger_shows_its_steps_nothing_is_told() -> None:

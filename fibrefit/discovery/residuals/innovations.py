@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2, gamma
+from scipy.special import fdtr
+from scipy.stats import chi2
 
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -224,6 +225,9 @@ def _jumping(found: Sequence[LevelShift], traces: Sequence[Trace], channels: Seq
 def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm | None:
     """Whether the slow noise that a model leaves is that at rest; None where there is too little rest to tell.
 
+    The slow ordinates are held against the fast ones, which are as few where a logger is slow: the ratio of their means
+    follows F.
+
     Parameters
     ----------
     traces : sequence of Trace
@@ -242,13 +246,13 @@ def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm |
             frequency, power = periodogram(without_lines(values, trace.times[rest], known), rate)
             lines = [abs(frequency - line) < rate / len(values) * 2.0 for line in known]
             clear = ~np.logical_or.reduce([np.zeros(len(frequency), dtype=bool), *lines])
-            share = power / noise.density(frequency)
-            slow += float(share[clear & (frequency < SLOW_BELOW)].sum())
+            against = power / noise.density(frequency)
+            slow += float(against[clear & (frequency < SLOW_BELOW)].sum())
             number += int((clear & (frequency < SLOW_BELOW)).sum())
-            fast += share[clear & (frequency > FAST_ABOVE)].tolist()
-    level = float(np.mean(fast)) if fast else 0.0
-    if number < FEWEST_ORDINATES or level < QUANTISED:
+            fast += against[clear & (frequency > FAST_ABOVE)].tolist()
+    if min(number, len(fast)) < FEWEST_ORDINATES or (level := float(np.mean(fast))) < QUANTISED:
         return None
-    probability = float(gamma.cdf(slow / level, number))
-    facts = {"channel": channel, "below": SLOW_BELOW, "times": number * level / max(slow, 1e-300)}
+    share = slow / number / level
+    probability = float(fdtr(2 * number, 2 * len(fast), share))
+    facts = {"channel": channel, "below": SLOW_BELOW, "times": 1.0 / max(share, 1e-300)}
     return Alarm("rest", probability, CONTRADICTED, facts)
