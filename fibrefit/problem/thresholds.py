@@ -25,6 +25,9 @@ BESIDE_MAINS = 4.0
 """Distance in Hz from the mains within which power may be theirs: a window of a quarter of a second tells no less."""
 SHORTEST_LINE = 0.1
 """Time in s of the shortest rest that tells the line of the mains: five of its periods."""
+FEW_MASKED = 0.05
+"""Share of the readings of a rest that may be masked for all of it to tell the noise: each repeats the one before it,
+which leaves the level of white noise as it is and its spectrum flat to a tenth."""
 LINE_WIDTH = 1.0
 """Half width in Hz of the band in which the line of the mains may lie: a grid keeps within a fifth of that."""
 COARSE_STEPS = 0.5

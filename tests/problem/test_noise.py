@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise.spectrum import Noise, estimate_noise, noise_of, periodogram, whittle, without_lines
+from fibrefit.problem.noise.spectrum import (
+    Noise,
+    at_rest,
+    estimate_noise,
+    noise_of,
+    periodogram,
+    whittle,
+    without_lines,
+)
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -76,12 +84,34 @@ def test_rests_end_where_the_motion_begins() -> None:
     assert found[-1].start >= 0.6 * RATE - 96
 
 
-def test_damage_in_a_rest_ends_it_and_is_no_motion_elsewhere() -> None:
+def test_damage_in_a_rest_is_left_out_and_is_no_motion_elsewhere() -> None:
     made_trace = trace(np.random.default_rng(1), 0.5, 0.0, 0.05)
     made_trace.channels["force"][250:260] = np.nan
     found = estimate_noise([made_trace] * 3, "force")
     assert found.samples > 0
     assert found.rms(1.2, RATE) == pytest.approx(1.0, rel=0.25)
+
+
+@pytest.mark.parametrize("share", [0.003, 0.01, 0.03])
+def test_masked_readings_within_a_rest_leave_its_noise_known(share: float) -> None:
+    found = []
+    for seed in range(20):
+        random = np.random.default_rng([seed, 5])
+        whole = trace(random, 0.0, 0.0, 0.0)
+        lost = random.random(len(whole.times)) < share
+        masked = whole._replace(channels={"force": np.where(lost, np.nan, whole.channels["force"])})
+        noise = estimate_noise([masked], "force")
+        assert noise.samples > 64
+        found.append(noise.rms(1.2, RATE))
+    assert abs(np.mean(found) - 1.0) < WITHIN
+
+
+def test_the_noise_of_a_rest_whose_readings_are_all_masked_is_not_taken_from_it() -> None:
+    whole = trace(np.random.default_rng(1), 0.0, 0.0, 0.0)
+    masked = whole._replace(channels={"force": np.where(whole.times < 0.25, np.nan, whole.channels["force"])})
+    seen = at_rest([masked], "force")
+    assert [len(values) for values, _ in seen] == [rest.stop - rest.start for rest in rests(masked) if rest.start > 600]
+    assert all(np.isfinite(values).all() for values, _ in seen)
 
 
 def test_without_any_rest_the_fast_part_is_taken_and_said_to_be_so() -> None:

@@ -248,6 +248,13 @@ def of_mains(distance: float) -> bool:
     return not np.any(np.abs(np.array(told) - (50.0 - distance)) < 1e-6)
 
 
+def told_though_masked(share: float) -> bool:
+    """Whether all of a rest tells the noise of which such a share is masked."""
+    values = np.zeros(1000)
+    values[:: round(1.0 / share)] = np.nan
+    return len(spectrum.unbroken(values)) == 1000
+
+
 def line_told(seconds: float) -> bool:
     """Whether the line of the mains is told by a rest of such a length."""
     count = round(1e4 * seconds)
@@ -286,6 +293,7 @@ MASS = Slot("mass", "kg", Range(0.0, np.inf, 1.0))
 CASES = (
     Bracket("BESIDE_MAINS", spectrum, of_mains, 3.0, 6.0),
     Bracket("SHORTEST_LINE", spectrum, line_told, 0.14, 0.07),
+    Bracket("FEW_MASKED", spectrum, told_though_masked, 0.04, 0.07),
     Bracket("LINE_WIDTH", error_signals, line_reaches, 0.8, 1.4),
     Bracket("COARSE_STEPS", rounding, coarse, 0.4, 0.7),
     Bracket("CROSSED", rounding, crossing, 3.0, 2.0),

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.thresholds import BESIDE_MAINS, SHORTEST_LINE
-from fibrefit.rigs.signals.rest import resolution, rests, white_noise
+from fibrefit.problem.thresholds import BESIDE_MAINS, FEW_MASKED, SHORTEST_LINE
+from fibrefit.rigs.signals.rest import resolution, rests, runs, white_noise
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import SHORTEST_REST
 
 MAINS = (50.0, 60.0)
 
@@ -148,10 +149,34 @@ def at_rest(traces: Sequence[Trace], channel: str) -> list[tuple[np.ndarray, flo
     pieces = []
     for trace in traces:
         for rest in rests(trace):
-            values = trace.channels[channel][rest]
-            if np.isfinite(values).all() and np.ptp(values) > 0.0:
+            values = unbroken(trace.channels[channel][rest])
+            if len(values) >= SHORTEST_REST and np.ptp(values) > 0.0:
                 pieces.append((values, trace.rate))
     return pieces
+
+
+def unbroken(values: np.ndarray) -> np.ndarray:
+    """Readings of a rest without the masked ones; the longest stretch without one where these are many.
+
+    A few repeat the reading before them: the level of the noise stays as it is, and so do steps of coarse readings.
+
+    Parameters
+    ----------
+    values : (n,)
+        Masked ones are not numbers.
+
+    Returns
+    -------
+    (m,)
+        None where all are masked.
+    """
+    seen = np.isfinite(values)
+    if seen.mean() < 1.0 - FEW_MASKED:
+        stretches = runs(seen)
+        first, end = stretches[np.argmax(np.diff(stretches, axis=1))] if len(stretches) else (0, 0)
+        return values[first:end]
+    last = np.maximum.accumulate(np.where(seen, np.arange(len(values)), np.argmax(seen)))
+    return values[last]
 
 
 def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
