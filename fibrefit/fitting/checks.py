@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.fitting.estimates import Why
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
@@ -44,6 +45,7 @@ COMPLETION = "completion"
 EXPLAINED = "explained_share"
 AGREED = "starts"
 DOUBTFUL = "doubtful_value"
+BARS = "error_bars"
 SECOND: dict[str, Any] = {"identifier": "second_solver", "quantity": "agreement with a second solver"}
 
 
@@ -319,6 +321,18 @@ def known_to_a_factor(found: Doubtful) -> Check:
         quantity="size of the values",
         facts={"doubtful": found, "factor": FACTOR},
     )
+
+
+def bars_too_small(why: Why) -> list[Check]:
+    """What is said of an estimate whose error bars are for noise alone, though what it leaves is not; else nothing."""
+    failed = Check(
+        name="error bars allow for what is left",
+        passed=False,
+        identifier=BARS,
+        quantity="size of the error bars",
+        facts={"failed": why.failed},
+    )
+    return [failed] if why.identifier == "loses_less" else []
 
 
 def exchanged() -> Check:

@@ -193,9 +193,9 @@ def _apart(
 
 
 def _held_against(found: Identification) -> frozenset[str]:
-    """What an estimate is doubted for; that of the search it began from does not count."""
-    search = (judge.AGREED, judge.SECOND["identifier"])
-    return frozenset(check.identifier for check in found.checks if not check.passed and check.identifier not in search)
+    """What an estimate is doubted for; that of the search it began from does not count, nor what its error bars are."""
+    aside = (judge.AGREED, judge.SECOND["identifier"], judge.BARS)
+    return frozenset(check.identifier for check in found.checks if not check.passed and check.identifier not in aside)
 
 
 def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:
@@ -278,6 +278,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         explained,
         *_as_stated(task, best, explained, how.rivals),
         *(() if doubtful is None else (judge.known_to_a_factor(doubtful),)),
+        *judge.bars_too_small(best.why),
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )

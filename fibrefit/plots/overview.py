@@ -51,7 +51,11 @@ ACROSS = 135
 """Letters in a line over the whole width."""
 
 DOUBTED = "What is left is no larger than the noise; what is to be doubted all the same stands below"
-LACKS = "The error bars allow for what is left, which is more than noise: the model lacks something"
+LACKS = {
+    True: "The error bars allow for what is left, which is more than noise: the model lacks something",
+    False: "What is left is more than noise: the model lacks something",
+}
+"""By whether error bars allow for it."""
 VERDICTS = {
     "ok": "The model explains these records down to their noise",
     "suspect": "The fit came to an end, but not all of its checks passed",
@@ -92,7 +96,7 @@ def _verdict(summary: FitResultSummary) -> str:
     if not isinstance(summary, DiscoverySummary):
         if summary.status != "ok" or not lacking(summary.checks):
             return VERDICTS[summary.status]
-        return LACKS if leaves_more(summary.checks) else DOUBTED
+        return LACKS[summary.bars_allow] if leaves_more(summary.checks) else DOUBTED
     if summary.verdict == "named":
         return f"The model lacked {' and '.join(summary.added)}"
     if summary.verdict == "nothing_missing":

@@ -126,7 +126,8 @@ def _left(summary: FitResultSummary) -> str:
         return "What is left is noise." if summary.status == "ok" else ""
     if not leaves_more(found):
         return f"What is left is no larger than the noise{total}; what is to be doubted all the same stands below."
-    return f"What is left is more than the noise{total}: error bars allow for it, and the model lacks something."
+    bars = "error bars allow for it, and " if summary.bars_allow else ""
+    return f"What is left is more than the noise{total}: {bars}the model lacks something."
 
 
 def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, str]:

@@ -65,6 +65,13 @@ def test_each_record_is_fitted_by_itself_where_shared_values_leave_no_noise(
         # Other doubts are no fewer, and as many doubts say no less.
         (found_with(1.0, "gls", "gap"), found_with(1.1, "not_noise", "phases", "drive"), False, False),
         (found_with(1.0, "gls", "gap"), found_with(1.1, "louder", "gap"), False, False),
+        # That error bars are too small says nothing of the values.
+        (
+            found_with(1.0, "loses_less", "gap", "error_bars"),
+            found_with(1.1, "not_noise", "gap", "phases"),
+            True,
+            False,
+        ),
         # What became of the starts is no doubt of either.
         (found_with(1.0, "gls", "starts"), found_with(1.1, "gls", "second_solver"), False, False),
         (found_with(1.0, "gls", "gap"), found_with(2.1), True, True),

@@ -10,11 +10,12 @@ import pytest
 
 from fibrefit.core.statement import Statement
 from fibrefit.fitting.advice import Advice
+from fibrefit.fitting.checks import bars_too_small
 from fibrefit.fitting.estimates import Why
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import Check, status_by
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
 MADE_IN = {
@@ -138,6 +139,11 @@ def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() ->
     found = fit.estimator_sentence(Why("loses_less", failed=("residual size",)))
     assert found.startswith("Generalised least squares (GLS): records differ, and values that all of them share lose")
     assert found.endswith("Residuals are not noise alone (failed: residual size): error bars are too small.")
+    # Its error bars are doubted where all checks are, and nowhere else.
+    (check,) = fit.fit_checks(tuple(bars_too_small(Why("loses_less", failed=("residual size",)))))
+    assert status_by([check]) == "suspect"
+    assert "not noise alone (failed: residual size): they are too small" in check.says
+    assert not any(bars_too_small(Why(other)) for other in ("gls", "louder", "not_noise"))
     louder = fit.estimator_sentence(Why("louder", failed=("residual size",)))
     assert "the structure of noise, which is louder than at rest (failed: residual size)" in louder
 

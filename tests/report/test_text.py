@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.fitting.result import Starts
+from fibrefit.plots import overview
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
@@ -20,7 +21,7 @@ from fibrefit.report.prediction import prediction_report
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import fit_report, prior_sentences, with_error
 from fibrefit.study.summaries import summaries as s
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.pooled import TrendSummary
 from fibrefit.study.summaries.prediction import PredictedChannel
 from fibrefit.study.summaries.summaries import InputErrorSummary
@@ -130,6 +131,18 @@ def test_a_fit_within_its_noise_is_not_said_to_leave_more_than_noise() -> None:
     for lacking, says in (((level,), "no larger than the noise"), ((level, size), "more than the noise")):
         text = fit_report(FIT.model_copy(update={"checks": (*FIT.checks, *lacking)}))
         assert f"What is left is {says}" in " ".join(text.split())
+
+
+def test_error_bars_are_said_to_allow_for_a_gap_only_where_they_do() -> None:
+    """Those of the likelihood do not: the report would say in one place that they do, in another that they cannot."""
+    lacks = Check(name="x", passed=False, identifier=SIZE, quantity="residual size", about="model")
+    for method, said, drawn in (
+        ("discrepancy", "error bars allow for it, and the model lacks something.", "The error bars allow for what is"),
+        ("whitened", "more than the noise (1.3 times it): the model lacks something.", "What is left is more than"),
+    ):
+        found = FIT.model_copy(update={"checks": (*FIT.checks, lacks), "error_method": method})
+        assert said in " ".join(fit_report(found).split())
+        assert overview._verdict(found).startswith(drawn)
 
 
 def test_a_result_that_failed_says_so_first() -> None:

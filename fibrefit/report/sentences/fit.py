@@ -202,6 +202,14 @@ def _explained_share(check: Check) -> str:
     return says
 
 
+def _error_bars(check: Check) -> str:
+    return (
+        "The error bars are those of noise alone, and what is left is not noise alone (failed: "
+        f"{', '.join(check.facts['failed'])}): they are too small, by how much is not known. Run discover for what the "
+        "model lacks; until it has that, the scatter of values between records fitted one by one (batch) says more."
+    )
+
+
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"
 
@@ -348,6 +356,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "lag": _lag,
     "otherwise": otherwise_sentence,
     "doubtful_value": doubtful_sentence,
+    "error_bars": _error_bars,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,

@@ -221,6 +221,11 @@ class FitResultSummary(Part):
     advice: tuple[str, ...] = Field(default=(), description="What to do next, in words.")
     provenance: Provenance | None = None
 
+    @property
+    def bars_allow(self) -> bool:
+        """Whether error bars allow for what the model lacks; those of noise do not, whatever spectrum it has."""
+        return self.error_method == "discrepancy"
+
 
 class FitSummary(FitResultSummary):
     """``summary.json`` of a fit."""
