@@ -11,7 +11,7 @@ from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.grammar.headings import known_unit, split_heading
-from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_reading, score
+from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_reading, score, treated
 
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
 USUAL = ("force", "position", "drive", "angle")
@@ -192,6 +192,7 @@ def guessed_roles(
         candidates = [i for i, p in measured.items() if p == best and p > 0]
         if len(candidates) == 1:
             candidates += _below_the_same(candidates[0], headings, KIND_OF_ROLE[role], used)
+            candidates += _treated_otherwise(candidates[0], measured, headings)
         kind = is_no_reading(headings[candidates[0]].name) if candidates and role != "drive" else ""
         if len(candidates) == 1 and kind:
             unread[role] = _no_reading(role, headings[candidates[0]], kind, where)
@@ -224,6 +225,18 @@ def _below_the_same(place: int, headings: Sequence[Heading], kind: str, used: Co
             break
         found.append(i)
     return found
+
+
+def _treated_otherwise(best: int, points: Mapping[int, int], headings: Sequence[Heading]) -> list[int]:
+    """Columns that may be the same reading before or after a filter, or the like: which one is meant is a question.
+
+    A plain heading beside one that is called filtered is the measured one.
+    """
+    mine = treated(headings[best].name)
+    others = {i: treated(headings[i].name) for i, p in points.items() if p > 0 and i != best}
+    named = {i for i in others if points[i] > 4 or others[i]} - {i for i in others if is_no_reading(headings[i].name)}
+    same = {i for i in named if (headings[i].kind is None) == (headings[best].kind is None)}
+    return [i for i in sorted(same) if others[i] != mine and (mine or others[i] == "raw")]
 
 
 def nothing_below(
@@ -316,6 +329,8 @@ def _points(heading: Heading, role: str) -> int:
     if (kind is not None and kind != KIND_OF_ROLE[role]) or (not heading.name and kind is None):
         return 0
     words = 10 * score(heading.name, role)
+    if words and kind is None and treated(heading.name) == "raw":  # counts, most likely
+        words = max(words - 20, 1)
     if role in PAIR:
         if not heading.name.rstrip(" )").endswith(role[-1]) or heading.name[-2:-1] == ".":  # pandas counts alike names
             return 0
@@ -330,11 +345,15 @@ def _points(heading: Heading, role: str) -> int:
 
 
 def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
+    done = [treated(h.name) for h in candidates]
+    # Of the same reading before and after a filter the one before it is advised.
+    best = next((done.index(kind) for kind in ("raw", "") if kind in done), 0) if any(done) else 0
     names = [h.header or f"column {h.number}" for h in candidates]
-    first = names[0] if all(h.header for h in candidates) else f"column {candidates[0].number}"
+    first = names[best] if all(h.header for h in candidates) else f"column {candidates[best].number}"
     shown = " and ".join(f'"{name}"' for name in names[:3])
     got = f"columns {shown} could each be the {role.replace('_', ' ')}"
-    return DataError(where, got, "one", f'Name it: {role} = "{first}" under [channels].')
+    why = "The record is wanted as it was measured: a filter or a mean changes what is found. " if any(done) else ""
+    return DataError(where, got, "one", f'{why}Name it: {role} = "{first}" under [channels].')
 
 
 def _no_reading(role: str, heading: Heading, kind: str, where: str) -> DataError:

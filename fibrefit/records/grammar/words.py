@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import unicodedata
 
@@ -46,7 +47,20 @@ _WANTED = _words(
     "soll sollwert setpoint command commanded cmd target reference ref zadana desired demand demanded nominal"
 )
 _WANTED |= _words("consigne consigna vorgabe")
-_NOT_MEASURED = _WANTED | _words("raw rohwert")
+
+#: Beginnings of words for a reading that nothing was done to, and for one that was filtered, smoothed or calibrated.
+_RAW = tuple(
+    _words("raw roh unfilt ungefilt unsmooth ungeglatt uncal unkal unproc brut crud grezz surov surow nefiltr niefiltr")
+    | _words("nonfiltr ongefilt ofiltr ruw untreated unbehandelt сыр необраб нефильтр")
+)
+_PROCESSED = tuple(
+    _words("filt gefilt lowpass highpass bandpass tiefpass hochpass passebas passabass pasobaj dolnoprop dolnoprzep")
+    | _words("smooth geglatt glatt liss suaviz levig vyhlaz wygladz avg averag gemitt mittel moyen promed mediat mean")
+    | _words("median prumer sredni usredn gleitend moving rolling savgol butterw bessel kalman denois entrausch calib")
+    | _words("kalib etalonn tarat corr korr compens kompens detrend resampl interpol decim process verarbeit trait")
+    | _words("procesad elaborat zpracovan przetworz condition фильтр сглаж калибр")
+)
+_PROCESSED_WORDS = _words("cal kal lp lpf hpf bpf flt sm comp proc")
 
 #: Words that tell what goes with a quantity from the quantity itself.
 _BESIDE = _words(
@@ -105,7 +119,7 @@ def score(text: str, role: str) -> int:
             points = max(points, 3)
         elif word in _WORDS[role] or (role == "position" and word.endswith("weg")):
             points = max(points, 1 if len(word) == 1 else 3)
-    return max(points - 2, 0) if any(word in _NOT_MEASURED or word in _BESIDE for word in words) else points
+    return max(points - 2, 0) if any(word in _WANTED or word in _BESIDE for word in words) else points
 
 
 def is_no_reading(text: str) -> str:
@@ -119,6 +133,22 @@ def is_no_reading(text: str) -> str:
     words = tokens(text)
     found = next((word for word in words if word in _BESIDE), "")
     return "an error" if found else "a wanted value" if any(word in _WANTED for word in words) else ""
+
+
+def treated(text: str) -> str:
+    """What a heading says was done to a reading: "processed", nothing ("raw"), or empty where it says neither.
+
+    Parameters
+    ----------
+    text : str
+        Heading without its unit.
+    """
+    words = tokens(text)
+    without = any(word.startswith("filtr") for word in words) and not {"sin", "sem", "non"}.isdisjoint(words)
+    if without or any(word.startswith(_RAW) and not word.startswith("rohr") for word in words):
+        return "raw"
+    words += [first + second for first, second in itertools.pairwise(words)]  # "low pass"
+    return "processed" if any(w.startswith(_PROCESSED) or w in _PROCESSED_WORDS for w in words) else ""
 
 
 def kinds_named(text: str) -> set[str]:

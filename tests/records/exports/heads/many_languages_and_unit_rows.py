@@ -79,6 +79,8 @@ add(
 add(
     "raw and filtered",
     "Time [s],Force raw [N],Force [N],Position [mm]\n" + lines(lambda i: f"{t(i)},{f(i)},{f(i)},{u(i)}"),
+    refused="could each be the force.*as it was measured",
+    remedy={"channels": {"force": "Force raw [N]"}},
 )
 add(
     "thousands in the force with decimals",
