@@ -262,7 +262,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
     balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
     doubtful = most_doubtful(problem.layout, best.values, best.bars)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
-    agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores)
+    agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores, bars, task.rate)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,

@@ -109,16 +109,22 @@ def white(scores: Scores) -> np.ndarray:
 def stationary(scores: Scores, rate: float) -> np.ndarray:
     """Score variance of stationary noise that is white and pink, as the residuals' spectrum has it.
 
+    Parameters
+    ----------
+    rate : float
+        Samples a second, in Hz.
+    """
+    return scores.assembled(stationary_parts(scores, rate))
+
+
+def stationary_parts(scores: Scores, rate: float) -> Callable[[int], np.ndarray]:
+    """The same of single records, ``(n_local, n_local)``, the noise of all being that of each.
+
     Law
     ---
     ``S = integral of P(f) X(f)* X(f) df`` with X the transform of the slopes, and P = white + pink / f of each channel
     by maximum likelihood from the residuals of all records. Below one over the length of a record P stays as it is
     there: noise that is slower than a record lasts is an offset in it, which no part of that record can tell.
-
-    Parameters
-    ----------
-    rate : float
-        Samples a second, in Hz.
     """
     levels = [_levels(scores, channel, rate) for channel in range(scores.residuals.shape[1])]
 
@@ -136,7 +142,7 @@ def stationary(scores: Scores, rate: float) -> np.ndarray:
             found += products_of_spectra(spectra, spectra)
         return found
 
-    return scores.assembled(local)
+    return local
 
 
 def _levels(scores: Scores, channel: int, rate: float) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from fibrefit.core.roles import HELD, STICKING, UNLOADING
 from fibrefit.fitting import advice as advised
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
+from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
 from fibrefit.fitting.misfit.alternative import Alternative
@@ -109,8 +110,9 @@ def scattered(ratio: float) -> bool:
     problem: Any = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), shared_places=[0]))
     scores: Any = SimpleNamespace(columns=range(6))
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(agreement, "_steps", lambda scores: (steps, np.ones((6, 1))))
-        check = agreement.records_agree(problem, np.zeros(1), scores)
+        patched.setattr(agreement, "_steps", lambda scores, rate: (steps, np.ones((6, 1))))
+        bars = ErrorBars({"spectrum": np.eye(1)}, "spectrum")
+        check = agreement.records_agree(problem, np.zeros(1), scores, bars, 1.0)
     assert check is not None
     return check.passed
 
