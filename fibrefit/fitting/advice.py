@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 from fibrefit.fitting.identifiability import Weakness, force_alone
+from fibrefit.fitting.misfit.lone_samples import LoneSamples
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
@@ -28,8 +29,8 @@ class Advice(NamedTuple):
     Parameters
     ----------
     identifier : str
-        ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``, ``"force_alone"``, ``"another_test"`` or
-        ``"further_record"``.
+        ``"lone_samples"``, ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``, ``"force_alone"``,
+        ``"another_test"`` or ``"further_record"``.
     facts : mapping of str to object
         What a sentence needs besides.
     """
@@ -68,6 +69,20 @@ def advice(
     if weak and usable and (further := _further_record(problem, values, normal)):
         found.append(further)
     return tuple(found)
+
+
+def with_lone_samples(found: tuple[Advice, ...], alone: LoneSamples | None, robust: bool) -> tuple[Advice, ...]:
+    """Advice where a few samples carry what is left: these come first, and nothing is sought for their sake.
+
+    Parameters
+    ----------
+    robust : bool
+        Whether large residuals counted less already.
+    """
+    if alone is None:
+        return found
+    first = Advice("lone_samples", {"alone": alone, "robust": robust})
+    return (first, *(one for one in found if one.identifier != "search"))
 
 
 def _first_of_all(failed: Mapping[str, Check]) -> Iterator[Advice]:

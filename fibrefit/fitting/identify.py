@@ -18,7 +18,7 @@ from fibrefit.core.programs.longest import all_compilations
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.advice import advice
+from fibrefit.fitting.advice import Advice, advice, with_lone_samples
 from fibrefit.fitting.error_bars import error_bars, error_inflation, estimates
 from fibrefit.fitting.gls import cost_with_one_held
 from fibrefit.fitting.identifiability import weaknesses
@@ -26,6 +26,7 @@ from fibrefit.fitting.minima import Minima, SecondSolver
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.alternative import best_alternative
 from fibrefit.fitting.misfit.discrepancy import most_doubtful
+from fibrefit.fitting.misfit.lone_samples import lone_samples
 from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
@@ -43,6 +44,7 @@ from fibrefit.problem.diagnose.contacts import lag_in_contacts
 from fibrefit.problem.diagnose.exchanged import are_exchanged
 from fibrefit.problem.diagnose.free_flight import gravity_in_flight
 from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
+from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -278,7 +280,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         explained,
         *_as_stated(task, best, explained, how.rivals),
         *(() if doubtful is None else (judge.known_to_a_factor(doubtful),)),
-        *judge.bars_too_small(best.why),
+        *best.of_intervals,
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )
@@ -301,7 +303,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         motion=seen.motion,
         starts=starts,
         checks=checks,
-        advice=advice(problem, best.values, normal, best.bars.covariance, weak, checks),
+        advice=_with_samples(task, best, advice(problem, best.values, normal, best.bars.covariance, weak, checks)),
         seconds=0.0,
         estimator=best.estimator,
         why=best.why,
@@ -309,6 +311,13 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         gls=best.gls,
         balance=balance,
     )
+
+
+def _with_samples(task: Task, best: Reported, found: tuple[Advice, ...]) -> tuple[Advice, ...]:
+    """Advice with the few samples, if so, that carry most of a gap that is more than noise."""
+    left = ResidualSet(best.problem, best.residuals, best.seen.motion, task.noise)
+    alone = None if best.sound.gap.passed else lone_samples(left)
+    return with_lone_samples(found, alone, best.problem.soft_beyond is not None)
 
 
 def _explained(plain: Optimum, gaps: Gap) -> Check:

@@ -31,6 +31,11 @@ FACTOR = 1.5
 """Factor between two values, both of which leave nothing but noise, beyond which neither is of use: what is stated of
 the rig decides between them. A clock 5 % wrong puts damping or friction of one drop off by 2 to 3, one 1 % wrong by
 1.1 to 1.2: docs/checks.md."""
+STANDS_OUT = 8.0
+"""Residual of a sample over the noise, and over the median of the five around it, beyond which it stands alone: the
+largest of a million of noise is at five, and what a model lacks changes over more samples."""
+CARRIED_ALONE = 0.5
+"""Share of what is left beyond the noise, in squares, from which samples that stand alone carry most of it."""
 REMAINING = 0.02
 """Share of what is left beyond the noise, in squares, that may remain where a fault in what is stated explains it: the
 right fault leaves a hundredth at the most, another one a tenth of it or more in drops."""

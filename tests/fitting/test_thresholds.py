@@ -17,7 +17,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
 from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.misfit import agreement, alternative, outweighed, structure
+from fibrefit.fitting.misfit import agreement, alternative, lone_samples, outweighed, structure
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
 from fibrefit.fitting.search import each_by_itself, multistart, with_input_errors
@@ -41,6 +41,7 @@ from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts
+from tests.fitting.test_lone_samples import found_in
 from tests.fitting.test_outweighed import said as said_of_weight
 
 __all__ = ["clean"]
@@ -49,6 +50,21 @@ __all__ = ["clean"]
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
     return judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
+
+
+def stands_out(size: float) -> bool:
+    """Whether a sample of such a size among ones of the noise stands alone."""
+    residuals = np.ones((1, 1, 50))
+    residuals[0, 0, 20] = size
+    return bool(lone_samples.stands_out(residuals, np.ones((1, 1, 50), dtype=bool)).any())
+
+
+def carried(share: float) -> bool:
+    """Whether a sample that carries such a share of what is left is told."""
+    residuals = np.ones((1, 1, 2000))
+    residuals[0, 0, 1000:] = np.sqrt(1.0 + 0.4 / share * (1.0 - share))
+    residuals[0, 0, 500] = np.sqrt(401.0)
+    return found_in(np.concatenate([residuals, residuals[:, :, ::-1]], axis=1).repeat(2, axis=0)) is not None
 
 
 def off_by(factor: float) -> Alternative:
@@ -177,6 +193,8 @@ def more_counts(number: int) -> bool:
 
 CASES = (
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
+    Bracket("STANDS_OUT", lone_samples, lambda x: not stands_out(x), 6.0, 10.0),
+    Bracket("CARRIED_ALONE", lone_samples, lambda x: not carried(x), 0.4, 0.6),
     Bracket("FIT_TOLERANCE", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
     Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
     Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),

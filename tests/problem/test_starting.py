@@ -106,6 +106,12 @@ def turned(one: Made, channel: str) -> Made:
     return made.replace(one, **{channel: -one.channels[channel]})
 
 
+def saturated(one: Made, channel: str) -> Made:
+    """A sensor whose range ends short of the hold: the hold is masked."""
+    values = one.channels[channel]
+    return made.replace(one, **{channel: np.where(one.time < 0.11, np.nan, values)})
+
+
 def silent(one: Made) -> Made:
     return made.replace(one, force=np.random.default_rng(0).normal(size=one.time.size) * 0.0)
 
@@ -133,6 +139,18 @@ REFUSED: list[tuple[str, Callable[[Made], Made], dict[str, Any], str]] = [
         "and the measured force (-1 times what follows from it); expected a weight that moves as",
     ),
     ("force upside down", lambda r: turned(r, "force"), {}, "the weight moves against the measured force"),
+    (
+        "position saturated in the hold",
+        lambda r: saturated(r, "position"),
+        {"lifts": (None, None)},
+        "samples of the position before 110 ms are masked as saturated or damaged, the hold among them; those",
+    ),
+    (
+        "force saturated in the hold",
+        lambda r: saturated(r, "force"),
+        {"lifts": (None, None)},
+        "samples of the force before 110 ms are masked as saturated or damaged, the hold among them; those",
+    ),
     ("no force", silent, {"lifts": (None, None)}, "shows no force"),
     ("lift far too large", lambda r: r, {"lifts": (0.1, 0.2)}, "does not fall by its lift"),
     (

@@ -8,6 +8,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from fibrefit.core.units import format_quantity
+from fibrefit.report.sentences.advised import lone_samples_advice
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
 from fibrefit.report.sentences.otherwise import doubtful_sentence, otherwise_sentence, stated_otherwise
 from fibrefit.study.summaries.check import Check
@@ -139,6 +140,8 @@ def advice_sentence(advice: Advice) -> str:
             f"Look at what the study states: {stated_otherwise(found)} would explain the records to their noise. "
             "Correct it, and fit again."
         )
+    if advice.identifier == "lone_samples":
+        return lone_samples_advice(facts["alone"], facts["robust"])
     if advice.identifier == "widen":
         names = ", ".join(facts["parameters"])
         return (

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.roles import ROLES
 from fibrefit.core.units import format_quantity
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
@@ -61,7 +62,7 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
         level, after = stated["position_zero"] - lift, time >= stated["release"]
     else:
         held = _held(trace)
-        level, after = float(np.nanmean(position[held])), np.arange(len(time)) >= held.stop
+        level, after = _mean_held(trace, "position", held), np.arange(len(time)) >= held.stop
         lift = _onset(trace, level) - level if np.isnan(lift) else lift
     fallen = position - level
     # The square root of the way fallen is a line in time, whose foot is the release.
@@ -91,8 +92,8 @@ def _onset(trace: Trace, level: float) -> float:
     """Position at which the force first rises, in m."""
     force = trace.channels["force"]
     held = _held(trace)
-    noise = np.nanstd(force[held])
-    rising = _first(force > np.nanmean(force[held]) + FORCE_RISES * noise, trace, "shows no force")
+    mean = _mean_held(trace, "force", held)
+    rising = _first(force > mean + FORCE_RISES * np.nanstd(force[held]), trace, "shows no force")
     if trace.channels["position"][rising] <= level:
         raise DataError(
             trace.name,
@@ -103,6 +104,24 @@ def _onset(trace: Trace, level: float) -> float:
     return float(trace.channels["position"][rising])
 
 
+def _mean_held(trace: Trace, channel: str, held: slice) -> float:
+    """Mean of a channel while the weight is held, in its SI unit; a `DataError` where nothing of it was read."""
+    values, unit = trace.channels[channel], ROLES[channel]
+    if np.isfinite(values[held]).any():
+        return float(np.nanmean(values[held]))
+    lowest, highest = (format_quantity(end(values), unit, 4) for end in (np.nanmin, np.nanmax))
+    first = int(np.argmax(np.isfinite(values)))
+    got = f"all {first} samples of the {channel} before {format_quantity(trace.times[first], 's', 4)} are masked as "
+    got += f"saturated or damaged, the hold among them; those that are left go from {lowest} to {highest}"
+    raise DataError(
+        trace.name,
+        got,
+        "a rest before the release, from which zero and release are found",
+        f"Set the range of the {channel} sensor so that it reads the hold. For this record give "
+        'lift = ".. mm", release = ".. s" and position_zero = ".. mm"; fibrefit inspect says what was masked, and why.',
+    )
+
+
 def _first(flags: np.ndarray, trace: Trace, otherwise: str) -> int:
     if not flags.any():
         raise _no_drop(trace, otherwise)
@@ -110,7 +129,8 @@ def _first(flags: np.ndarray, trace: Trace, otherwise: str) -> int:
 
 
 def _no_drop(trace: Trace, otherwise: str) -> DataError:
-    do = "Check lift, and the sign and unit of the position and force channels."
+    lift = "" if np.isnan(trace.conditions["lift"]) else "lift, and "
+    do = f"Check {lift}the sign and unit of the position and force channels."
     return DataError(trace.name, f"the record {otherwise}", "a weight that is released, falls and is caught", do)
 
 
