@@ -14,7 +14,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, error_bars, estimates, ratio
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
-from fibrefit.fitting.gls import gls_estimate, problem_at
+from fibrefit.fitting.gls import differ_within, gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
@@ -104,6 +104,11 @@ class Reported:
         loudest = max(total(gap) for gap in self.seen.record_gaps.values())
         louder = self.sound.like_noise and loudest <= LOUDER_THAN_AT_REST * self.expected_gap
         return self.sound.gap.passed or louder
+
+    @property
+    def of_intervals(self) -> tuple[Check, ...]:
+        """Checks of error bars and intervals, where there is a reason to ask."""
+        return *judge.bars_too_small(self.why), *(() if self.gls is None else differ_within(self.gls))
 
     @property
     def estimator(self) -> str:

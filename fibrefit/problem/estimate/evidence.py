@@ -17,7 +17,7 @@ Tierney and Kadane, J. Am. Stat. Assoc. 81 (1986); Gelman, Bayesian Anal. 1 (200
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import product
 
@@ -33,6 +33,8 @@ LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
 FEW_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
 """The same where many parameters deviate."""
+FURTHER = (0.2, 0.5)
+"""Levels beyond the last one, of parameters that the records of a fit make differ by that: see `end_told`."""
 MANY = 3
 AGREE = 0.5
 """Probability, before the records speak, that they agree in all parameters."""
@@ -168,10 +170,16 @@ def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
 
 
 @RAN_AWAY
-def laplace(found: PosteriorMode) -> MarginalLikelihood:
-    """MarginalLikelihood from the matrices at a mode; none where a motion is lost, of which there are no numbers."""
+def laplace(found: PosteriorMode, further: Collection[int] = ()) -> MarginalLikelihood:
+    """MarginalLikelihood from the matrices at a mode; none where a motion is lost, of which there are no numbers.
+
+    Parameters
+    ----------
+    further : collection of int
+        Of `grid_of`.
+    """
     unknowns, place, normal = found.unknowns, found.place, found.normal
-    grid, prior = grid_of(len(unknowns.scattering))
+    grid, prior = grid_of(len(unknowns.scattering), further)
     n = len(unknowns.each)
     # Deviations are counted from zero, so that none of them is large beside a small standard deviation.
     eta = np.concatenate([np.zeros((len(place.eta), n)), place.eta], axis=1)
@@ -261,15 +269,39 @@ def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) ->
     return total
 
 
-def grid_of(number: int) -> tuple[np.ndarray, np.ndarray]:
-    """Standard deviations ``(n_grid, number)`` and the logarithms of their probabilities beforehand."""
-    levels = LEVELS if number <= MANY else FEW_LEVELS
-    grid = np.array(list(product(levels, repeat=number)), dtype=float).reshape(len(levels) ** number, number)
+def grid_of(number: int, further: Collection[int] = ()) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviations ``(n_grid, number)`` and the logarithms of their probabilities beforehand.
+
+    Parameters
+    ----------
+    further : collection of int
+        Parameters, of `number`, whose standard deviations go on to those of `FURTHER`.
+    """
+    usual = LEVELS if number <= MANY else FEW_LEVELS
+    each = [(*usual, *FURTHER) if i in further else usual for i in range(number)]
+    points = list(product(*each))
+    grid = np.array(points, dtype=float).reshape(len(points), number)
     if not number:
         return grid, np.zeros(1)
+    shares = [_of_levels(levels)[np.searchsorted(levels, column)] for levels, column in zip(each, grid.T, strict=True)]
+    alike = np.all(grid == 0.0, axis=1)
+    share = np.prod(shares, axis=0)
+    return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE**number)))
+
+
+def _of_levels(levels: tuple[float, ...]) -> np.ndarray:
+    """Probabilities ``(n_level,)`` of standard deviations of one parameter, where records do not agree in all."""
     some = np.array(levels[1:])
     size = np.gradient(np.log(some)) * np.minimum(some / USUAL, 1.0)
-    weight = np.concatenate([[ALONE], (1.0 - ALONE) * size / size.sum()])
-    share = np.prod([weight[np.searchsorted(levels, column)] for column in grid.T], axis=0)
-    alike = np.all(grid == 0.0, axis=1)
-    return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE**number)))
+    return np.concatenate([[ALONE], (1.0 - ALONE) * size / size.sum()])
+
+
+def end_told(evidence: MarginalLikelihood) -> np.ndarray:
+    """How many times as probable as beforehand records make the last level of each parameter, ``(n_scattering,)``.
+
+    Where they say nothing that is one, however much the prior leaves there.
+    """
+    grid = evidence.grid
+    prior = np.exp(grid_of(grid.shape[1], np.flatnonzero(grid.max(axis=0) >= FURTHER[-1]).tolist())[1])
+    last = grid == grid.max(axis=0)
+    return np.asarray(evidence.weight @ last / (prior @ last))

@@ -36,10 +36,13 @@ def between(evidence: MarginalLikelihood) -> dict[str, BetweenRecordsSummary]:
 
 
 def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
-    """Quantile of a standard deviation: zero with the weight of the first level, log-uniform around each other one."""
+    """Quantile of a standard deviation: zero with the weight of the first level, log-uniform around each other one.
+
+    None is larger than the last level, where the prior ends.
+    """
     logs = np.log(levels[1:])
     middles = 0.5 * (logs[1:] + logs[:-1])
-    edges = np.concatenate([[1.5 * logs[0] - 0.5 * logs[1]], middles, [1.5 * logs[-1] - 0.5 * logs[-2]]])
+    edges = np.concatenate([[1.5 * logs[0] - 0.5 * logs[1]], middles, logs[-1:]])
     cumulated = np.cumsum(weight) / weight.sum()
     return 0.0 if share <= cumulated[0] else float(np.exp(np.interp(share, cumulated, edges)))
 

@@ -213,6 +213,19 @@ def _error_bars(check: Check) -> str:
     )
 
 
+def _between_records(check: Check) -> str:
+    name, between, most = (check.facts[key] for key in ("parameter", "between", "most"))
+    name, least = name.rpartition(".")[2].replace("_", " "), between.interval_95[0]
+    if check.passed:
+        return f"Records differ in the {name}, by less than the {100.0 * most:.0f} % that are looked for at the most."
+    return (
+        f"The {name} differs from record to record by at least {100.0 * least:.2g} %, and more than the "
+        f"{100.0 * most:.0f} % that are looked for is as likely: the records make those {check.statistic:.2g} times as "
+        f"probable as beforehand, at most {check.threshold:g} times passes. The interval of its mean is too narrow. "
+        "Fit the records one by one (batch) or in groups that are alike, and look for a condition that is stated wrong."
+    )
+
+
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"
 
@@ -360,6 +373,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "otherwise": otherwise_sentence,
     "doubtful_value": doubtful_sentence,
     "error_bars": _error_bars,
+    "between_records": _between_records,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,
