@@ -13,8 +13,18 @@ import numpy as np
 from fibrefit.core.time_limit import beyond_limits, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, compared_about
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, LIKENESS, NAMED, PRICE, SIMPLER, false_alarm, occam
+from fibrefit.discovery.engine.thresholds import (
+    BEYOND_DOUBT,
+    LIKENESS,
+    NAMED,
+    PRICE,
+    SIMPLER,
+    Chance,
+    false_alarm,
+    occam,
+)
 from fibrefit.discovery.search.inputs import Confirmation, confirmed
+from fibrefit.discovery.search.starts import searched_for
 from fibrefit.study.summaries.discovery import Candidate
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -177,18 +187,21 @@ def candidate(comparison: Comparison, one: LaplaceFit) -> Candidate:
         for name in [f"{effect.name}.{parameter.name}"]
         if np.isfinite(shared[name])
     }
-    others = [
-        (sum(len(e.parameters) for e in o.effects if e not in comparison.parent.effects), o) for o in comparison.found
-    ]
-    # What was not compared in the same noise costs what is usual.
-    chances = [
-        (size, occam(comparison.parent.evidence, o.evidence) if o.names in comparison.compared else PRICE * size)
-        for size, o in others
-    ]
+    chances = [_chance(comparison, other) for other in comparison.found]
     return Candidate(
         effect=" + ".join(effect.name for effect in added) or "nothing",
         gap_after=comparison.gap_of(one),
         evidence=comparison.gain(one),
         parameters=parameters,
-        false_alarm=false_alarm(comparison.gain(one), chances),
+        false_alarm=false_alarm(comparison.gain(one), chances + chances[:1] * comparison.others),
     )
+
+
+def _chance(comparison: Comparison, one: LaplaceFit) -> Chance:
+    """How much a candidate of a round gains where nothing is missing."""
+    added = [effect for effect in one.effects if effect not in comparison.parent.effects]
+    size = sum(len(effect.parameters) for effect in added)
+    # What was not compared in the same noise costs what is usual.
+    compared = one.names in comparison.compared
+    cost = occam(comparison.parent.evidence, one.evidence) - one.divided_off if compared else PRICE * size
+    return Chance(size, cost, sum(map(searched_for, added)))

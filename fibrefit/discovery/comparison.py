@@ -58,6 +58,8 @@ class Comparison:
         Time it took, in s.
     gained : float
         Nats that the parent's effects gained when they were found, the most of any.
+    others : int
+        Candidates of which slopes predicted too little to be followed and that do not stand among those found.
     """
 
     search: Search
@@ -69,6 +71,7 @@ class Comparison:
     shares: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     seconds: float = 0.0
     gained: float = 0.0
+    others: int = 0
 
     def gap_of(self, one: LaplaceFit) -> float:
         """Gap that one of them leaves, as the parent's is counted: Rms of residuals over the noise."""

@@ -26,7 +26,7 @@ from fibrefit.discovery.engine.effort import (
     time_for_starts,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import NAMED, TELLS
+from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED, TELLS
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.laws.told import ToldLaw, law_for, law_over_course, told_by_fit
 from fibrefit.discovery.model.finding import Finding
@@ -324,8 +324,10 @@ def _outdone(
     else:
         base = search.inference.again(base)
     # A curve has its gain divided by an overdispersion, the name has not: it takes more to lose a name than to get it.
-    named = search.inference.again(best)
-    curves = probe_all(search, base, before, named.log - base.log + NAMED, NAMED)
+    gain = search.inference.again(best).log - base.log
+    # A curve holds much of what has a name, an offset of a gauge in an error of it that depends on the force: that it
+    # does a little more beside takes away no name, and is told as what is left.
+    curves = probe_all(search, base, before, gain + max(NAMED, LIKENESS * gain), NAMED)
     check_time()
     return (base, curves) if curves else None
 

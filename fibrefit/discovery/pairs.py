@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -96,7 +97,7 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     least = max([pairs.parent.log, *(one.log for one in pairs.found if len(one.effects) == 1)])
     beyond_chance = NAMED + np.log(max(number, 1))
     if most is not None and most.log > least + beyond_chance and pruned(pairs.search.inference, most) is most:
-        return pairs
+        return replace(pairs, others=number - len(found))
     if not all_tried:
         raise OutOfTimeError
     return None

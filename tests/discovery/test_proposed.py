@@ -305,3 +305,17 @@ def test_a_more_probable_law_over_the_course_is_looked_for_where_a_test_objects_
     assert found is not None
     assert found.fit == told
     assert curves == (["course curve"] if told == "course" else ["curve"])
+
+
+@pytest.mark.parametrize(("gain", "needed"), [(20.0, 25.0), (60.0, 66.0), (4e5, 4.4e5)])
+def test_a_curve_takes_a_name_only_by_a_share_of_what_that_explains(
+    monkeypatch: pytest.MonkeyPatch, gain: float, needed: float
+) -> None:
+    """Any curve over the force holds an offset of the gauge: what it bends to beside does not undo the name."""
+    asked: list[float] = []
+    shared: Any = SimpleNamespace(sensitivities=None)
+    base, best = (cast(Any, SimpleNamespace(supermodel=shared, log=log)) for log in (0.0, gain))
+    search: Any = SimpleNamespace(inference=SimpleNamespace(again=lambda one: one))
+    monkeypatch.setattr(conclusion, "probe_all", lambda search, base, before, worth, least: asked.append(worth) or [])
+    assert conclusion._outdone(search, base, best, cast(Any, None)) is None
+    assert asked == [pytest.approx(needed)]

@@ -22,6 +22,7 @@ from fibrefit.discovery.engine.supermodel import (
     supermodel_of,
 )
 from fibrefit.discovery.search.inputs import coefficients_of
+from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
@@ -32,7 +33,8 @@ from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
-from fibrefit.workflow.prepare import read_records
+from fibrefit.workflow.prepare import read_records, task_of
+from tests.discovery import made
 from tests.discovery.conftest import DATA
 
 STUDY = Path(__file__).parents[2] / "configs" / "drive_series" / "study.toml"
@@ -244,3 +246,19 @@ def test_more_columns_than_a_program_has_are_simulated_in_parts(monkeypatch: pyt
     monkeypatch.setattr("fibrefit.discovery.engine.supermodel.WIDTHS", (2, 4))
     found = rows()
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_lift_that_no_study_states_is_a_value_of_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has no typical size, and the search counts it in units of its own."""
+    for path in (DATA / "viscous").iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = (tmp_path / "study.toml").read_text(encoding="utf-8").splitlines()
+    silent = [line for line in text if not line.startswith("lift")]
+    (tmp_path / "study.toml").write_text("\n".join(silent), encoding="utf-8")
+    task = task_of(load_study(tmp_path))
+    assert len(silent) < len(text)
+    assert "lift" in task.problem.layout.names
+    monkeypatch.setitem(made.BASE, "lift", 0.012)
+    _, base = prepared_search(task, made.identified(task), [], lambda *of: None)
+    assert np.isfinite(base.local).all()
+    assert np.isfinite(base.log)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import starmap
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 
 from fibrefit.discovery import choice, comparison, conclusion, forward_selection, unnamed
 from fibrefit.discovery import discover as search
@@ -16,10 +18,11 @@ from fibrefit.discovery.design import distinguish, plan
 from fibrefit.discovery.design import thresholds as of_design
 from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import NAMED, PRICE, false_alarm, false_alarm_at_most, gate, occam
+from fibrefit.discovery.engine.thresholds import NAMED, PRICE, Chance, false_alarm, false_alarm_at_most, gate, occam
 from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.search import inputs
 from fibrefit.fitting.checks import CONVERGED
+from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.study.summaries.check import Check
@@ -33,7 +36,8 @@ from tests.discovery.placed import PLACES
 from tests.discovery.test_events import SAMPLE
 from tests.discovery.test_innovations import pink, resting
 
-CANDIDATES = ((1, 2.0), (1, 3.5), (2, 4.0), (3, 6.0), (1, 2.5))
+VISCOUS = find_effect("guide.viscous_friction")
+CANDIDATES = tuple(starmap(Chance, ((1, 2.0), (1, 3.5), (2, 4.0), (3, 6.0), (1, 2.5))))
 """Parameters each adds, and nats they cost."""
 DRAWS = 100_000
 SURE = 4.0
@@ -44,7 +48,7 @@ def best(alike: bool = False) -> np.ndarray:
     """Largest logarithm of a Bayes factor of the candidates over noise alone, ``(DRAWS,)``."""
     random, found = np.random.default_rng(1), []
     common = random.standard_normal((DRAWS, 3))
-    for parameters, cost in CANDIDATES:
+    for parameters, cost, _ in CANDIDATES:
         drawn = common if alike else random.standard_normal((DRAWS, 3))
         found.append(0.5 * np.sum(drawn[:, :parameters] ** 2, axis=1) - cost)
     return np.max(found, axis=0)
@@ -88,12 +92,31 @@ def test_a_curve_reaches_a_bayes_factor_no_more_often_than_its_inverse(log_facto
 
 def test_a_name_is_hardly_ever_chance() -> None:
     # A catalogue of forty effects with two parameters that cost four nats each.
-    assert false_alarm(NAMED, [(2, 2.0 * PRICE)] * 40) < 1e-3
+    assert false_alarm(NAMED, [Chance(2, 2.0 * PRICE)] * 40) < 1e-3
     assert false_alarm(NAMED, []) == 0.0
-    assert false_alarm(200.0, CANDIDATES) == 0.0
+    assert false_alarm(200.0, CANDIDATES) < 1e-80
     falling = [false_alarm(x, CANDIDATES) for x in np.linspace(-10.0, 30.0, 50)]
     assert falling == sorted(falling, reverse=True)
     assert falling[0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("most", [0.1, 0.03, 0.01])
+def test_a_step_at_an_instant_that_was_looked_for_is_no_rarer_than_said(most: float) -> None:
+    """Of a level in white noise, at any of 360 instants: its Bayes factor is known in closed form."""
+    random, n = np.random.default_rng(3), 400
+    before = np.arange(20, n - 20)
+    informed, prior = before * (n - before) / n, 100.0 / n
+    said: dict[int, list[float]] = {0: [], 1: []}
+    for values in random.standard_normal((4000, n)):
+        sums = np.cumsum(values)
+        scores = sums[-1] - sums[before - 1] - (n - before) * sums[-1] / n
+        factors = 0.5 * scores**2 / (informed + 1.0 / prior) - 0.5 * np.log1p(informed * prior)
+        factor = logsumexp(factors) - np.log(before.size)
+        cost = np.max(0.5 * scores**2 / informed) - factor
+        for searched, chances in said.items():
+            chances.append(false_alarm(factor, [Chance(2, cost, searched)]))
+    often = {searched: np.mean(np.array(chances) < most) for searched, chances in said.items()}
+    assert often[1] <= most < often[0], "the negative control: taken for a parameter like any other, it is oftener"
 
 
 def test_what_parameters_cost_is_the_gain_less_the_bayes_factor() -> None:
@@ -116,7 +139,7 @@ def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
     return SimpleNamespace(
         log=log, effects=effects, names=effects, shared=shared, supermodel=supermodel,
         evidence=SimpleNamespace(log=log, mode=mode),
-        with_log=lambda other: fitted(other, effects), largest_loss_to=lambda other: 0.0,
+        with_log=lambda other, divided_off=0.0: fitted(other, effects), largest_loss_to=lambda other: 0.0,
     )  # fmt: skip
 
 
@@ -153,6 +176,26 @@ def of_records(log: float, *costs: float) -> Any:
     """A hypothesis by its evidence and the sum of squares that it leaves of each record."""
     mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)))
     return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
+
+
+@pytest.mark.parametrize("overdispersion", [1.0, 2.0, 4.0])
+def test_what_an_overdispersion_takes_is_no_price(overdispersion: float) -> None:
+    """A gain that is divided is as likely by chance as one that was no greater from the beginning."""
+    normal = SimpleNamespace(costs=np.zeros(1))
+    before, after = (
+        LaplaceFit(
+            effects,
+            cast(Any, None),
+            replace(EVIDENCE, log=log, mode=cast(Any, SimpleNamespace(objective=objective, normal=normal))),
+        )
+        for effects, log, objective in (((), -100.0, 180.0), ((VISCOUS,), -80.0, 132.0))
+    )
+    divided = inputs.overdispersion_corrected(before, after, overdispersion)
+    assert divided.log - before.log == pytest.approx(24.0 / overdispersion - 4.0)
+    there = comparison.Comparison(cast(Any, None), before, (divided,), frozenset({divided.names}))
+    chance = choice._chance(there, divided)
+    assert chance.parameters == 1
+    assert chance.cost == pytest.approx(4.0)
 
 
 def believed(lost: float, gain: float = 50.0) -> bool:

@@ -23,11 +23,14 @@ class LaplaceFit:
     supermodel : Supermodel
         One that holds them, not whitened.
     evidence : MarginalLikelihood
+    divided_off : float
+        Nats that an overdispersion of the scores took off the evidence, which are not the price of a parameter.
     """
 
     effects: tuple[type[Effect], ...]
     supermodel: Supermodel
     evidence: MarginalLikelihood
+    divided_off: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -50,9 +53,9 @@ class LaplaceFit:
         sets = sum(len(effect.records) > 1 for effect in self.effects)
         return sets * float(np.log(number_of_sets(len(self.local)))) if sets else 0.0
 
-    def with_log(self, log: float) -> LaplaceFit:
-        """The same with another marginal likelihood: that in a noise in which it was not fitted."""
-        return replace(self, evidence=replace(self.evidence, log=log + self._choice))
+    def with_log(self, log: float, divided_off: float = 0.0) -> LaplaceFit:
+        """The same with another marginal likelihood: that in a noise in which it was not fitted, or a divided one."""
+        return replace(self, evidence=replace(self.evidence, log=log + self._choice), divided_off=divided_off)
 
     def largest_loss_to(self, other: LaplaceFit) -> float:
         """Nats of the record that loses most to another hypothesis, both in the same noise."""

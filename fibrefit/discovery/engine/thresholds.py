@@ -6,6 +6,7 @@ Logarithms of Bayes factors are in nats: five are odds of 150 to one.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
@@ -133,7 +134,37 @@ def occam(before: MarginalLikelihood, after: MarginalLikelihood) -> float:
     return 0.5 * (before.mode.objective - after.mode.objective) - (after.log - before.log)
 
 
-def false_alarm(log_factor: float, candidates: Sequence[tuple[int, float]]) -> float:
+class Chance(NamedTuple):
+    """What decides how much a candidate gains where nothing is missing.
+
+    Parameters
+    ----------
+    parameters : int
+        That it adds.
+    cost : float
+        What they cost in nats, see `occam`.
+    searched : int
+        How many of them are instants or frequencies: without the effect they do nothing, and the best is looked for.
+    """
+
+    parameters: int
+    cost: float
+    searched: int = 0
+
+    def beyond(self, log_factor: float) -> float:
+        """Bound on the probability that it reaches a Bayes factor, of which the logarithm is given.
+
+        An instant or a frequency that the records tell to a small share of what it may be is one of many, each of which
+        gains by itself: their number is what `PRICE` says that such a parameter costs (Davies, Biometrika 74 (1987)
+        33-43, counts them exactly). A mean likelihood ratio of one is a bound as well (Markov's inequality).
+        """
+        tail = float(chi2.sf(2.0 * max(log_factor + self.cost, 0.0), self.parameters))
+        if not self.searched:
+            return tail
+        return min(tail * float(np.exp(PRICE * self.searched)), float(np.exp(-max(log_factor, 0.0))))
+
+
+def false_alarm(log_factor: float, candidates: Sequence[Chance]) -> float:
     """Probability that the best of candidates reaches a Bayes factor although nothing is missing.
 
     Noise and scatter drawn through the whitened slopes of the base give each candidate a chi-squared gain, of which its
@@ -143,11 +174,10 @@ def false_alarm(log_factor: float, candidates: Sequence[tuple[int, float]]) -> f
     ----------
     log_factor : float
         Logarithm of the Bayes factor.
-    candidates : sequence of (int, float)
-        Parameters each adds, and what they cost, see `occam`.
+    candidates : sequence of Chance
     """
-    silent = [chi2.cdf(2.0 * max(log_factor + cost, 0.0), parameters) for parameters, cost in candidates]
-    return float(-np.expm1(np.sum(np.log(np.maximum(silent, 1e-300)))))
+    loud = np.array([one.beyond(log_factor) for one in candidates])
+    return float(-np.expm1(np.sum(np.log1p(-np.minimum(loud, 1.0 - 1e-16)))))
 
 
 def false_alarm_at_most(log_factor: float) -> float:

@@ -273,9 +273,11 @@ def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion
     if not 0.0 < gain < BEYOND_DOUBT:
         return one
     if one.largest_loss_to(parent) > OBJECTS:
-        return one.with_log(parent.log)
-    cost = max(occam(parent.evidence, one.evidence), 0.0)
-    return one.with_log(parent.log + (gain + cost) / overdispersion - cost)
+        kept = 0.0
+    else:
+        cost = max(occam(parent.evidence, one.evidence), 0.0)
+        kept = (gain + cost) / overdispersion - cost
+    return one.with_log(parent.log + kept, gain - kept)
 
 
 def confirmed(search: Search, parent: LaplaceFit, found: LaplaceFit, lead: bool | None = None) -> Confirmation | None:

@@ -12,6 +12,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
+from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 
 
@@ -70,7 +71,13 @@ def most_promising(
 
 def has_valleys(effect: type[Effect]) -> bool:
     """Whether it has frequencies or instants: too many to be tried in plain squares, where slopes tell which."""
-    return effect.sudden or any(parameter.unit == "Hz" for parameter in effect.parameters)
+    return searched_for(effect) > 0
+
+
+def searched_for(effect: type[Effect]) -> int:
+    """Number of its frequencies and instants, of each of which there are many that records tell apart."""
+    frequencies = sum(parameter.unit == "Hz" for parameter in effect.parameters)
+    return frequencies + (len(instants_of(effect)) if effect.sudden else 0)
 
 
 def starting_values(prediction: PredictedGain) -> tuple[dict[str, float], ...]:
