@@ -64,6 +64,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     columns, remarks = declared.with_units(raw.columns, said)
     notes += remarks
     scales = declared.scales(channels, columns, doubts)
+    columns = declared.with_zeros(columns, channels)
     doubts |= declared.unapplied(columns, scales, said)
     timed = [_timed(raw, columns, group, options.rate, where, scales) for group in groups]
     if all(columns[i].unit or i in scales for role, i in roles.items() if role != "time"):
@@ -77,8 +78,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     members = [(i, g) for g, group in enumerate(groups) for i in group.members]
-    zeros = declared.zeros(channels)
-    finished = {i: _finished(columns[i], bases[g], g, scales.get(i), zeros.get(i, 0.0), notes) for i, g in members}
+    finished = {i: _finished(columns[i], bases[g], g, scales.get(i), notes) for i, g in members}
     places = {i: place for place, i in enumerate(finished)}
     return Table(
         path=path,
@@ -214,10 +214,9 @@ def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Gr
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of readings near the largest number there is: they are no faults
-def _finished(
-    column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, zero: float, notes: list[str]
-) -> Column:
+def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, notes: list[str]) -> Column:
     """Column in SI with all that is wrong with it masked."""
+    zero = column.zero
     known = None if column.unit is None else known_unit(column.name, column.unit)
     si = None if known is None else registry.si_unit(known)
     factor = 1.0 if known is None or si is None else registry.to_si(known, si)

@@ -17,7 +17,7 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
 from fibrefit.core.roles import ROLES
-from fibrefit.records.columns.held import ReadColumn, held_columns
+from fibrefit.records.columns.held import ReadColumn, held_columns, kinds_of_offset, offset_around
 from fibrefit.records.columns.judged import doubt_of, formula_in, stated_over_read
 from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, states_unit, unknown_in
 from fibrefit.records.columns.raw import Annotation, RawColumn
@@ -78,14 +78,26 @@ def unaccounted(
             found.setdefault("time", _of_times(one, roles, columns, where))
         else:
             kinds = kinds_of(claim, names)
-            for read in reads:
-                if read.role != "time" and (not kinds or read.kind in kinds) and read.is_open(claim.about, one):
-                    found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where))
+            may_be = [r for r in reads if r.role != "time" and (not kinds or r.kind in kinds)]
+            may_be = [read for read in may_be if read.is_open(claim.about, one)]
+            for read, told in _moved(claim, one, may_be, setting.mark):
+                found.setdefault(read.role, _question(one, read, "is not known to leave as it is", where, told))
     for read in reads:
         for one in _unlisted(annotations) if not read.settled else ():
             if states_unit(one.text, read.kind, read.unit) and one.of in ("", read.column.header):
                 found.setdefault(read.role, _question(one, read, "tells another unit than that of", where))
     return found, list(unsure.values())
+
+
+def _moved(
+    claim: Claim, one: Annotation, may_be: Sequence[ReadColumn], mark: str
+) -> Iterator[tuple[ReadColumn, Claim]]:
+    """Of columns that a claim may move those that it does, each with what it tells: an offset those in its unit."""
+    told = offset_around(claim, one.text, mark)
+    kinds = kinds_of_offset(told)
+    for read in [read for read in may_be if read.kind in kinds] or may_be:
+        if not read.is_answered(told):
+            yield read, told
 
 
 def _differing(annotations: Sequence[Annotation], mark: str) -> frozenset[tuple[Amount, ...]]:
@@ -179,10 +191,14 @@ def _timed(column: RawColumn) -> str:
     return f'{do}, or scale = "{none}" where the times are in {unit} already, with nothing left to be done to them.'
 
 
-def _question(one: Annotation, read: ReadColumn, doubt: str, where: str) -> DataError:
+def _question(one: Annotation, read: ReadColumn, doubt: str, where: str, claim: Claim | None = None) -> DataError:
     usual = read.column.unit or registry.usual(ROLES[read.role])
     shown = " ".join(one.text.split())[:80]
     got = f'"{shown}" {doubt} "{read.column.header}"'
-    do = f'Say what one number is worth: {read.role} = {{ column = "{read.column.header}", scale = "..." }} under '
+    zero = None if claim is None else read.zero_by(claim)
+    said = "Say what one number is worth" if zero is None else "Say what the column reads without load"
+    either = re.search(r"\d,\d{3}(?!\d)", one.text)  # thousands, or decimals
+    answer = 'scale = "..."' if zero is None else "zero = ..." if either else f"zero = {zero:.9g}"
+    do = f'{said}: {read.role} = {{ column = "{read.column.header}", {answer} }} under '
     do += f'[channels]; scale = "1" where the numbers are in {usual} already, with nothing left to be done to them.'
     return DataError(f"{where}, {one.place}", got, f"numbers in {usual} with nothing left to be done to them", do)

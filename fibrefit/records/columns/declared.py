@@ -15,7 +15,7 @@ from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.digits import since_1970
-from fibrefit.records.grammar.headings import known_unit
+from fibrefit.records.grammar.headings import known_unit, so_much_of
 from fibrefit.records.grammar.words import KIND_OF_ROLE, score, tokens
 from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, stated_worth
 from fibrefit.records.thresholds import MOST_LOST, TWO_VALUED
@@ -38,6 +38,7 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
         replace(c, worth=f'"{c.header}"') if OF_COUNTS.search(c.header) and are_whole(c.numbers.values) else c
         for c in columns
     ]
+    found = [replace(c, worth=f'"{c.unit}"') if c.unit and so_much_of(c.unit) else c for c in found]
     for beside in columns:
         words = tokens(beside.name)
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]
@@ -188,8 +189,8 @@ class Declared:
             found[self.roles[role]] = (channel.scale, factor, ROLES[role])
         return found
 
-    def zeros(self, channels: Mapping[str, Channel]) -> dict[int, float]:
-        """Number that stands for nothing of each column that has one.
+    def with_zeros(self, columns: Sequence[RawColumn], channels: Mapping[str, Channel]) -> list[RawColumn]:
+        """Columns with the number that stands for nothing, of each that has one.
 
         Raises
         ------
@@ -202,7 +203,8 @@ class Declared:
                 raise DataError(
                     f'{self.where}, channel "{role}"', "a zero, and no column it belongs to", "its column", do
                 )
-        return {self.roles[role]: channel.zero for role, channel in channels.items() if channel.zero}
+        zeros = {self.roles[role]: channel.zero for role, channel in channels.items() if channel.zero}
+        return [replace(column, zero=zeros.get(i, 0.0)) for i, column in enumerate(columns)]
 
     def unapplied(
         self, columns: Sequence[RawColumn], scales: Mapping[int, Scaled], said: Mapping[str, str]
@@ -225,7 +227,14 @@ class Declared:
             if place in scales or role not in ROLES:
                 continue
             usual = registry.usual(ROLES[role])
-            if column.worth:
+            much = so_much_of(column.worth.strip('"'))
+            if much is not None:
+                scales_to = f'scale = "{much[0]:.9g} {much[1]}"'
+                do = f'Say what one number is worth: {role} = {{ column = "{column.header}", {scales_to} }} under '
+                do += f'[channels]; scale = "1 {much[1]}" where the numbers are in {much[1]} already.'
+                got = f"its unit is {column.worth}: one number may be worth {much[0]:.9g} {much[1]}"
+                found[role] = DataError(self._place(column), got, f"numbers in {much[1]}", do)
+            elif column.worth:
                 do = f'Say what one number is worth: {role} = {{ column = "{column.header}", scale = "..." }} under '
                 do += f'[channels]; scale = "1" where the numbers are in {column.unit or usual} already.'
                 got = f"{column.worth} beside numbers that may be before it"

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fibrefit.core import units as registry
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.bearing import OF_SENSORS, OTHER_QUANTITY
+from fibrefit.records.columns.lexicon import MULTIPLIES, OFFSETS
 from fibrefit.records.columns.raw import Annotation, RawColumn
 from fibrefit.records.columns.unmoved import NO_QUANTITY
-from fibrefit.records.grammar.claims import Amount, Claim
+from fibrefit.records.grammar.claims import Amount, Claim, claims_of
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.words import kinds_named, tokens
 
@@ -36,6 +38,8 @@ class ReadColumn:
     settled : bool
         Whether the user says of some column of readings what one of its numbers is worth: what is said of none by name
         is answered.
+    zeroed : bool
+        Whether the user says of some column of readings what it reads without load.
     """
 
     role: str
@@ -46,6 +50,27 @@ class ReadColumn:
     beside: int
     others: frozenset[str]
     settled: bool
+    zeroed: bool = False
+
+    def zero_by(self, claim: Claim) -> float | None:
+        """Number of the column that stands for nothing by what is claimed; None where no offset of its kind is."""
+        if not is_of_offset(claim) or self.unit is None:
+            return None
+        mine = [a for a in claim.amounts if not a.unit or _measures(a) == self.kind]
+        if len(mine) != 1:
+            return None
+        amount, weight = mine[0], mine[0].kind == "mass"
+        si = registry.si_unit(self.unit) or ""
+        worth = registry.to_si(amount.unit, "kg") * registry.to_si("kgf", "N") if weight else 0.0
+        worth = worth or registry.to_si(amount.unit or self.unit, si)
+        return amount.value * worth / registry.to_si(self.unit, si)
+
+    def is_answered(self, claim: Claim) -> bool:
+        """Whether a claim is of an offset, and the user states a zero: of the column, or of one where none is named."""
+        if not is_of_offset(claim):
+            return False
+        own = any(_measures(amount) == self.kind for amount in claim.amounts)
+        return bool(self.column.zero) or (self.zeroed and not own and not self.named(claim.about))
 
     def concerns(self, about: str, one: Annotation) -> bool:
         """Whether words are about the column: they name it, its quantity, or no channel at all."""
@@ -98,6 +123,47 @@ class ReadColumn:
         )
 
 
+def is_of_offset(claim: Claim) -> bool:
+    """Whether a claim tells by how much readings are off, and nothing that they are to be multiplied by."""
+    words = tokens(claim.about)
+    if not claim.amounts or any(map(MULTIPLIES.fullmatch, words)) or not any(map(OFFSETS.fullmatch, words)):
+        return False
+    return all(not a.factor and (not a.unit or _measures(a) in ("force", "length", "angle")) for a in claim.amounts)
+
+
+def kinds_of_offset(claim: Claim) -> frozenset[str]:
+    """Kinds of quantity of which a claim tells an offset, by its units; empty where it tells none, or has none."""
+    if not is_of_offset(claim) or not all(amount.unit for amount in claim.amounts):
+        return frozenset()
+    return frozenset(_measures(amount) or "" for amount in claim.amounts)
+
+
+def offset_around(claim: Claim, line: str, mark: str) -> Claim:
+    """The offset that a line tells, of which a claim without a number is a part: ``offset 3 N, still in the data``.
+
+    Digits behind a comma are decimals, also beside a table with a point.
+
+    Parameters
+    ----------
+    claim : Claim
+        Of the line.
+    line : str
+        As in the file.
+    mark : str
+        Decimal mark of the table.
+    """
+    decimals = re.search(r"\d,\d", line)
+    if (claim.amounts and not decimals) or any(map(MULTIPLIES.fullmatch, tokens(claim.about))):
+        return claim
+    mark = "," if decimals else mark
+    return next(filter(is_of_offset, claims_of(line, mark)), claim)
+
+
+def _measures(amount: Amount) -> str | None:
+    """Kind of quantity of an amount; a mass is the force of its weight."""
+    return "force" if amount.kind == "mass" else amount.kind
+
+
 def _quantities(text: str, mine: set[str]) -> str:
     """Words of a text without those that in a sentence are of a part or of a supply, and not of a quantity."""
     return " ".join(word for word in tokens(text) if word in mine or word not in NO_QUANTITY)
@@ -136,6 +202,7 @@ def held_columns(columns: Sequence[RawColumn], roles: Mapping[str, int], answere
                 len(valued),
                 frozenset(others),
                 bool(answered - {roles.get("time", -1), -1}),
+                any(c.zero for c in columns),
             )
         )
     return reads

@@ -46,6 +46,16 @@ TECHNICAL = lexicon(
     " angewandt berucksichtigt eingerechnet enthalten korrigiert kompensiert tared zeroed nulled genullt tariert"
     " bereits missing",
 )
+#: Of these, what tells by how much readings are off without load, and what they are to be multiplied by or turned.
+OFFSETS = lexicon(
+    "offset* zero* null* nullpunkt* nullwert* tare* tara* tarier* bias baseline versatz decalage* posun* nul[aoyu]*"
+    " przesun* scostament* desfase desvio cero* azzer*"
+)
+MULTIPLIES = lexicon(
+    "scal* skalier* factor* faktor* fact* gain* multipl* mult ratio* slope* sensitiv* empfindlich* verstark* invert*"
+    " sign vorzeichen polarit* facteur* fattore* ganancia times divid* geteilt coeff* koeff* coefficient* delay* lag*"
+    " range* *bereich"
+)
 #: Words of a change wherever they stand: what multiplies, moves or turns, and shares.
 CHANGES = lexicon(
     "scal* rescal* factor* faktor* fact mult mul korr att pulses multipl* divid* divis* convert* calibrat*"

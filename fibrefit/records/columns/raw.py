@@ -62,6 +62,8 @@ class RawColumn:
         What the file says of the numbers that may still have to be applied to them, such as ``gain = 0.001``.
     contradicted : str
         Units of which the file states more than one, in words.
+    zero : float
+        Number that stands for nothing, as the user says; it answers what is said of an offset.
     """
 
     header: str
@@ -75,6 +77,7 @@ class RawColumn:
     number: int = 0
     worth: str = ""
     contradicted: str = ""
+    zero: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ from fibrefit.core import units
 from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.channel import Channel
-from fibrefit.records.grammar.headings import known_unit, split_heading
+from fibrefit.records.grammar.headings import known_unit, so_much_of, split_heading
 from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_reading, score, treated
 
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
@@ -54,6 +54,8 @@ class Heading:
         if self.clock:
             return "time"
         known = None if self.unit is None else known_unit(self.name, self.unit)
+        if known is None and (much := so_much_of(self.unit or "")):
+            return units.kind_of(much[1])
         return None if known is None else units.kind_of(known)
 
 

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Sequence
 
 from fibrefit.core import units
-from fibrefit.records.grammar.words import kinds_named
+from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.thresholds import LONGEST_HEADING
 
 #: Control signs, and what terminals take for colours.
@@ -40,6 +40,21 @@ _BELOW = re.compile(r"(?<=[^\W\d_])\s*/\s*(?!1(?!\d))\d+(?:[.,]\d+)?(?=[\s\[(]|$
 
 #: The same before a name: `10*F`, and a minus.
 _BEFORE = re.compile(rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7]|(?:{_TEN})\s*x\s)\s*(?=[^\W\d])")
+
+#: A unit that is so much of another one: `0.1 N`, `1/100 mm`, `mm/10`, `10^-2 mm`, `hundredths of mm`.
+_NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?"
+_POWER = r"10\s*(?:\^|\*\*)?\s*(?:[-\u2212]\s*|(?<=[\^*])\s*[+]?)\d+"
+_SO_MUCH_OF = re.compile(
+    rf"(?P<sign>[x*\u00d7\u00b7]?)\s*(?P<number>{_POWER}|{_NUMBER})(?:\s*[/:\u2044]\s*(?P<below>{_NUMBER}))?"
+    r"\s*(?P<times>[x*\u00d7\u00b7]?)\s*(?P<unit>[^\W\d].*)"
+)
+_OVER_SO_MUCH = re.compile(rf"(?P<unit>[^\W\d_]+)\s*(?P<sign>[/:x*\u00d7\u00b7])\s*(?P<number>{_POWER}|{_NUMBER})")
+_PARTS = {
+    "tenth tenths zehntel dixieme dixiemes decima decimas decimo decimi desetina desetiny dziesiata": 0.1,
+    "hundredth hundredths hundertstel centieme centiemes centesima centesimas centesimo centesimi setina setiny": 0.01,
+    "thousandth thousandths tausendstel millieme milliemes milesima milesimas millesimo millesimi tisicina": 0.001,
+}
+_PART_OF = re.compile(r"(?P<part>[^\W\d_]+)(?:\s+(?:of(?: an?)?|de|di)\s+|[\s-]+)(?P<unit>[^\W\d_]+)")
 
 #: A symbol over its unit as DIN 1313 has it, or in it, where the symbol is a unit by itself: ``s/mm`` and ``s in mm``
 #: are a way, no product or quotient of units. What measures something as a whole is no such: ``m/s``, ``N/m``.
@@ -81,6 +96,8 @@ def split_heading(text: str) -> tuple[str, str | None]:
     if units.expression(alone) is not None and not _is_symbol_and_unit(alone):
         of_time = units.kind_of(alone) == "time" and (alone not in _ALSO_WORDS or alone != text)
         return text, alone if of_time else None
+    if (much := _so_much_in_brackets(text)) is not None:
+        return much
     factor = _BEFORE.match(text) or _FACTOR.search(text) or _IN_WORDS.search(text) or _below(text)
     if factor is not None and (factor.start() > 0 or factor.re is _BEFORE):
         name, unit = split_heading(f"{text[: factor.start()]} {text[factor.end() :]}")
@@ -161,6 +178,47 @@ def _bracketed(text: str) -> tuple[str, str | None] | None:
             if known is not None or square:
                 return name, known or content
     return None
+
+
+def _so_much_in_brackets(text: str) -> tuple[str, str] | None:
+    """Name and unit of a heading with one unit in brackets, and that so much of another: ``Displ (1/100 mm)``."""
+    found = [m for bracket in _BRACKETS for m in bracket.finditer(text) if so_much_of(m.group(1).strip())]
+    if len(found) != 1 or bracketed_units(text):
+        return None
+    name = " ".join((text[: found[0].start()] + " " + text[found[0].end() :]).split()).strip(" ,;:/_-")
+    return name or found[0].group(1).strip(), found[0].group(1).strip()
+
+
+def so_much_of(text: str) -> tuple[float, str] | None:
+    """How much of which unit a unit is, where it is a part or a multiple of a force, a length or an angle; else None.
+
+    A whole number before a unit, ``500 N``, may as well be a range.
+
+    Parameters
+    ----------
+    text : str
+        As written, e.g. ``"1/100 mm"``.
+    """
+    found = _SO_MUCH_OF.fullmatch(text) or _OVER_SO_MUCH.fullmatch(text) or _PART_OF.fullmatch(text)
+    if found is None or units.kind_of(found["unit"].strip()) not in ("force", "length", "angle"):
+        return None
+    if found.re is _PART_OF:
+        words = tokens(found["part"])
+        factor = next((part for names, part in _PARTS.items() if words and words[0] in names.split()), 1.0)
+    else:
+        factor = _amount(found["number"]) / (_amount(found["below"] or "1") if found.re is _SO_MUCH_OF else 1.0)
+        factor = 1.0 / factor if found["sign"] in ("/", ":") else factor
+        signed = found["sign"] or (found.re is _SO_MUCH_OF and found["times"]) or re.match(_POWER, found["number"])
+        factor = 1.0 if factor > 1.0 and not signed else factor
+    return None if factor == 1.0 else (factor, found["unit"].strip())
+
+
+def _amount(text: str) -> float:
+    """Number as written, a power of ten included; 1 for one that is nothing."""
+    power = re.fullmatch(r"10\s*(?:\^|\*\*)?\s*([-\u2212+]?)\s*(\d+)", text)
+    if power and (power[1] or not text.isdigit()):
+        return 10.0 ** (-int(power[2]) if power[1] in ("-", "\u2212") and power[1] else int(power[2]))
+    return float(text.replace(",", ".")) or 1.0
 
 
 def bracketed_units(text: str) -> list[str]:
