@@ -42,6 +42,10 @@ _RECORDS_NAMED = 3
 _KEY = r"(?:[\w-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _DEEP = re.compile(rf"(?<![\w-]){_KEY}(?:[ \t]*\.[ \t]*{_KEY}){{64}}")
 """A key of more parts than any study has: what the parser takes of memory for one grows with their square."""
+_RECORD = re.compile(r"\s*\[{1,2}\s*records\s*\]{1,2}\s*(?:#.*)?")
+_BARE_VALUE = re.compile(rf"\s*(?P<key>{_KEY}(?:\.{_KEY})*)\s*=\s*(?P<value>[^\"'#{{}}]*?)\s*(?:#.*)?")
+"""A key and what stands behind it without quotes."""
+_UNQUOTED = re.compile(r"(?!(?:true|false|[+-]?[\d._]+(?:[eE][+-]?\d+)?)$)[^\s\"'\[\]{},=][^\"'{}=]*")
 _OF_RECORD = re.compile(r"@(?:1-|(?:\d{1,9}\+)*)(\d{1,9})$")
 """The last record of an effect that belongs to one or some, or that happens once in each."""
 
@@ -142,23 +146,39 @@ def _read_toml(path: Path) -> dict[str, Any]:
         line = data[: error.start].count(b"\n") + 1
         raise StudyError(f"{path}, line {line}", "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
     except tomllib.TOMLDecodeError as error:
-        raise _syntax_error(path, str(error), text.count("\n") + 1) from None
+        raise _syntax_error(path, str(error), text) from None
     except ValueError:  # of an integer that Python does not read
         raise StudyError(str(path), "a number of thousands of digits", "numbers a person can read", "") from None
     except RecursionError:
         raise StudyError(str(path), "nested too deeply", "a study file", "") from None
 
 
-def _syntax_error(path: Path, said: str, last_line: int) -> StudyError:
+def _syntax_error(path: Path, said: str, text: str) -> StudyError:
     found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", said)
     if found is None:
         return StudyError(str(path), said, "TOML", "")
-    line = found[1] or str(last_line)
+    lines = text.splitlines() or [""]
+    number = int(found[1] or len(lines))
     column = f", column {found[2]}" if found[2] else ""
     said = said[: found.start()]
     remedies = {"Cannot": "A key or table is given twice.", "Invalid value": "Text and quantities stand in quotes."}
     do = next((remedy for start, remedy in remedies.items() if said.startswith(start)), "")
-    return StudyError(f"{path}, line {line}{column}", f"not TOML: {said}", "", do)
+    do = _as_toml(lines[min(number, len(lines)) - 1], said) or do
+    return StudyError(f"{path}, line {found[1] or text.count(chr(10)) + 1}{column}", f"not TOML: {said}", "", do)
+
+
+def _as_toml(line: str, said: str) -> str:
+    """How a line that is not TOML is meant to be written: text in quotes, a record in double brackets; or empty."""
+    if _RECORD.fullmatch(line) and said.startswith("Cannot"):
+        return "Write [[records]], in double brackets, above each record."
+    found = _BARE_VALUE.fullmatch(line)
+    inside = re.fullmatch(r"\[(.*)\]", found["value"]) if found else None
+    texts = [text.strip() for text in inside[1].split(", ")] if inside else [found["value"]] if found else []
+    if found is None or not all(map(_UNQUOTED.fullmatch, texts)):
+        return ""
+    # What stands in quotes is written with a decimal point.
+    value = ", ".join('"' + re.sub(r"^([+-]?\d+),(?=\d)", r"\1.", text) + '"' for text in texts)
+    return f"Write it in quotes: {found['key']} = {f'[{value}]' if inside else value}"
 
 
 def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_missing: bool = False) -> Study:

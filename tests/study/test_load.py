@@ -368,3 +368,44 @@ def test_a_step_beyond_the_range_of_a_sweep_is_refused(folder: Path, step: str, 
         return
     with pytest.raises(StudyError, match=r"step 0\.5 Hz.*at most 0\.2 Hz"):
         load_study(folder)
+
+
+#: A line without quotes, and how it is written.
+WITHOUT_QUOTES = {
+    "weight_mass = 2350 g": 'weight_mass = "2350 g"',
+    "fibre_length = 0.599m # of the rope": 'fibre_length = "0.599m"',
+    "fibre_length = 599,5 mm": 'fibre_length = "599.5 mm"',
+    "rig.inclination = 90 deg": 'rig.inclination = "90 deg"',
+    "kind = fibre_mass": 'kind = "fibre_mass"',
+    "force = F [N]": 'force = "F [N]"',
+    "bounds = [1 kN/m, 300 kN/m]": 'bounds = ["1 kN/m", "300 kN/m"]',
+}
+
+
+@pytest.mark.parametrize("line", WITHOUT_QUOTES)
+@pytest.mark.parametrize("end", ["", "\n", '\nname = "two"\n'])
+def test_what_lacks_its_quotes_is_shown_with_them(line: str, end: str, tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text(f'schema = "fibrefit/study/1"\n{line}{end}', encoding="utf-8")
+    with pytest.raises(StudyError, match="line 2") as refused:
+        load_study(path)
+    assert refused.value.do == f"Write it in quotes: {WITHOUT_QUOTES[line]}"
+
+
+@pytest.mark.parametrize(
+    "line", ["initial = 3..5", "a = [1, 2", 'name = "two', "= 3 kg", "fixed = true false = 3", "[rig"]
+)
+def test_nothing_is_advised_where_it_is_not_plain_what_is_meant(line: str, tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text(f'schema = "fibrefit/study/1"\n{line}\n', encoding="utf-8")
+    with pytest.raises(StudyError) as refused:
+        load_study(path)
+    assert "in quotes:" not in refused.value.do
+
+
+@pytest.mark.parametrize("second", ["[records]", "[[records]]", " [records]  # the second"])
+def test_records_in_single_brackets_are_told_the_double_ones(second: str, tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text(f'[records]\nfile = "one.csv"\n{second}\nfile = "two.csv"\n', encoding="utf-8")
+    with pytest.raises(StudyError, match=r"Write \[\[records\]\], in double brackets, above each record"):
+        load_study(path)
