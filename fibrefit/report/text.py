@@ -21,6 +21,7 @@ from fibrefit.report.layout import (
     table,
     titled,
 )
+from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
 from fibrefit.study.summaries.part import MOST_MINIMA
@@ -198,7 +199,7 @@ def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
 
 
 def between_sentence(found: Mapping[str, BetweenRecordsSummary]) -> str:
-    """How much records differ, where they do; that they agree, in a sentence; empty where it was not requested."""
+    """How much records differ, or may differ all the same unless that is little; empty where it was not requested."""
     said = []
     for name, between in found.items():
         low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)
@@ -207,10 +208,12 @@ def between_sentence(found: Mapping[str, BetweenRecordsSummary]) -> str:
             said.append(f"{name} differs by {size} from record to record, beyond its error.")
         elif between.sd > 0.0:
             said.append(f"{name} may differ by up to {high} %.")
-    if said:
+        elif between.interval_95[1] > SMALL_DIFFERENCE:
+            said.append(f"{name}: no difference found; up to {high} % is not excluded.")
+    if any(between.sd > 0.0 for between in found.values()):
         means = "Values of parameters that differ are means of the population; their intervals are as wide as so few "
-        return f"Between records: {' '.join(said)} {means}records ask for."
-    return "Between records: no difference beyond the errors." if found else ""
+        said.append(f"{means}records ask for.")
+    return f"Between records: {' '.join(said) or 'no difference beyond the errors.'}" if found else ""
 
 
 def rows_of(name: str, row: Callable[[str], tuple[str, ...]]) -> list[tuple[str, ...]]:

@@ -12,14 +12,17 @@ from hypothesis import strategies as st
 
 from fibrefit.fitting.result import Starts
 from fibrefit.plots import overview
+from fibrefit.problem.estimate.evidence import grid_of
+from fibrefit.problem.estimate.population import _level_at
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
 from fibrefit.report.page import Result, page
 from fibrefit.report.pooled import trend_sentences
 from fibrefit.report.prediction import prediction_report
+from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.report.sweep import sweep_report
-from fibrefit.report.text import fit_report, prior_sentences, with_error
+from fibrefit.report.text import between_sentence, fit_report, prior_sentences, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.pooled import TrendSummary
@@ -143,6 +146,24 @@ def test_error_bars_are_said_to_allow_for_a_gap_only_where_they_do() -> None:
         found = FIT.model_copy(update={"checks": (*FIT.checks, lacks), "error_method": method})
         assert said in " ".join(fit_report(found).split())
         assert overview._verdict(found).startswith(drawn)
+
+
+def test_records_that_tell_nothing_of_their_differences_are_not_told_to_agree() -> None:
+    """What the prior alone leaves is an upper end, and no finding; it is a small one that is."""
+    grid, prior = grid_of(1)
+    _, _, top = (_level_at(grid[:, 0], np.exp(prior), share) for share in (0.025, 0.5, 0.975))
+    assert top == pytest.approx(10.0 * SMALL_DIFFERENCE, rel=0.05)
+    nothing = s.BetweenRecordsSummary(sd=0.0, interval_95=(0.0, top), agree=0.51)
+    little = s.BetweenRecordsSummary(sd=0.0, interval_95=(0.0, 0.001), agree=0.97)
+    apart = s.BetweenRecordsSummary(sd=0.01, interval_95=(0.005, 0.03), agree=0.0)
+    said = "Between records: stiffness: no difference found; up to 7.3 % is not excluded."
+    assert between_sentence({"stiffness": nothing, "damping": little}) == said
+    both = between_sentence({"stiffness": nothing, "friction": apart})
+    assert both.startswith(
+        f"{said} friction differs by 1 % (95 %: 0.5 to 3 %) from record to record, beyond its error. "
+    )
+    assert both.endswith("as wide as so few records ask for.")
+    assert between_sentence({"damping": little}) == "Between records: no difference beyond the errors."
 
 
 def test_a_result_that_failed_says_so_first() -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 SMALL_SHARE = 0.05
 """Share of the signal below which an effect is called small: a curve drawn over the other one hides it."""
+SMALL_DIFFERENCE = 0.007
+"""Upper end of the 95 % interval of a standard deviation between records up to which it is told that there is no
+difference: a tenth of the 7 % that the prior alone leaves, of records that tell nothing."""
 SURE = 5.0
 """Standard errors from which an effect is called systematic: the usual ones of a discovery."""
 LITTLE_HELP = 0.97
