@@ -29,8 +29,8 @@ class Advice(NamedTuple):
     Parameters
     ----------
     identifier : str
-        ``"lone_samples"``, ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``, ``"force_alone"``,
-        ``"another_test"`` or ``"further_record"``.
+        ``"lone_samples"``, ``"slack_zero"``, ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``,
+        ``"force_alone"``, ``"another_test"`` or ``"further_record"``.
     facts : mapping of str to object
         What a sentence needs besides.
     """
@@ -88,7 +88,9 @@ def with_lone_samples(found: tuple[Advice, ...], alone: LoneSamples | None, robu
 def _first_of_all(failed: Mapping[str, Check]) -> Iterator[Advice]:
     """What has to be settled before anything else: a fault in what is stated, or a bound that was a guess."""
     cause = failed.get(OTHERWISE)
-    if cause is not None and issubclass(CATALOGUE[cause.facts["alternative"].effect], StudyLaw | SensorLaw):
+    if "slack_zero" in failed:
+        yield Advice("slack_zero", failed["slack_zero"].facts)
+    elif cause is not None and issubclass(CATALOGUE[cause.facts["alternative"].effect], StudyLaw | SensorLaw):
         yield Advice("correct", {"alternative": cause.facts["alternative"]})
     elif "bounds" in failed:
         yield Advice("widen", {"parameters": failed["bounds"].facts["parameters"]})

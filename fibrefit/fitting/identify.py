@@ -28,6 +28,7 @@ from fibrefit.fitting.misfit.alternative import best_alternative
 from fibrefit.fitting.misfit.discrepancy import most_doubtful
 from fibrefit.fitting.misfit.lone_samples import lone_samples
 from fibrefit.fitting.misfit.outweighed import outweighed
+from fibrefit.fitting.misfit.slack_zero import judge_zero, slack_zeros
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
@@ -337,6 +338,8 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *stated))
     sought = doubted and not swapped and rivals
     other = in_time(partial(best_alternative, task, best.values), None)[0] if sought else None
+    zeros = slack_zeros(task)
+    stated = stated if zeros is None else (*stated, judge_zero(zeros))
     return (*swapped, *stated, *(() if other is None else (judge.explained_otherwise(other),)))
 
 

@@ -31,6 +31,11 @@ FACTOR = 1.5
 """Factor between two values, both of which leave nothing but noise, beyond which neither is of use: what is stated of
 the rig decides between them. A clock 5 % wrong puts damping or friction of one drop off by 2 to 3, one 1 % wrong by
 1.1 to 1.2: docs/checks.md."""
+ZERO_OVER_NOISE = 1.0
+"""Zero of a force over its noise in a record that passes, chance allowed for: slow noise moves the mean of a rest by no
+more, and a zero within the noise moves no value by what anybody sees."""
+ZERO_SHARE = 0.003
+"""The same over the largest force that a record reads: what gauges drift between two zeroings."""
 STANDS_OUT = 8.0
 """Residual of a sample over the noise, and over the median of the five around it, beyond which it stands alone: the
 largest of a million of noise is at five, and what a model lacks changes over more samples."""

@@ -17,7 +17,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
 from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.misfit import agreement, alternative, lone_samples, outweighed, structure
+from fibrefit.fitting.misfit import agreement, alternative, lone_samples, outweighed, slack_zero, structure
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
 from fibrefit.fitting.search import each_by_itself, multistart, with_input_errors
@@ -216,6 +216,8 @@ CASES = (
     Bracket("END_TOLD", gls, lambda x: not gls.beyond_levels(ending(x)), 1.5, 2.5),
     Bracket("END_TOLD", gls, within, 1.5, 2.5),
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
+    Bracket("ZERO_OVER_NOISE", slack_zero, lambda x: x <= slack_zero.zero_allowed(1.0, 10.0), 0.8, 1.3),
+    Bracket("ZERO_SHARE", slack_zero, lambda x: x <= slack_zero.zero_allowed(0.01, 100.0), 0.2, 0.4),
     Bracket("STANDS_OUT", lone_samples, lambda x: not stands_out(x), 6.0, 10.0),
     Bracket("CARRIED_ALONE", lone_samples, lambda x: not carried(x), 0.4, 0.6),
     Bracket("FIT_TOLERANCE", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),

@@ -108,7 +108,7 @@ def test_a_summary_has_the_numbers_of_its_check() -> None:
 
 def test_every_advice_and_every_reason_has_a_sentence() -> None:
     asked = identifiers("fitting", "Advice")
-    assert asked == {*fit.ADVICE, "force_alone", "further_record", "correct", "widen", "lone_samples"}
+    assert asked == {*fit.ADVICE, "force_alone", "further_record", "correct", "widen", "lone_samples", "slack_zero"}
     assert identifiers("fitting", "Why") - {"gls", "loses_less", "louder", "not_noise"} == set(fit.NO_GLS)
 
 

@@ -8,7 +8,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from fibrefit.core.units import format_quantity
-from fibrefit.report.sentences.advised import lone_samples_advice
+from fibrefit.report.sentences.advised import lone_samples_advice, slack_zero_advice, slack_zero_sentence
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
 from fibrefit.report.sentences.otherwise import doubtful_sentence, otherwise_sentence, stated_otherwise
 from fibrefit.study.summaries.check import Check
@@ -142,6 +142,8 @@ def advice_sentence(advice: Advice) -> str:
         )
     if advice.identifier == "lone_samples":
         return lone_samples_advice(facts["alone"], facts["robust"])
+    if advice.identifier == "slack_zero":
+        return slack_zero_advice(facts["zeros"])
     if advice.identifier == "widen":
         names = ", ".join(facts["parameters"])
         return (
@@ -368,6 +370,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "residual_size": _residual_size,
     "explained_share": _explained_share,
     "exchanged_channels": _exchanged,
+    "slack_zero": slack_zero_sentence,
     "free_flight": _free_flight,
     "lag": _lag,
     "otherwise": otherwise_sentence,
