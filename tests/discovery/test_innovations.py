@@ -18,8 +18,11 @@ from fibrefit.discovery.residuals.innovations import (
     FEWEST_ORDINATES,
     Alarm,
     _drifts,
+    _freedom,
     _gain,
+    _in_stretches,
     _levelled,
+    _Scores,
     _windows,
     against_rest,
 )
@@ -66,12 +69,16 @@ def drawn(seed: int, step: np.ndarray | None = None) -> tuple[np.ndarray, np.nda
     return scores_of(slopes, innovations)
 
 
-def constancy(information: np.ndarray, score: np.ndarray) -> Alarm:
-    return _windows(information, score)
+KNOWN = 1e9
+"""Degrees of freedom of noise whose size is known."""
 
 
-def drift(information: np.ndarray, score: np.ndarray) -> Alarm:
-    return _drifts(information, score, NAMES)
+def constancy(information: np.ndarray, score: np.ndarray, freedom: float = KNOWN) -> Alarm:
+    return _windows(_Scores(information, score, np.full(len(score), freedom)))
+
+
+def drift(information: np.ndarray, score: np.ndarray, freedom: float = KNOWN) -> Alarm:
+    return _drifts(_Scores(information, score, np.full(len(score), freedom)), NAMES)
 
 
 BOTH = [constancy, drift]
@@ -112,6 +119,65 @@ def test_readings_that_say_most_and_are_quieter_than_taken_do_not_make_the_other
     squares = np.einsum("rstp,rst->rp", slopes**2, innovations**2)
     level = np.sqrt(squares / np.einsum("rspp->rp", information))
     assert constancy(information, score / level[:, None]).raised
+
+
+def rows_of(seed: int, records: int, samples: int, heavy: bool) -> np.ndarray:
+    """Innovations, and slopes that act in a burst each, ``(n_record, 4, n_sample)``; heavy ones are of Student's t4."""
+    random, moment = np.random.default_rng(seed), np.arange(samples) / samples
+    bursts = [np.exp(-(((moment - k / 4.0) / 0.12) ** 2)) * np.sin(44.0 * moment + k) for k in (1, 2, 3)]
+    shape = (records, 1, samples)
+    left = random.standard_t(4, shape) / np.sqrt(2.0) if heavy else random.standard_normal(shape)
+    return np.concatenate([left, np.broadcast_to(bursts, (records, 3, samples))], axis=1)
+
+
+def with_known_size(scores: _Scores) -> _Scores:
+    return scores._replace(freedom=np.full(len(scores.freedom), KNOWN))
+
+
+@pytest.mark.parametrize(
+    ("records", "samples", "heavy"), [(1, 30, False), (5, 30, False), (5, 100, True), (5, 300, True), (1, 1000, True)]
+)
+def test_noise_of_few_readings_or_with_heavy_tails_raises_no_alarm(records: int, samples: int, heavy: bool) -> None:
+    drawn_scores = [_in_stretches(rows_of(seed, records, samples, heavy), 1) for seed in range(120)]
+    for test in (_windows, lambda scores: _drifts(scores, NAMES)):
+        assert np.mean([test(scores).probability < 1e-2 for scores in drawn_scores]) < 0.03
+        assert not any(test(scores).raised for scores in drawn_scores)
+    # The negative control: the size of the scores is taken for known though these very readings tell it.
+    if samples <= 100:
+        known = [_drifts(with_known_size(scores), NAMES).probability for scores in drawn_scores]
+        assert np.mean(np.array(known) < 1e-2) > 0.03
+
+
+@pytest.mark.parametrize("heavy", [False, True])
+def test_on_thousands_of_readings_a_change_is_seen_as_if_the_size_of_noise_were_known(heavy: bool) -> None:
+    rows = rows_of(0, 5, 6400, heavy)
+    error = np.sum(rows[0, 1] ** 2) ** -0.5
+    first = np.arange(6400) < 1600
+    logs = []
+    for step in (4.0, 6.0, 8.0):
+        changed = rows.copy()
+        changed[:, 0] += step * error * np.where(first, -1.0, 1.0) * rows[:, 1]
+        scores = _in_stretches(changed, 1)
+        found, known = _windows(scores), _windows(with_known_size(scores))
+        logs.append(np.log(found.probability) / np.log(known.probability))
+        assert found.raised == known.raised
+    assert min(logs) > (0.7 if heavy else 0.85)
+    assert found.raised
+
+
+def test_scores_in_stretches_are_sums_over_their_readings() -> None:
+    random = np.random.default_rng(5)
+    rows = random.standard_normal((2, 4, 2 * 150))
+    scores = _in_stretches(rows, 2)
+    size = -(-150 // STRETCHES)
+    first = rows.reshape(2, 4, 2, 150)[..., :size].reshape(2, 4, -1)
+    np.testing.assert_allclose(scores.information[:, 0], first[:, 1:] @ np.swapaxes(first[:, 1:], 1, 2))
+    np.testing.assert_allclose(scores.information.sum(axis=1), rows[:, 1:] @ np.swapaxes(rows[:, 1:], 1, 2))
+    # All readings alike: half of Satterthwaite's number; one that holds nearly all: hardly any.
+    one = np.where(np.arange(300) % 2, 1.0, -1.0)[None]
+    assert _freedom(one) == pytest.approx(300.0)
+    assert _freedom(np.where(np.arange(300) == 7, 1e3, one)) == pytest.approx(1.0, rel=1e-3)
+    assert _freedom(np.full((1, 3), np.nan)) == _freedom(np.zeros((1, 3))) == 0.0
 
 
 @pytest.mark.parametrize("test", BOTH)

@@ -20,6 +20,7 @@ from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, Chance, false_alarm, false_alarm_at_most, gate, occam
 from fibrefit.discovery.residuals import innovations
+from fibrefit.discovery.residuals import thresholds as of_residuals
 from fibrefit.discovery.search import inputs
 from fibrefit.fitting.checks import CONVERGED
 from fibrefit.laws.catalogue import find_effect
@@ -378,7 +379,13 @@ def seen(share: float) -> bool:
 def steady(size: float) -> bool:
     """Whether a parameter that is off by so much one way, and then the other, passes for one that is constant."""
     score = size * np.where(np.arange(400) < 200, 1.0, -1.0)[None, :, None]
-    return not innovations._windows(np.ones((1, 400, 1, 1)), score).raised
+    return not innovations._windows(innovations._Scores(np.ones((1, 400, 1, 1)), score, np.full(1, 1e9))).raised
+
+
+def told_of_constancy(freedom: float) -> bool:
+    """Whether a record is tested for constancy whose scores' scatter is known from so many degrees of freedom."""
+    scores = innovations._Scores(np.ones((1, 400, 1, 1)), np.zeros((1, 400, 1)), np.full(1, freedom))
+    return innovations._windows(scores).facts["chance"] > 0
 
 
 def as_at_rest(slow: float) -> bool:
@@ -424,6 +431,7 @@ CASES = (
     Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
     Bracket("INSEPARABLE", distinguish, told_apart, 0.97, 0.99),
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
+    Bracket("FEWEST_TELLING", innovations, told_of_constancy, 7.0, 5.0),
     Bracket("FEWEST_ORDINATES", innovations, told_by, 9.0, 7.0),
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
     Bracket("UNKNOWN", plan, determined, 1.5e-12, 0.7e-12),
@@ -448,4 +456,6 @@ def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.Mon
 
 def test_no_threshold_is_without_a_case() -> None:
     """`PRICE` is no verdict of its own: it makes the gate, which is tested above."""
-    assert names_in(thresholds) | names_in(of_design) == ({case.name for case in CASES} | {"PRICE"}) - {"BESIDE_MAINS"}
+    assert names_in(thresholds) | names_in(of_design) | names_in(of_residuals) == (
+        {case.name for case in CASES} | {"PRICE"}
+    ) - {"BESIDE_MAINS"}

@@ -12,17 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import fdtr
-from scipy.stats import chi2
+from scipy.special import fdtr, fdtrc
 
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.remaining import residuals_of
-from fibrefit.discovery.engine.supermodel import stretch_products
+from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import (
     ALARM,
     CONTRADICTED,
@@ -32,6 +31,7 @@ from fibrefit.discovery.engine.thresholds import (
     RANK,
     SLOW_BELOW,
 )
+from fibrefit.discovery.residuals.thresholds import FEWEST_TELLING
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
@@ -104,7 +104,7 @@ def tests_of(
     tested = list[Alarm]()
     if len(best.evidence.mode.unknowns.scattering):
         scores = _scores(inference, best)
-        tested += [_windows(*scores), _drifts(*scores, names=_names(best))]
+        tested += [_windows(scores), _drifts(scores, _names(best))]
     residuals, counts = residuals_of(inference.common_noise, best, inference.context.whole)[0], inference.context.whole
     fine = [c for c, channel in enumerate(channels) if channel not in coarse]
     seen = [one for one in level_shifts(inference.common_noise.whitening, residuals, counts) if one.channel in fine]
@@ -119,21 +119,72 @@ def _names(best: LaplaceFit) -> tuple[str, ...]:
     return tuple(unknowns.names[i] for i in unknowns.scattering)
 
 
-def _scores(inference: LaplaceInference, best: LaplaceFit) -> tuple[np.ndarray, np.ndarray]:
-    """Information ``(n_record, n_stretch, p, p)`` and scores ``(n_record, n_stretch, p)`` of what may vary.
+class _Scores(NamedTuple):
+    """Scores of what may vary, in parts of each record.
 
-    Scores are those of a noise as large as the innovations are where each combination of parameters is seen.
+    Parameters
+    ----------
+    information : (n_record, n_stretch, p, p)
+    score : (n_record, n_stretch, p)
+        Of a noise as large as the innovations are where each combination of parameters is seen.
+    freedom : (n_record,)
+        Degrees of freedom from which that size is known, see `_freedom`.
     """
+
+    information: np.ndarray
+    score: np.ndarray
+    freedom: np.ndarray
+
+    @property
+    def told(self) -> _Scores:
+        """Those of the records whose readings are enough to know how much they scatter."""
+        enough = self.freedom >= FEWEST_TELLING
+        return _Scores(self.information[enough], self.score[enough], self.freedom[enough])
+
+
+def _scores(inference: LaplaceInference, best: LaplaceFit) -> _Scores:
+    """Scores of what may vary."""
     unknowns, place = best.evidence.mode.unknowns, best.evidence.mode.place
     columns = unknowns.shared[unknowns.scattering]
     local = best.local
     targets = local[:, columns] * np.exp(DIFFERENCE_STEP)
     supermodel = inference.common_noise.whitened(best.supermodel)
-    products, squares = stretch_products(supermodel, local, columns, targets, inference.context.whole)
-    information, score = products[:, :, :-1, :-1] / DIFFERENCE_STEP**2, products[:, :, :-1, -1] / DIFFERENCE_STEP
+    rows = supermodel.slopes(local, columns, targets, inference.context.whole).left(supermodel.sensitivities)
     assert place.eta.shape[1] == len(columns)
-    pairs = zip(information.sum(axis=1), squares / DIFFERENCE_STEP**2, strict=True)
-    return information, np.einsum("rpq,rsq->rsp", np.array([_levelled(*pair) for pair in pairs]), score)
+    rows = rows / np.r_[1.0, np.full(len(columns), DIFFERENCE_STEP)][:, None]
+    return _in_stretches(rows, len(supermodel.problem.observations.weight))
+
+
+def _in_stretches(rows: np.ndarray, channels: int) -> _Scores:
+    """Scores of whitened residuals and slopes ``(n_record, 1 + p, n_channel * n_time)``, the residuals first."""
+    whole = rows.reshape(*rows.shape[:2], channels, -1)
+    size = -(-whole.shape[-1] // STRETCHES)
+    parts = [whole[..., size * i : size * (i + 1)].reshape(*rows.shape[:2], -1) for i in range(STRETCHES)]
+    products = np.stack([part @ np.swapaxes(part, 1, 2) for part in parts], axis=1)
+    information, score = products[:, :, 1:, 1:], products[:, :, 1:, 0]
+    single = rows[:, 1:] * rows[:, :1]
+    pairs = zip(information.sum(axis=1), single @ np.swapaxes(single, 1, 2), strict=True)
+    levelled = np.einsum("rpq,rsq->rsp", np.array([_levelled(*pair) for pair in pairs]), score)
+    return _Scores(information, levelled, np.array([_freedom(one) for one in single]))
+
+
+def _freedom(single: np.ndarray) -> float:
+    """Degrees of freedom from which the variance of the scores of single readings ``(p, n)`` is known.
+
+    Law
+    ---
+    With d the share of each reading in the variance of all combinations, ``d = s' (S S')^-1 s``, whose sum is p: the
+    variance of a combination is known to the root of ``sum(d^2) / p``, noise with heavy tails and slopes that act
+    in bursts included. Of Satterthwaite's number, twice the inverse square of that, half is taken: what scatters most
+    is in the sum that it is held against, too.
+    """
+    if not np.isfinite(single).all():
+        return 0.0
+    scaled = single / scale_of(single @ single.T)[:, None]
+    values, vectors = np.linalg.eigh(scaled @ scaled.T)
+    seen = values > RANK * RANK * values[-1]
+    share = np.sum((vectors[:, seen].T @ scaled) ** 2 / values[seen, None], axis=0)
+    return float(seen.sum() / max(np.sum(share**2), 1e-300)) if seen.any() else 0.0
 
 
 def _levelled(information: np.ndarray, squares: np.ndarray) -> np.ndarray:
@@ -167,10 +218,15 @@ def _levelled(information: np.ndarray, squares: np.ndarray) -> np.ndarray:
     return (way / np.sqrt(sizes)) @ way.T * np.outer(scale, 1.0 / scale)
 
 
-def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
+def _by_chance(gain: float, rank: int, scores: _Scores) -> float:
+    """Probability of such a gain, whose variance is known from the very readings: F in place of chi-squared."""
+    return float(fdtrc(rank, scores.freedom.sum(), max(gain, 0.0) / rank)) if rank > 0 else 1.0
+
+
+def _windows(scores: _Scores) -> Alarm:
     """Whether parameters of their own in every part of a motion explain more than chance."""
-    total, freedom = 0.0, 0
-    for i, g in zip(information, score, strict=True):
+    scores, total, freedom = scores.told, 0.0, 0
+    for i, g, _ in zip(*scores, strict=True):
         whole = i.sum(axis=0)
         scale = scale_of(whole)
         progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
@@ -179,7 +235,7 @@ def _windows(information: np.ndarray, score: np.ndarray) -> Alarm:
         lost = _gain(whole, g.sum(axis=0), scale)
         total += sum(gain for gain, _ in each) - lost[0]
         freedom += sum(rank for _, rank in each) - lost[1]
-    probability = float(chi2.sf(total, freedom)) if freedom > 0 else 1.0
+    probability = _by_chance(total, freedom, scores)
     return Alarm("constancy", probability, ALARM, {"parts": WINDOWS, "gain": total, "chance": freedom})
 
 
@@ -192,11 +248,11 @@ def _gain(information: np.ndarray, score: np.ndarray, scale: np.ndarray) -> tupl
     return float(np.sum(along[seen] ** 2 / values[seen])), int(seen.sum())
 
 
-def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) -> Alarm:
+def _drifts(scores: _Scores, names: tuple[str, ...]) -> Alarm:
     """Whether parameters that change slowly with time, alike in all records, explain more than chance."""
-    p = score.shape[-1]
+    scores, p = scores.told, len(names)
     normal, pull = np.zeros((WAVES * p, WAVES * p)), np.zeros(WAVES * p)
-    for i, g in zip(information, score, strict=True):
+    for i, g, _ in zip(*scores, strict=True):
         whole = i.sum(axis=0)
         scale = scale_of(whole)
         progress = np.cumsum(np.einsum("spp,p->s", i, scale**-2.0))
@@ -209,7 +265,7 @@ def _drifts(information: np.ndarray, score: np.ndarray, names: tuple[str, ...]) 
         pull += np.einsum("js,sp->jp", coefficients, g).ravel() - cross @ held @ g.sum(axis=0)
     scale = scale_of(normal)
     gain, rank = _gain(normal, pull, scale)
-    probability = float(chi2.sf(gain, rank)) if rank else 1.0
+    probability = _by_chance(gain, rank, scores)
     each = [_gain(normal[j::p, j::p], pull[j::p], scale[j::p])[0] for j in range(p)]
     return Alarm("drift", probability, ALARM, {"worst": names[int(np.argmax(each))], "gain": gain, "chance": rank})
 
