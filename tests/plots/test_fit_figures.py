@@ -230,7 +230,10 @@ def test_the_overview_tells_failed_numbers_from_what_the_model_lacks(found: Iden
     def drawn(*checks: Check) -> Figure:
         return fit_figures(right.model_copy(update={"checks": (*checks, *others)}), groups)["overview"]
 
-    assert "which is more than noise" in texts(drawn(larger, unknown))
+    # Error bars allow for that only by the method that does.
+    assert "What is left is more than noise: the model lacks something" in texts(drawn(larger, unknown))
+    allows = right.model_copy(update={"checks": (larger, *others), "error_method": "discrepancy"})
+    assert "allow for what is left, which is more than noise" in texts(fit_figures(allows, groups)["overview"])
     assert caption_of(drawn(larger, unknown)).endswith(". 2 say that the model lacks something.")
     said = caption_of(drawn(larger, second.model_copy(update={"passed": False})))
     assert said.endswith("1 check of the numbers failed; 1 says that the model lacks something.")
