@@ -36,6 +36,9 @@ ZERO_OVER_NOISE = 1.0
 more, and a zero within the noise moves no value by what anybody sees."""
 ZERO_SHARE = 0.003
 """The same over the largest force that a record reads: what gauges drift between two zeroings."""
+ALIKE_EVIDENCE = 6.0
+"""Difference in the sum of squares, the price of parameters allowed for, up to which mistakes of a study explain the
+records alike: odds of twenty to one."""
 STANDS_OUT = 8.0
 """Residual of a sample over the noise, and over the median of the five around it, beyond which it stands alone: the
 largest of a million of noise is at five, and what a model lacks changes over more samples."""

@@ -18,7 +18,7 @@ from fibrefit.laws.fibre.toe_region import ToeRegion
 from fibrefit.laws.guide.stribeck_friction import StribeckFriction
 from fibrefit.laws.law import Effect, SensorLaw, StudyLaw
 from fibrefit.report.sentences.fit import fit_sentence
-from fibrefit.report.sentences.otherwise import STATED_OTHERWISE
+from fibrefit.report.sentences.otherwise import CHECKED_BY, STATED_OTHERWISE
 from fibrefit.rigs.catalogue import RIGS
 from tests.fitting import made
 
@@ -124,6 +124,26 @@ def test_a_law_is_not_put_down_to_a_statement(tmp_path: Path) -> None:
     assert law is not None
     assert law.effect == "fibre.hardening"
     assert found.status != "ok"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [1.1, 0.9])
+def test_a_wrong_mass_and_a_wrong_gain_explain_records_alike(tmp_path: Path, factor: float) -> None:
+    """Both scale all that pulls: neither is said to be the one. The control is the mistake that nothing looks like."""
+    ones = [made.replace(one, force=factor * one.channels["force"]) for one in made.records()]
+    law = told(identify(made.task(tmp_path, ones), made.STARTS, 0))
+    assert law is not None
+    sizes = {law.effect: law.size} | {one.effect: one.size for one in law.alike}
+    assert sizes.keys() == {"sensor.force_gain", "study.weight_mass"}
+    assert sizes["sensor.force_gain"] == pytest.approx(factor, rel=0.01)
+    assert sizes["study.weight_mass"] == pytest.approx(factor - 1.0, rel=0.05)
+    alone = told(of_one_drop(tmp_path, clock=1.05))
+    assert alone is not None
+    assert (alone.effect, alone.alike) == ("study.clock", ())
+
+
+def test_every_check_of_a_fault_is_named() -> None:
+    assert set(CHECKED_BY) == set(STATED_OTHERWISE)
 
 
 def test_every_law_a_fit_is_held_against_has_its_words() -> None:

@@ -216,6 +216,7 @@ CASES = (
     Bracket("END_TOLD", gls, lambda x: not gls.beyond_levels(ending(x)), 1.5, 2.5),
     Bracket("END_TOLD", gls, within, 1.5, 2.5),
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
+    Bracket("ALIKE_EVIDENCE", alternative, lambda x: alternative.explains_alike(100.0 + x, 100.0), 5.0, 8.0),
     Bracket("ZERO_OVER_NOISE", slack_zero, lambda x: x <= slack_zero.zero_allowed(1.0, 10.0), 0.8, 1.3),
     Bracket("ZERO_SHARE", slack_zero, lambda x: x <= slack_zero.zero_allowed(0.01, 100.0), 0.2, 0.4),
     Bracket("STANDS_OUT", lone_samples, lambda x: not stands_out(x), 6.0, 10.0),

@@ -10,10 +10,10 @@ import pytest
 
 from fibrefit.core.statement import Statement
 from fibrefit.fitting.advice import Advice
-from fibrefit.fitting.checks import bars_too_small
+from fibrefit.fitting.checks import bars_too_small, explained_otherwise
 from fibrefit.fitting.estimates import Why
 from fibrefit.fitting.identifiability import Weakness
-from fibrefit.fitting.misfit.alternative import Alternative
+from fibrefit.fitting.misfit.alternative import Alternative, Misstated
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
 from fibrefit.study.summaries.check import Check, status_by
 
@@ -117,7 +117,21 @@ def test_what_has_to_be_settled_first_is_advised() -> None:
     said = fit.advice_sentence(Advice("correct", {"alternative": found}))
     assert said == (
         "Look at what the study states: a lift 1 mm smaller than stated would explain the records to their noise. "
-        "Correct it, and fit again."
+        "First measure the lift; correct it if it is so, and fit again."
+    )
+    weight = Misstated("study.weight_mass", -0.096, "-")
+    alike = Alternative("sensor.force_gain", 0.904, "-", "damping", "N s/m", 14.0, 12.0, 1.2, (weight,))
+    said = fit.advice_sentence(Advice("correct", {"alternative": alike}))
+    assert said == (
+        "Look at what the study states: a force that is read 0.904 times as large as it is, or a mass 9.6 % smaller "
+        "than stated would explain the records to their noise. The records do not tell these apart, and the values "
+        "hang on which it is: check the calibration of the force with a known load; weigh the weight with all that "
+        "moves with it. Correct only what turns out to be wrong, and fit again."
+    )
+    assert fit.fit_sentence(explained_otherwise(alike)) == (
+        "With a force that is read 0.904 times as large as it is (sensor.force_gain), or a mass 9.6 % smaller than "
+        "stated (study.weight_mass), the model would leave nothing but noise, and the damping would be 12 N s/m in "
+        "place of 14 N s/m, with the first of them: look at what the study states."
     )
     said = fit.advice_sentence(Advice("widen", {"parameters": ("damping",)}))
     assert said.startswith("Widen the bound of damping under [parameters] if it was a guess")

@@ -27,8 +27,8 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.thresholds import LOUDEST, NO_FACTOR, REMAINING
-from fibrefit.laws.catalogue import CATALOGUE, is_alternative
+from fibrefit.fitting.thresholds import ALIKE_EVIDENCE, LOUDEST, NO_FACTOR, REMAINING
+from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import place_of
@@ -41,6 +41,14 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.simulation.model import Model
+
+
+class Misstated(NamedTuple):
+    """A fault in what a study states, by its law, with its size in SI units."""
+
+    effect: str
+    size: float
+    unit: str
 
 
 class Alternative(NamedTuple):
@@ -56,6 +64,8 @@ class Alternative(NamedTuple):
         As it was found, and as it would be with the law taken off.
     factor : float
         By which the two differ, 1 or more.
+    alike : tuple of Misstated
+        Other faults in what a study states that explain the records alike.
     """
 
     effect: str
@@ -66,6 +76,7 @@ class Alternative(NamedTuple):
     value: float
     without: float
     factor: float
+    alike: tuple[Misstated, ...] = ()
 
 
 def best_alternative(task: Task, values: np.ndarray) -> Alternative | None:
@@ -81,7 +92,27 @@ def best_alternative(task: Task, values: np.ndarray) -> Alternative | None:
     before, _ = _left(task.problem, values)
     tried = (one for group in _groups(task.problem.model) for one in _explanations(task, values, group))
     found = [one for one in tried if is_noise(one.left, before)]
-    return min(found, key=lambda one: one.evidence).most_changed(task.problem.layout, values) if found else None
+    if not found:
+        return None
+    best = min(found, key=lambda one: one.evidence)
+    return best.most_changed(task.problem.layout, values)._replace(alike=_alike(best, found))
+
+
+def _alike(best: _Explained, found: Sequence[_Explained]) -> tuple[Misstated, ...]:
+    """Other faults that explain the records as the best one does, by what they leave or by the catalogue."""
+    if not issubclass(best.law, StudyLaw | SensorLaw):
+        return ()
+    others: dict[str, Misstated] = {}
+    for one in sorted(found, key=lambda one: one.evidence):
+        close = explains_alike(one.evidence, best.evidence) or one.law.name in look_alikes(best.law)
+        if one.law is not best.law and close and issubclass(one.law, StudyLaw | SensorLaw):
+            others.setdefault(one.law.name, Misstated(one.law.name, one.size, one.law.parameters[0].unit))
+    return tuple(others.values())
+
+
+def explains_alike(evidence: float, best: float) -> bool:
+    """Whether a fault explains records as the best one does, by what each leaves."""
+    return evidence - best <= ALIKE_EVIDENCE
 
 
 def _groups(model: Model) -> list[list[type[Effect]]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from fibrefit.core.units import format_quantity
 from fibrefit.report.sentences.advised import lone_samples_advice, slack_zero_advice, slack_zero_sentence
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
-from fibrefit.report.sentences.otherwise import doubtful_sentence, otherwise_sentence, stated_otherwise
+from fibrefit.report.sentences.otherwise import correct_advice, doubtful_sentence, otherwise_sentence
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
@@ -135,11 +135,7 @@ def advice_sentence(advice: Advice) -> str:
             "and friction themselves are as sure as the mass that is stated."
         )
     if advice.identifier == "correct":
-        found = facts["alternative"]
-        return (
-            f"Look at what the study states: {stated_otherwise(found)} would explain the records to their noise. "
-            "Correct it, and fit again."
-        )
+        return correct_advice(facts["alternative"])
     if advice.identifier == "lone_samples":
         return lone_samples_advice(facts["alone"], facts["robust"])
     if advice.identifier == "slack_zero":

@@ -10,7 +10,7 @@ from fibrefit.core.units import format_quantity
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.fitting.misfit.alternative import Alternative
+    from fibrefit.fitting.misfit.alternative import Alternative, Misstated
 
 
 def otherwise_sentence(check: Check) -> str:
@@ -19,9 +19,12 @@ def otherwise_sentence(check: Check) -> str:
     name = found.name.rpartition(".")[2].replace("_", " ")
     value, without = (format_quantity(size, found.value_unit, 3) for size in (found.value, found.without))
     stated = found.effect in STATED_OTHERWISE
+    also = "".join(f" or {stated_otherwise(one)} ({one.effect})," for one in found.alike)
+    of = f" ({found.effect})," if stated else ""
+    first = ", with the first of them" if also else ""
     says = (
-        f"With {stated_otherwise(found)}{f' ({found.effect}),' if stated else ''} the model would leave nothing "
-        f"but noise, and the {name} would be {without} in place of {value}"
+        f"With {stated_otherwise(found)}{of}{also} the model would leave nothing but noise, and the {name} would be "
+        f"{without} in place of {value}{first}"
     )
     do = "run fibrefit discover" if not stated else "look at what the study states"
     if not check.fatal:
@@ -29,7 +32,33 @@ def otherwise_sentence(check: Check) -> str:
     return f"{says}: another by a factor of {found.factor:.2g}. Until that is settled, the fit is of no use: {do}."
 
 
-def stated_otherwise(found: Alternative) -> str:
+def correct_advice(found: Alternative) -> str:
+    """What to check of a study that states something wrong; only one of several such faults is the true one."""
+    faults: list[Alternative | Misstated] = [found, *found.alike]
+    told = [stated_otherwise(one) for one in faults]
+    explain = f"Look at what the study states: {', or '.join(told)} would explain the records to their noise"
+    checks = "; ".join(CHECKED_BY.get(one.effect, "check what is stated of it") for one in faults)
+    if not found.alike:
+        return f"{explain}. First {checks}; correct it if it is so, and fit again."
+    return (
+        f"{explain}. The records do not tell these apart, and the values hang on which it is: {checks}. Correct only "
+        "what turns out to be wrong, and fit again."
+    )
+
+
+CHECKED_BY = {
+    "study.clock": "check the clock or the sampling rate",
+    "study.inclination": "measure the slope",
+    "study.lift": "measure the lift",
+    "study.weight_mass": "weigh the weight with all that moves with it",
+    "sensor.position_gain": "check the calibration of the position",
+    "sensor.force_gain": "check the calibration of the force with a known load",
+    "sensor.force_delay": "check filters and triggers of the two channels",
+}
+"""How a fault in what a study states is told from others that explain the records alike, by its law."""
+
+
+def stated_otherwise(found: Alternative | Misstated) -> str:
     """What one thing more is: how the study is wrong, or a law with its size."""
     stated = STATED_OTHERWISE.get(found.effect)
     return f"{found.effect} ({format_quantity(found.size, found.unit, 3)})" if stated is None else stated(found.size)
