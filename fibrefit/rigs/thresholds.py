@@ -35,6 +35,9 @@ FALLS_AT_ALL = 0.3
 """Share of its lift by which a position at least changes where its weight falls at all."""
 FALLEN = 0.8
 """Share of its lift that a weight must be seen to fall for its release to be found; a stated one is less off."""
+LIFT_AGREES = 0.1
+"""Share of a stated lift by which the fall up to the first force may differ from it: the force has to rise out of its
+noise, a tenth of a millimetre after the fibre is taut."""
 FEWEST_FALLING = 4
 """Samples of a fall that give its line: two are the line's."""
 FORCE_RISES = 8.0

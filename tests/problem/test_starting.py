@@ -13,6 +13,7 @@ import pytest
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.task import Task
+from fibrefit.rigs.starting.stated_lifts import Lift, told_of_lifts
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.fitting import made
@@ -195,6 +196,24 @@ def test_a_record_that_cannot_be_started_from_is_refused(
         made.task(tmp_path, [change(one) for one in made.records()], **options)
     assert says in str(refused.value)
     assert str(refused.value).startswith(("drop_", "all 2 records"))
+
+
+def test_lifts_stated_in_each_others_place_are_told(tmp_path: Path) -> None:
+    swapped = [made.record("drop_5mm.csv", 1e-2, seed=1), made.record("drop_10mm.csv", 5e-3, seed=2)]
+    with pytest.raises(DataError) as refused:
+        made.task(tmp_path, swapped)
+    said = str(refused.value)
+    assert "Lifts as stated, and falls after which the force rises: drop_5mm.csv 5 mm and 10" in said
+    assert "With the lifts of drop_5mm.csv and drop_10mm.csv exchanged they would agree. Check lift" in said
+
+
+def test_a_lift_that_no_exchange_puts_right_is_told_alone(tmp_path: Path) -> None:
+    wrong = [made.record("drop_5mm.csv", 5e-3, seed=1), made.record("drop_10mm.csv", 4e-3, seed=2)]
+    with pytest.raises(DataError) as refused:
+        made.task(tmp_path, wrong)
+    assert "drop_10mm.csv 10 mm and 4" in str(refused.value)
+    assert "exchanged" not in str(refused.value)
+    assert told_of_lifts([Lift("a", 1e-2, 1.02e-2), Lift("b", 2e-2, 2.02e-2)]) == ""
 
 
 def test_a_condition_the_rig_needs_is_asked_for(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from fibrefit.rigs import thresholds
 from fibrefit.rigs.signals import motion, newton, rates, rest
 from fibrefit.rigs.signals.newton import Pull, Sizes
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.starting import fibre_mass, force_only, guided_mass, pulley_drive
+from fibrefit.rigs.starting import fibre_mass, force_only, guided_mass, pulley_drive, stated_lifts
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -161,6 +161,7 @@ def drive_stands(noise: float, away: float) -> bool:
 
 
 CASES = (
+    Bracket("LIFT_AGREES", stated_lifts, lambda x: stated_lifts.Lift("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
     Bracket("MOVES", newton, slides, 0.07, 0.035),
     Bracket("MOSTLY_SLIDES", newton, mostly_slides, 0.9, 0.7),
     Bracket("FEWEST_STRETCHES", newton, agree, 6, 5),

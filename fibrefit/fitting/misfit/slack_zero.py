@@ -19,7 +19,7 @@ from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.thresholds import SHORTEST_REST
 from fibrefit.study.summaries.check import Check
 
-PIECES = 8
+PIECES_OF_HOLD = 8
 """Pieces of a rest whose means tell how well the mean of all is known."""
 FOUND_BY = ("sensor.force_offset", "sensor.force_drift")
 """Effects by which a model finds the zero itself."""
@@ -76,8 +76,8 @@ def _off(trace: Trace, noise: Noise) -> tuple[SlackZero, float, float] | None:
     held = held[np.isfinite(held)]
     if len(held) < SHORTEST_REST:
         return None
-    means = [float(piece.mean()) for piece in np.array_split(held, PIECES)]
-    zero, error = float(np.mean(means)), float(np.std(means, ddof=1)) / np.sqrt(PIECES)
+    means = [float(piece.mean()) for piece in np.array_split(held, PIECES_OF_HOLD)]
+    zero, error = float(np.mean(means)), float(np.std(means, ddof=1)) / np.sqrt(PIECES_OF_HOLD)
     most = zero_allowed(noise.rms(trace.duration, trace.rate), float(np.nanmax(np.abs(force))))
     beyond = abs(zero) - CHANCE * error
     return (SlackZero(trace.name, zero, error), beyond, most) if beyond > most else None

@@ -16,6 +16,7 @@ from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.starting.stated_lifts import Lift, told_of_lifts
 from fibrefit.rigs.thresholds import FALLEN, FALLS_AT_ALL, FEWEST_FALLING, FORCE_RISES
 
 SMOOTHED_DROP = 8e-3
@@ -36,6 +37,24 @@ class _Drop:
 
 def starting_fibre_mass(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
     """Rest gives the zero, the fall gives release and friction, the first contacts give stiffness and damping."""
+    try:
+        return _started(traces, stated)
+    except DataError as error:
+        if lifts := told_of_lifts([lift for trace in traces for lift in _lifts(trace)]):
+            raise DataError(error.where, error.got, error.expected, f"{lifts} {error.do}") from None
+        raise
+
+
+def _lifts(trace: Trace) -> list[Lift]:
+    """The lift that is stated beside the one that a record shows; nothing where there is one of them at most."""
+    with suppress(DataError):
+        level = _mean_held(trace, "position", _held(trace))
+        lift = Lift(trace.name, trace.conditions["lift"], _onset(trace, level) - level)
+        return [] if np.isnan(lift.stated) else [lift]
+    return []
+
+
+def _started(traces: Sequence[Trace], stated: Stated) -> Starting:
     drops = [_fall(trace, said) for trace, said in zip(traces, stated or [{}] * len(traces), strict=True)]
     friction = [_friction(trace, drop) for trace, drop in zip(traces, drops, strict=True)]
     stiffness, damping = _fibre(traces, drops)
@@ -129,7 +148,7 @@ def _first(flags: np.ndarray, trace: Trace, otherwise: str) -> int:
 
 
 def _no_drop(trace: Trace, otherwise: str) -> DataError:
-    lift = "" if np.isnan(trace.conditions["lift"]) else "lift, and "
+    lift = "" if np.isnan(trace.conditions.get("lift", np.nan)) else "lift, and "
     do = f"Check {lift}the sign and unit of the position and force channels."
     return DataError(trace.name, f"the record {otherwise}", "a weight that is released, falls and is caught", do)
 
