@@ -161,7 +161,7 @@ def drive_stands(noise: float, away: float) -> bool:
 
 
 CASES = (
-    Bracket("LIFT_AGREES", stated_lifts, lambda x: stated_lifts.Lift("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
+    Bracket("LIFT_AGREES", stated_lifts, lambda x: stated_lifts.LiftShown("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
     Bracket("MOVES", newton, slides, 0.07, 0.035),
     Bracket("MOSTLY_SLIDES", newton, mostly_slides, 0.9, 0.7),
     Bracket("FEWEST_STRETCHES", newton, agree, 6, 5),

@@ -16,7 +16,7 @@ from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.rest import first_rest
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.starting.stated_lifts import Lift, told_of_lifts
+from fibrefit.rigs.starting.stated_lifts import LiftShown, told_of_lifts
 from fibrefit.rigs.thresholds import FALLEN, FALLS_AT_ALL, FEWEST_FALLING, FORCE_RISES
 
 SMOOTHED_DROP = 8e-3
@@ -45,11 +45,11 @@ def starting_fibre_mass(traces: Sequence[Trace], stated: Stated, initial: Initia
         raise
 
 
-def _lifts(trace: Trace) -> list[Lift]:
+def _lifts(trace: Trace) -> list[LiftShown]:
     """The lift that is stated beside the one that a record shows; nothing where there is one of them at most."""
     with suppress(DataError):
         level = _mean_held(trace, "position", _held(trace))
-        lift = Lift(trace.name, trace.conditions["lift"], _onset(trace, level) - level)
+        lift = LiftShown(trace.name, trace.conditions["lift"], _onset(trace, level) - level)
         return [] if np.isnan(lift.stated) else [lift]
     return []
 

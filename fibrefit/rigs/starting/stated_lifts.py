@@ -13,7 +13,7 @@ LIFTS_TOLD = 8
 """Records of which both lifts are told."""
 
 
-class Lift(NamedTuple):
+class LiftShown(NamedTuple):
     """Of a record, in m: the lift that is stated, and the fall after which the force rises."""
 
     record: str
@@ -26,7 +26,7 @@ class Lift(NamedTuple):
         return abs(self.measured - self.stated) <= LIFT_AGREES * self.stated
 
 
-def told_of_lifts(lifts: Sequence[Lift]) -> str:
+def told_of_lifts(lifts: Sequence[LiftShown]) -> str:
     """Stated and measured lifts of records, if some differ, and which two would agree if they were exchanged."""
     off = [lift for lift in lifts if not lift.agrees]
     if not off:
