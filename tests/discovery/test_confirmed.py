@@ -21,7 +21,7 @@ A, B, C = (type(letter, (), {"name": f"fibre.{letter}", "parameters": ("one",), 
 FIRST: dict[Any, float] = {A: 60.0, B: 40.0, C: 2.0}
 
 
-def with_log(self: Model, log: float) -> Model:
+def with_log(self: Model, log: float, divided_off: float = 0.0) -> Model:
     return replace(self, log=log)
 
 

@@ -286,19 +286,51 @@ def test_curves_predicted_far_less_than_one_gains_are_not_followed() -> None:
     assert sorted(end.fitted.log for end in ends) == [700.0, 800.0, 900.0]
 
 
-@pytest.mark.parametrize(
-    ("gains", "kept"), [((30.0, 1.0), "ab"), ((2.0, 9.0), "b"), ((2.0, 4.0), ""), ((None, 1.0), "ab")]
-)
-def test_curves_whose_gain_is_gone_about_themselves_are_none(gains: tuple[float | None, ...], kept: str) -> None:
+@pytest.mark.parametrize(("gains", "kept"), [((30.0, 1.0), "ab"), ((2.0, 9.0), "b"), ((2.0, 4.0), "")])
+def test_curves_whose_gain_is_gone_about_themselves_are_none(gains: tuple[float, ...], kept: str) -> None:
     asked: list[str] = []
 
-    def gain(end: Any) -> float | None:
+    def gain(end: Any) -> float:
         asked.append(end)
         return gains["ab".index(end)]
 
     assert "".join(cast(Any, _held(cast(Any, "ab"), 5.0, gain))) == kept
     # The first that holds is enough.
     assert asked == (["a"] if kept == "ab" else ["a", "b"])
+
+
+def expected(strength: float, **more: Any) -> Any:
+    """A mode by a strength in units of its prior's standard deviation."""
+    unknowns = SimpleNamespace(names=("offset",), mean=np.zeros(1), precision=np.eye(1))
+    return SimpleNamespace(unknowns=unknowns, place=SimpleNamespace(z=np.array([strength]), **more))
+
+
+@pytest.mark.parametrize(
+    ("led", "strength", "gain"), [(-500.0, 1.0, 60.0), (55.0, 1.0, 5.0), (80.0, 1.0, -20.0), (-500.0, 9.0, 20.0)]
+)
+def test_a_curve_gains_what_leads_its_parent_nowhere_and_is_no_surprise_of_its_values(
+    led: float, strength: float, gain: float
+) -> None:
+    """The parent is fitted from where the curve ended, the curve level and its range as it was. What a strength that is
+    far from usual costs beforehand, a curve that takes its place does not explain."""
+    begun: list[Any] = []
+
+    def fitted(supermodel: Any, effects: Any, local: np.ndarray, sigma: Any, eta: Any) -> Any:
+        begun.append((supermodel, effects, local.tolist(), sigma, eta))
+        return SimpleNamespace(log=led)
+
+    probe: Any = SimpleNamespace(name="probe.any", heights=("h1", "h2"))
+    supermodel: Any = SimpleNamespace(names=("friction", "probe.any.h1", "probe.any.low", "probe.any.h2"))
+    mode: Any = expected(1.0, eta="eta")
+    mode.sigma = "sigma"
+    there: Any = SimpleNamespace(
+        log=60.0, supermodel=supermodel, local=np.array([[3.0, 0.1, -1.0, 0.2]]), evidence=SimpleNamespace(mode=mode)
+    )
+    search: Any = SimpleNamespace(inference=SimpleNamespace(fitted=fitted))
+    end, before = free_form._End(probe, there, cast(Any, None)), SimpleNamespace(mode=expected(strength))
+    parent = SimpleNamespace(log=0.0, effects=("one",), evidence=before)
+    assert free_form._gain_over_led(search, cast(Any, parent), end) == gain
+    assert begun == [(supermodel, ("one",), [[3.0, 0.0, -1.0, 0.0]], "sigma", "eta")]
 
 
 @pytest.mark.parametrize(
@@ -331,5 +363,5 @@ class Ended:
     def largest_loss_to(self, other: Any) -> float:
         return self.loss
 
-    def with_log(self, log: float) -> Ended:
+    def with_log(self, log: float, divided_off: float = 0.0) -> Ended:
         return replace(self, log=log)

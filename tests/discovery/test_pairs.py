@@ -46,7 +46,7 @@ class Model:
     def supermodel(self) -> Any:
         return SimpleNamespace(sensitivities=None)
 
-    def with_log(self, log: float) -> Model:
+    def with_log(self, log: float, divided_off: float = 0.0) -> Model:
         return replace(self, log=log)
 
 
