@@ -20,7 +20,7 @@ from fibrefit.records.clock.times import in_seconds, time_base
 from fibrefit.records.columns.account import unaccounted
 from fibrefit.records.columns.bearing import THINNED
 from fibrefit.records.columns.damage import absurd, flat_stretches, folded, lone_outliers, switched
-from fibrefit.records.columns.declared import Declared, Scaled, headings_of, with_factors_beside
+from fibrefit.records.columns.declared import Declared, Scaled, headings_of, unread_position, with_factors_beside
 from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
 from fibrefit.records.columns.known import AsRead
 from fibrefit.records.columns.raw import Raw, RawColumn
@@ -59,6 +59,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     roles, doubts = _roles(named, groups, headings, options.roles, where)
     if not named.keys() - {"time"}:
         doubts |= nothing_below(roles, options.roles, raw.aside, where)
+        doubts |= unread_position(roles, doubts, headings, where) if "position" in options.roles else {}
     said = {**options.units, **{role: channel.unit for role, channel in channels.items() if channel.unit}}
     declared = Declared(headings, roles, [group.time for group in groups if group.time is not None], where)
     columns, remarks = declared.with_units(raw.columns, said)

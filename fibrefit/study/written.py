@@ -92,6 +92,7 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     where, kind = _stated_kind(overrides) or ("--rig", kind or _kind(files))
     if kind not in KINDS:
         raise UsageError(where, f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
+    files = [_fitting(one, kind) for one in files]
     usual = replace(files[0], units={role: files[0].units[role] for role in files[0].declared})
     raw: dict[str, Any] = {
         "schema": SCHEMA,
@@ -111,6 +112,29 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
         raise UsageError("--set", "something else in place of rig or records", "tables there", do)
     missing = _missing(raw, kind)
     return StudyText(_with_remarks(to_toml(raw), list(missing.values())), tuple(missing))
+
+
+def _fitting(one: Understood, kind: str) -> Understood:
+    """A file with the channels that a rig has; those that other rigs have besides are left out.
+
+    Raises
+    ------
+    UsageError
+        If two forces were found where the rig has one: which one it is, a person alone knows.
+    """
+    own = study_type(kind).model_fields["channels"].default.known_keys()
+    others = [role for role in one.channels if role not in own]
+    numbered = [role for role in others if role.split("_")[0] in own and role.split("_")[0] not in one.channels]
+    if numbered:
+        role = numbered[0].split("_")[0]
+        columns = [said["column"] if isinstance(said := one.channels[each], Mapping) else said for each in numbered]
+        shown = " and ".join(f'"{column}"' for column in columns)
+        do = f"Name the one that is meant: --set 'channels.{role}=\"{columns[0]}\"'."
+        got = f"{one.path.name} has {len(columns)} columns of the {role}, {shown}"
+        raise UsageError("--write", got, f"one, as a rig of the kind {kind} has", do)
+    kept = {role: said for role, said in one.channels.items() if role not in others}
+    units = {role: unit for role, unit in one.units.items() if role not in others}
+    return replace(one, channels=kept, units=units, declared=[role for role in one.declared if role not in others])
 
 
 def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:

@@ -190,3 +190,27 @@ def test_a_day_of_an_override_is_written_as_one(written: Run, said: str, wrote: 
     assert wrote in Path("study.toml").read_text()
     taken = load_study("study.toml").records[0].taken
     assert (taken.year, taken.month, taken.day, taken.hour) == (2026, 3, 14, hour)
+
+
+def test_two_forces_are_not_written_for_a_rig_that_has_one(written: Run) -> None:
+    head = "t [s],F1 [N],x [mm],F2 [N]\n"
+    Path("two.csv").write_text(head + "".join(f"{i / 2000},{12 + i % 7},{i / 10},{11 + i % 5}\n" for i in range(30)))
+    refused = written("inspect", "two.csv", "--rig", "fibre_mass", "--write", "two.toml")
+    assert refused.code == 2
+    assert """--set 'channels.force="F1 [N]"'""" in refused.err
+    assert not Path("two.toml").exists()
+    done = written(
+        "inspect", "two.csv", "--set", 'channels.force="F1 [N]"', "--rig", "fibre_mass", "--write", "two.toml"
+    )
+    assert done.code == 0
+    assert "force_1" not in Path("two.toml").read_text()
+    given = ["--set", "rig.weight_mass=3 kg", "--set", "rig.inclination=90 deg"]
+    assert load_study("two.toml", given[1::2]).channels.force is not None
+
+
+def test_no_study_is_written_where_the_position_was_lost(written: Run) -> None:
+    for head in ("t [s],F [N],x (zz)\n", "t [s],F [N],x [mm/10]\n"):
+        Path("lost.csv").write_text(head + "".join(f"{i / 2000},{12 + i % 7},{i / 10}\n" for i in range(30)))
+        assert written("inspect", "lost.csv").code == 3
+        assert written("inspect", "lost.csv", "--rig", "fibre_mass", "--write", "lost.toml").code == 2
+        assert not Path("lost.toml").exists()

@@ -90,7 +90,7 @@ def test_spellings_mean_the_same(symbol: str, spellings: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["kp", "MM", "MS", "mS", "t", "F", "u", "x", "U", "N/m s", "N//m", "Hz^0", "m^9", "", "furlong"]
+    "text", ["kx", "MM", "MS", "mS", "t", "F", "u", "x", "U", "N/m s", "N//m", "Hz^0", "m^9", "", "furlong"]
 )
 def test_unknown_units_are_not_guessed(text: str) -> None:
     assert expression(text) is None
@@ -102,7 +102,7 @@ REFUSED = [
     ("3.096", "kg", 'has no unit; expected kg, g or lb. Write it with its unit, such as "3.096 kg"'),
     (3, "kg", "has no unit"),
     ("3,096 kg", "kg", "decimal comma.*Write a point"),
-    ("3 kp", "N", 'unit "kp"; expected N, kN, mN or lbf'),
+    ("3 kx", "N", 'unit "kx"; expected N, kN, mN, daN, cN, lbf, kgf, gf or kip'),
     ("3 mm", "kg", 'unit "mm"; expected kg, g or lb'),
     ("1 kn/m", "N/m", 'Did you mean "kN/m"'),
     ("kg", "kg", "is not a quantity"),
@@ -127,14 +127,15 @@ def test_the_error_is_of_the_class_asked_for() -> None:
     with pytest.raises(UsageError):
         parse_quantity("3", "kg", "--set", error=UsageError)
     with pytest.raises(
-        DataError, match=r'drop_07\.csv, column "force": unit "kp"; expected N, kN, mN or lbf\. Declare it'
+        DataError,
+        match=r'drop_07\.csv, column "force": unit "kx"; expected N, kN, mN, daN, cN, lbf, kgf, gf or kip\. Declare it',
     ):
-        to_si("kp", "N", 'drop_07.csv, column "force"', do="Declare it under [units].")
+        to_si("kx", "N", 'drop_07.csv, column "force"', do="Declare it under [units].")
 
 
 def test_a_unit_of_this_program_that_does_not_exist_is_our_own_mistake() -> None:
     with pytest.raises(ValueError, match="no unit of this program"):
-        to_si("N", "kp")
+        to_si("N", "kx")
 
 
 @pytest.mark.parametrize("si", sorted(KINDS))

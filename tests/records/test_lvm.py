@@ -32,7 +32,7 @@ REFUSED = {
     "no step": (one(steps="|"), r"no step in time \(Delta_X\) and there is no column of times"),
     "header cut": ("LabVIEW Measurement\t\nSeparator\tTab\n", "the header does not end"),
     "no names": (one().replace("X_Value", "1.0").replace("Comment", "2.0"), "no names of channels"),
-    "unit unknown": (one(units="kp|mm"), 'column "F .kp.": unit "kp"; expected N, kN'),
+    "unit unknown": (one(units="kx|mm"), 'column "F .kx.": unit "kx"; expected N, kN'),
     "other channels later": (
         one() + segment(N, "X_Value|F|w", "N|mm", STEPS, 0.012, BODY).replace("|", "\t"),
         "begins a segment with other channels",

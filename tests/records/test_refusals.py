@@ -84,7 +84,7 @@ REFUSED = {
     ),
     "no unit": (
         "t [s];F;u [mm]\n" + rows(german),
-        r'column "F": no unit; expected N, kN, mN or lbf. Declare it under \[units\]: force = "N"',
+        r'column "F": no unit; expected N, kN, mN, daN, cN, lbf, kgf, gf or kip. Declare it',
     ),
     "no units": ("t;F;u\n" + rows(german), 'columns "t", "F", "u": no units; expected one for each. Declare them'),
     "time without unit": (
@@ -92,8 +92,8 @@ REFUSED = {
         r'column "t": no unit; expected s, ms',
     ),
     "unit unknown": (
-        "t [s];force [kp];u [mm]\n" + rows(german),
-        'column "force .kp.": unit "kp"; expected N, kN, mN or lbf',
+        "t [s];force [kx];u [mm]\n" + rows(german),
+        'column "force .kx.": unit "kx"; expected N, kN, mN, daN, cN, lbf, kgf, gf or kip',
     ),
     "unit of another kind": (
         "t [s];Kraft [mm/s];u [mm]\n" + rows(german),
@@ -232,7 +232,11 @@ WISHES = {
     "role unknown": ({"channels": {"forc": "F [N]"}}, DataError, 'unknown role.*Did you mean "force"'),
     "column number too high": ({"channels": {"force": "column 9"}}, DataError, 'no column "column 9"'),
     "unit of no column": ({"units": {"Kraft": "N"}}, DataError, 'unit of "Kraft": no such column'),
-    "unit unknown": ({"units": {"force": "kp"}}, DataError, 'unit of "force": unit "kp"; expected N, kN, mN or lbf'),
+    "unit unknown": (
+        {"units": {"force": "kx"}},
+        DataError,
+        'unit of "force": unit "kx"; expected N, kN, mN, daN, cN, lbf, kgf, gf or kip',
+    ),
     "channel of another kind": ({"channels": {"force": "u [mm]"}}, DataError, 'unit "mm"; expected N, kN'),
     "rate against the times": ({"rate": 1000.0}, DataError, "the column runs at 2000 Hz, the rate given says 1000 Hz"),
     "rate negative": ({"rate": -1.0}, UsageError, "rate: -1.0; expected a positive number in Hz"),

@@ -122,7 +122,8 @@ def test_a_list_is_not_called_too_short_for_what_is_wrong_in_it(load: Loader, fo
     with pytest.raises(StudyError) as caught:
         load(('lift = "5 mm"', 'lift = "5"'))
     assert told(caught.value, folder) == [
-        'study.toml, records[1].lift: "5" has no unit; expected m, mm, um or in. Write it with its unit, such as "5 m".'
+        'study.toml, records[1].lift: "5" has no unit; expected m, mm, um, cm, nm, in, ft or mil. '
+        'Write it with its unit, such as "5 m".'
     ]
 
 

@@ -248,7 +248,7 @@ REFUSED = [
     ),
     ('[model]\neffects = ["guide.stribek_friction"]', [], StudyError, 'Did you mean "guide.stribeck_friction"'),
     ('[parameters."guide.stribeck_friction.breakaway_excess"]\ninitial = "2 N"', [], StudyError, "unknown parameter"),
-    ('[units]\nforce = "kp"', [], StudyError, "kp"),
+    ('[units]\nforce = "kx"', [], StudyError, "kx"),
     ('[parameters.stiffness]\nbounds = ["50 kN/m", "60 kN/m"]\ninitial = "20 kN/m"', [], StudyError, "bounds"),
 ]
 

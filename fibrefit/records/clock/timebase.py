@@ -26,6 +26,7 @@ from fibrefit.records.clock.base import (
 from fibrefit.records.clock.coarse import counted_from_coarse, shared_stamps, too_coarse
 from fibrefit.records.clock.rates import longest_forward, robust_step, round_rate
 from fibrefit.records.grammar.neighbours import typical
+from fibrefit.records.grammar.phrases import split_at
 from fibrefit.records.thresholds import ALONE_BY, CONTRADICTS, JITTER, MOST_LOST, MOST_OFF, NO_STEP, RUNS_ON
 
 
@@ -133,7 +134,10 @@ def _refuse_restart(readings: Readings, readable: np.ndarray, times: np.ndarray)
         if 2 * known < stop - start:
             line = int(readings.lines[readable[start]])
             got = f"the time starts again at {format_number(float(times[start]), 6)} s"
-            raise DataError(f"{readings.where}, line {line}", got, "one recording", "Split the file there.")
+            again = np.flatnonzero((steps < 0) & (times[1:] < times[start] + RUNS_ON * usual)) + 1
+            starts = [int(readings.lines[readable[i]]) for i in (0, *again)]
+            do = split_at(readings.where, starts)
+            raise DataError(f"{readings.where}, line {line}", got, "one recording", do)
 
 
 def _from_fine(readings: Readings, readable: np.ndarray, hint: float | None) -> TimeBase:

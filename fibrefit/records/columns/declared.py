@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,11 +17,13 @@ from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.digits import since_1970
 from fibrefit.records.grammar.headings import known_unit, so_much_of
-from fibrefit.records.grammar.words import KIND_OF_ROLE, score, tokens
+from fibrefit.records.grammar.words import KIND_OF_ROLE, may_be_way, score, tokens
 from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, stated_worth
 from fibrefit.records.thresholds import MOST_LOST, TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")
+
+_LAST_BRACKET = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
 
 #: Scale of a column, its factor to SI, and the SI unit.
 Scaled = tuple[Scale, float, str]
@@ -102,6 +105,37 @@ def _heading(column: RawColumn) -> Heading:
     stamps = column.unit is None and since_1970(present) is not None
     clock = column.clock or (stamps and np.mean(np.diff(present) > 0) >= 1 - MOST_LOST)
     return Heading(column.header, column.name, column.unit, clock, column.number, two_valued, constant)
+
+
+def unread_position(
+    roles: Mapping[str, int], doubts: Mapping[str, DataError], headings: Sequence[Heading], where: str
+) -> dict[str, DataError]:
+    """Doubt about the position where a force is read, and a column that may be one is not, as its unit is not known.
+
+    Parameters
+    ----------
+    roles : mapping of str to int
+        Position of each role that was found.
+    doubts : mapping of str to DataError
+        Roles in doubt.
+    headings : sequence of Heading
+        All columns.
+    where : str
+        File to name in messages.
+    """
+    if "position" in {*roles, *doubts} or "force" not in roles or headings[roles["force"]].kind != "force":
+        return {}
+    free = [h for i, h in enumerate(headings) if i not in roles.values() and not (h.constant or h.two_valued)]
+    looks = next((h for h in free if h.kind is None and may_be_way(re.sub(r"[\[(].*", "", h.header))), None)
+    if looks is None:
+        return {}
+    unit = _LAST_BRACKET.search(looks.header)
+    state = f'not known ("{unit[1]}")' if unit else "not stated"
+    got = f"it may be the position, and its unit is {state}"
+    force = headings[roles["force"]].header
+    do = f'Say what it is: position = {{ column = "{looks.header}", unit = ".." }} under [channels]; if it is none, '
+    do += f'name the force alone: force = "{force}" under [channels].'
+    return {"position": DataError(f'{where}, column "{looks.header}"', got, registry.ACCEPTED["m"], do)}
 
 
 @dataclass(frozen=True, slots=True)

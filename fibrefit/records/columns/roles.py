@@ -213,7 +213,8 @@ def guessed_roles(
             doubts |= _wrong_unit(role, headings, used, where)
     if "force" in doubts and tuple(wanted) == USUAL:
         pair = guessed_roles(headings, {**taken, **found}, PAIR, where)[0]
-        if len(pair) == len(PAIR):
+        numbered = [h for h in headings if re.search(r"[3-9][\s)]*$", h.name) and _points(h, "force") > 9]
+        if len(pair) == len(PAIR) and not numbered:
             del doubts["force"]
             found |= pair
     return found, doubts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import io
+import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -63,12 +64,25 @@ def _with_table(sheets: Mapping[str, Sequence[Sequence[str]]], where: str) -> tu
     tables = [title for title, rows in rows_of.items() if rows > few]
     if len(tables) > 1:
         shown = ", ".join(f'"{title}"' for title in tables[:5])
-        raise DataError(where, f"tables on {len(tables)} sheets ({shown})", "one", "Save the one that is meant as CSV.")
+        raise DataError(where, f"tables on {len(tables)} sheets ({shown})", "one", _sheets_apart(where, tables))
     notes = [f'Read from the sheet "{tables[0]}".'] if len(sheets) > 1 else []
     stray = [f'"{title}" ({count(rows, "row")})' for title, rows in rows_of.items() if FEWEST_ROWS <= rows <= few]
     if stray:
         notes.append(f"Rows of numbers on other sheets are left out: {', '.join(stray[:5])}.")
     return tables[0], tuple(notes)
+
+
+def _sheets_apart(where: str, tables: Sequence[str]) -> str:
+    """How the sheets of a workbook become files of their own, with a command that does it."""
+    stem = re.sub(r"[^\w.-]", "_", where.rpartition(".")[0])
+    plain = all(re.fullmatch(r"[\w.-]+", title) for title in tables)
+    listed = "[" + ", ".join(f"'{title}'" for title in tables) + "]" if plain else "None"
+    name = where if re.fullmatch(r"[\w.-]+", where) else "FILE.xlsx"
+    do = "Save each sheet that holds a record as CSV, a file for each, and name each file in a [[records]] of its own: "
+    # All within brackets: it stays one command where a terminal breaks it into lines.
+    command = f"[t.to_csv(f'{stem}_{{i}}.csv', index=False, header=False) for p in [__import__('pandas')] for i, t in "
+    command += f"enumerate(p.read_excel('{name}', {listed}, header=None).values(), 1)]"
+    return f'{do}file = "{stem}_1.csv". At once: python -c "{command}"'
 
 
 def _all_rows(sheet: Any) -> Iterable[tuple[Any, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -270,6 +271,8 @@ def is_unit_row(cells: Sequence[str]) -> bool:
     known = [cell for cell in filled if units.expression(cell) is not None or cell in ("S", "MM", "SEC")]
     if any(cell not in known and kinds_named(cell) for cell in filled):
         return False  # "Time,s,1": a row of a list of channels
+    if any(first not in known and second == "in" for first, second in itertools.pairwise(filled)):
+        return False  # "Anzeige in kp"
     physical = [cell for cell in known if units.expression(cell) != "1"]
     return len(physical) > 0 and len(known) >= max(2 / 3 * len(filled), min(2, len(cells)))
 

@@ -15,7 +15,7 @@ _CONTROL = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|[\x00-\x08\x0b-\x1f\x7f]")
 
 #: Words that end a name as often as they are units: a minimum, an input, a gain.
 _ALSO_WORDS = frozenset(
-    {"in", "min", "h", "g", "m", "s", "d", "A", "V", "N", "deg", "day", "count", "counts", "steps", "lb", "rad"}
+    {"in", "min", "h", "g", "m", "s", "d", "A", "V", "N", "deg", "day", "count", "counts", "steps", "lb", "rad", "kp"}
 )
 
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
@@ -66,7 +66,7 @@ _SAID_BY_A_LETTER = ("time", "force", "length", "angle", "mass")
 PLAIN_KINDS = ("time", "force", "length", "angle", "voltage", "current")
 
 #: Units that loggers print in capitals and databases in small letters; read only where the name says the same kind.
-_OTHER_CASE = {"n": "N", "kn": "kN", "S": "s", "M": "m"} | {
+_OTHER_CASE = {"In": "in", "IN": "in", "Kp": "kp", "KP": "kp", "n": "N", "kn": "kN", "S": "s", "M": "m"} | {
     unit.upper(): unit for unit in ("ms", "us", "mm", "cm", "um", "deg")
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 
 #: Lines named one by one; the rest are counted.
@@ -45,6 +46,29 @@ def line_numbers(numbers: Collection[int]) -> str:
     shown = ", ".join(str(number) for number in sorted(numbers)[:_NAMED])
     more = f" and {len(numbers) - _NAMED} more" if len(numbers) > _NAMED else ""
     return f"{'Line' if len(numbers) == 1 else 'Lines'} {shown}{more}"
+
+
+def split_at(where: str, starts: Sequence[int]) -> str:
+    """How a file of several recordings becomes a file of each, with a command that does it for a text.
+
+    Parameters
+    ----------
+    where : str
+        Name of the file; what stands behind a comma and a blank is left out.
+    starts : sequence of int
+        First line of each recording, in order.
+    """
+    name = where.split(", ")[0]
+    stem, _, ending = name.rpartition(".")
+    do = f"Split the file there: lines {starts[0]} to {starts[1] - 1}, and so on, each below the head"
+    do += f', and name each in a [[records]]: file = "{stem}_1.csv".'
+    if not re.fullmatch(r"[\w.-]+", name) or ending.casefold() not in ("csv", "txt", "dat", "asc", "tsv"):
+        return do
+    # All within brackets: it stays one command where a terminal breaks it into lines.
+    cuts = ",".join(str(start - 1) for start in starts)
+    command = f"[open(f'{stem}_{{i}}.csv','wb').writelines(l[:{starts[0] - 1}]+l[a:b]) for l in "
+    command += f"[open('{name}','rb').readlines()] for c in [[{cuts},len(l)]] for i,(a,b) in enumerate(zip(c,c[1:]),1)]"
+    return f'{do} At once: python -c "{command}"'
 
 
 def are(number: int) -> str:

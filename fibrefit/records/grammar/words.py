@@ -62,6 +62,10 @@ _PROCESSED = tuple(
 )
 _PROCESSED_WORDS = _words("cal kal lp lpf hpf bpf flt sm comp proc")
 
+#: Names that many give a position, and others to something else: signs of an axis or of a way, and sensors of one.
+_MAY_BE_WAY = _words("x y z s h w d dx dy dz dl displ dist distance abstand laser laserabstand lage konum laage")
+_MAY_BE_WAY |= _words("vzdalenost odleglosc distanza distancia distancja avstand etaisyys hohe height level hauteur")
+
 #: Words that tell what goes with a quantity from the quantity itself.
 _BESIDE = _words(
     "error errors err uncertainty uncertainties std stdev sigma deviation fehler abweichung chyba odchylka"
@@ -165,6 +169,12 @@ def kinds_named(text: str) -> set[str]:
         Of ``"time"``, ``"force"``, ``"length"`` and ``"angle"``.
     """
     return {KIND_OF_ROLE[role] for role in ("time", "force", "position", "drive", "angle") if score(text, role) > 0}
+
+
+def may_be_way(text: str) -> bool:
+    """Whether a heading is one that a position may have, and tells nothing else: a sign such as ``x``, or a sensor."""
+    found = tokens(text)
+    return bool(found) and _MAY_BE_WAY.issuperset(found)
 
 
 def counts_rows(text: str) -> bool:

@@ -165,8 +165,6 @@ add(
 add(
     "kiloponds",
     "Zeit [s];Kraft [kp];Weg [mm]\n" + lines(lambda i: f"{t(i)};{FORCE[i] / 9.80665:.9f};{u(i)}"),
-    refused="unit",
-    remedy={"channels": {"force": {"column": "Kraft [kp]", "scale": "9.80665 N"}}},
     rtol=1e-6,
 )
 add(

@@ -98,8 +98,6 @@ add(
 add(
     "kp and cm",
     "t [s];F [kp];x [cm]\n" + lines(lambda i: f"{t(i)};{FORCE[i] / 9.80665:.9f};{u(i, 0.1, 5)}"),
-    refused="unit",
-    remedy={"channels": {"force": {"column": "F [kp]", "scale": "9.80665 N"}}},
     rtol=1e-6,
 )
 add(
