@@ -272,6 +272,19 @@ def test_noise_that_is_the_same_at_rest_passes(share: float) -> None:
     assert 0.2 < np.mean(found < 0.5) < 0.8
 
 
+def test_a_few_masked_readings_do_not_end_a_rest() -> None:
+    """What was said without them is said: slow noise that is not there at rest, and noise that is."""
+    noise = pink(0.5)
+    louder = Noise(noise.white, noise.pink, 0.0, 1000, slow=((4.0, 1.0), (15.0, 1.0)))
+    whole = resting(3, 0.5)
+    masked = [trace._replace(channels={"force": trace.channels["force"].copy()}) for trace in whole]
+    for trace in masked:
+        trace.channels["force"][7::97] = np.nan
+    for held, raised in ((louder, True), (noise, False)):
+        found = [against_rest(traces, "force", held) for traces in (whole, masked)]
+        assert [alarm is not None and alarm.raised for alarm in found] == [raised, raised]
+
+
 @pytest.mark.parametrize("share", [0.0, 0.5])
 def test_slow_noise_that_rests_do_not_show_raises_an_alarm(share: float) -> None:
     noise = pink(share)

@@ -35,7 +35,7 @@ from fibrefit.discovery.residuals.thresholds import FEWEST_TELLING
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
-from fibrefit.problem.noise.spectrum import Noise, periodogram, without_lines
+from fibrefit.problem.noise.spectrum import Noise, periodogram, unbroken, without_lines
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -295,11 +295,11 @@ def against_rest(traces: Sequence[Trace], channel: str, noise: Noise) -> Alarm |
     for trace in traces:
         rate = trace.rate
         for rest in rests(trace):
-            values = trace.channels[channel][rest]
-            if not np.isfinite(values).all() or np.ptp(values) == 0.0:
+            values = unbroken(trace.channels[channel][rest])
+            if not len(values) or np.ptp(values) == 0.0:
                 continue
             known = [line for line, _ in noise.lines]
-            frequency, power = periodogram(without_lines(values, trace.times[rest], known), rate)
+            frequency, power = periodogram(without_lines(values, trace.times[rest][: len(values)], known), rate)
             lines = [abs(frequency - line) < rate / len(values) * 2.0 for line in known]
             clear = ~np.logical_or.reduce([np.zeros(len(frequency), dtype=bool), *lines])
             against = power / noise.density(frequency)
