@@ -25,11 +25,11 @@ from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
 from fibrefit.records.columns.known import AsRead
 from fibrefit.records.columns.raw import Raw, RawColumn
 from fibrefit.records.columns.roles import Heading, guessed_roles, named_roles, nothing_below
-from fibrefit.records.columns.states import flagged, without_bad
+from fibrefit.records.columns.states import flagged, numbered_recordings, without_bad
 from fibrefit.records.grammar.digits import grouped_digits, masked_with, odd_numbers
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import REASONS, Numbers
-from fibrefit.records.grammar.phrases import count, not_understood
+from fibrefit.records.grammar.phrases import count, not_understood, split_at
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.table import Column, Table, frozen, frozen_mapping
 from fibrefit.records.thresholds import CONTRADICTS
@@ -68,6 +68,7 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     columns = declared.with_zeros(columns, channels)
     doubts |= declared.unapplied(columns, scales, said)
     timed = [_timed(raw, columns, group, options.rate, where, scales) for group in groups]
+    doubts |= {} if "time" in named else _numbered(raw, columns, roles, timed[0], where)
     if all(columns[i].unit or i in scales for role, i in roles.items() if role != "time"):
         timed = [in_seconds(base) for base in timed]
     settled = frozenset((*scales, *_timed_by_user(options, roles, said)))
@@ -104,6 +105,21 @@ def _roles(
     if groups[0].time is not None:
         roles.setdefault("time", groups[0].time)
     return roles, doubts
+
+
+def _numbered(
+    raw: Raw, columns: Sequence[RawColumn], roles: Mapping[str, int], base: TimeBase, where: str
+) -> dict[str, DataError]:
+    """Doubt about times that run on over several recordings, which a column numbers."""
+    read = [i for role, i in roles.items() if role != "time"]
+    numbering, starts = numbered_recordings(columns, read, base.time)
+    if not starts or len(raw.lines) <= starts[-1]:
+        return {}
+    got = f'"{numbering}" counts to {len(starts)}, and where it counts on, the readings or the times leap'
+    do = split_at(where, [int(raw.lines[i]) for i in starts])
+    if base.header:
+        do = f'If it is one recording, name the column of its times ("{base.header}") under [channels]. If not: {do}'
+    return {"time": DataError(f"{where}, line {int(raw.lines[starts[1]])}", got, "one recording", do)}
 
 
 def _timed(

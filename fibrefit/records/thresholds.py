@@ -195,3 +195,7 @@ STATED_ALIKE = 1.05
 """Larger over smaller of two amounts of a line up to which these are one thing measured twice, and no other scale."""
 LEAST_SERIAL = 10_000
 """Whole number from which on it is a serial number, where it is not round."""
+SHORTEST_RECORDING = 20
+"""Rows of one number from which on a column that counts on after them may number recordings."""
+LEAP = 3.0
+"""Change of a reading between two recordings over the largest one within them from which on another one begins."""

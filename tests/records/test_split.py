@@ -48,3 +48,28 @@ def test_a_workbook_of_several_sheets(titles: tuple[str, ...], write, tmp_path: 
     _followed(refused.value, tmp_path, False)
     for i in range(1, len(titles) + 1):
         assert read_record(tmp_path / f"book_{i}.csv").channels["force"].size == 30
+
+
+def _numbered(pause: float, leap: float, every: int = 30, head: str = "shot;t [s];F [N];x [mm]") -> str:
+    """Rows whose first column counts on after some; times and the position may leap there."""
+    told = [head]
+    for i in range(90):
+        k = i // every
+        told.append(f"{k + 1};{5e-4 * i + pause * k:.4f};{10 + i % 7 / 10:.2f};{0.1 * i - leap * k:.3f}")
+    return "\n".join(told) + "\n"
+
+
+@pytest.mark.parametrize(("pause", "leap"), [(0.0, 3.0), (8.0, 0.0), (2.0, 3.0)])
+@pytest.mark.parametrize("name", ["shot", "Versuch", "run no.", "n"])
+def test_recordings_that_a_column_numbers(name: str, pause: float, leap: float, write, tmp_path: Path) -> None:
+    path = write(_numbered(pause, leap, head=f"{name};t [s];F [N];x [mm]"), "all.csv")
+    with pytest.raises(DataError, match="line 32.*counts to 3.*lines 2 to 31") as refused:
+        read_record(path)
+    _followed(refused.value, tmp_path, False)
+    assert [len(read_record(tmp_path / f"all_{i}.csv")) for i in (1, 2, 3)] == [30, 30, 30]
+    assert len(read_record(path, channels={"time": "t [s]"})) == 90
+
+
+@pytest.mark.parametrize("every", [30, 10, 90])
+def test_a_count_of_cycles_in_one_motion_stays_read(every: int, write) -> None:
+    assert len(read_record(write(_numbered(0.0, 0.0, every)))) == 90

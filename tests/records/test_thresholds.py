@@ -16,7 +16,7 @@ from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
-from fibrefit.records.columns import account, damage, declared, grouping, judged, known, unmoved
+from fibrefit.records.columns import account, damage, declared, grouping, judged, known, states, unmoved
 from fibrefit.records.columns.damage import absurd, flat_stretches, lone_outliers
 from fibrefit.records.columns.raw import Annotation, binary_column
 from fibrefit.records.copies import Fingerprint
@@ -118,7 +118,18 @@ def lone(distance: float) -> bool:
     return lone_outliers(run).size > 0
 
 
+def numbered(length: float, leap: float) -> bool:
+    """Whether a column numbers recordings of so many rows, between which a reading leaps so many steps."""
+    n = int(length)
+    reading = np.concatenate([np.arange(float(n)), np.arange(float(n)) + n - 1 + leap])
+    shot = binary_column("shot", "shot", None, np.repeat([1.0, 2.0], n))
+    found = states.numbered_recordings([shot, binary_column("F", "F", "N", reading)], [1], np.arange(2.0 * n))
+    return found == ("shot", [0, n])
+
+
 DAMAGE = (
+    Bracket("SHORTEST_RECORDING", states, lambda x: numbered(x, 9.0), 20, 19),
+    Bracket("LEAP", states, lambda x: numbered(50, x), 3.5, 2.5),
     Bracket("ABSURD", damage, lambda x: believed(1.0, x), 0.7e9, 1.3e9),
     Bracket("ABSURD_RATIO", damage, lambda x: believed(2e5, 2e5 * x), 0.7e4, 1.3e4),
     Bracket("NINES_RATIO", damage, lambda x: believed(9999.0 / x, 9999.0), 7.0, 13.0),
