@@ -277,9 +277,9 @@ def test_a_few_masked_readings_do_not_end_a_rest() -> None:
     noise = pink(0.5)
     louder = Noise(noise.white, noise.pink, 0.0, 1000, slow=((4.0, 1.0), (15.0, 1.0)))
     whole = resting(3, 0.5)
-    masked = [trace._replace(channels={"force": trace.channels["force"].copy()}) for trace in whole]
-    for trace in masked:
-        trace.channels["force"][7::97] = np.nan
+    masked = [one._replace(channels={"force": one.channels["force"].copy()}) for one in whole]
+    for one in masked:
+        one.channels["force"][7::97] = np.nan
     for held, raised in ((louder, True), (noise, False)):
         found = [against_rest(traces, "force", held) for traces in (whole, masked)]
         assert [alarm is not None and alarm.raised for alarm in found] == [raised, raised]

@@ -11,8 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.discovery.design.distinguish import confusion
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
+from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
     Supermodel,
@@ -259,6 +261,14 @@ def test_a_lift_that_no_study_states_is_a_value_of_each_record(tmp_path: Path, m
     assert len(silent) < len(text)
     assert "lift" in task.problem.layout.names
     monkeypatch.setitem(made.BASE, "lift", 0.012)
-    _, base = prepared_search(task, made.identified(task), [], lambda *of: None)
+    search, base = prepared_search(task, made.identified(task), [made.VISCOUS], lambda *of: None)
     assert np.isfinite(base.local).all()
     assert np.isfinite(base.log)
+    # In plain squares and in detection limits as in the likelihood.
+    held, context = search.supermodel_for(made.VISCOUS), search.context
+    local = transferred(held, base.supermodel, base.local)
+    off = np.tile(base.local.mean(axis=0), (2, 1))
+    squares = refit(base.supermodel, context.subset(()), off, context.whole)
+    assert squares.cost < 0.5 * base.supermodel.costs(off, context.whole).sum()
+    alike = confusion(held, context, local, [made.VISCOUS], lambda number: 10.0)
+    assert 0.0 < alike.directions[0].smallest_detectable < np.inf

@@ -198,8 +198,7 @@ class Contest:
         """Gram matrices of some records at values of the rival, with what deviations of a record do."""
         shared, names = len(self.subset.shared), (*self.subset.shared, *self.subset.each)
         columns = np.array([model.names.index(name) for name in names])
-        size = np.array([abs(model.declared[name].typical) for name in names])
-        steps = difference_steps(values[:, columns], size)
+        steps = difference_steps(values[:, columns], model.sizes(names))
         grams = model.grams(values, columns, values[:, columns] + steps, counts)
         relative = relative_changes(values[:, columns], values[:, columns] + steps)
         return self.beside.held(grams, self.subset.shared, len(self.subset.each), relative[:, :shared])

@@ -333,8 +333,7 @@ def changed_values(
     columns = np.array([supermodel.names.index(name) for name in names])
     targets = local[:, columns].copy()
     n = len(context.base) + len(context.each)
-    scale = np.array([abs(supermodel.declared[name].typical) for name in names[:n]])
-    targets[:, :n] += difference_steps(targets[:, :n], scale)
+    targets[:, :n] += difference_steps(targets[:, :n], supermodel.sizes(names[:n]))
     for i, (_, parameter) in enumerate(strengths):
         sign = np.sign(parameter.typical - parameter.null)
         targets[:, n + i] = 1.0 / sizes[i] if parameter.reciprocal else parameter.null + sign * sizes[i]

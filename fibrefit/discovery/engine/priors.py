@@ -103,7 +103,7 @@ def unknowns_of(
         lower=lower,
         upper=upper,
         one_sided=one_sided,
-        size=np.array([slots[name].range.scale for name in subset.each], dtype=float),
+        size=supermodel.sizes(subset.each),
         offset=np.where(log & relative, 1.0, 0.0),
     )
 

@@ -77,7 +77,7 @@ class _Map:
         ranges = {slot.name: slot.range for slot in supermodel.problem.layout.slots}
         self.lower = np.array([ranges[name].lower for name in subset.shared])
         self.upper = np.array([ranges[name].upper for name in subset.shared])
-        self.size = np.array([abs(supermodel.declared[name].typical) for name in (*subset.shared, *subset.each)])
+        self.size = supermodel.sizes((*subset.shared, *subset.each))
 
     def unknowns(self) -> np.ndarray:
         """Unknowns of the values it was made from."""

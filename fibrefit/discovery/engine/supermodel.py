@@ -6,7 +6,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -96,6 +96,11 @@ class Supermodel:
         """Declaration of each parameter and nuisance by name."""
         model = self.problem.model
         return {p.name: p for p in (*model.parameters, *model.rig.nuisances, *model.rig.conditions)}
+
+    def sizes(self, names: Iterable[str]) -> np.ndarray:
+        """Usual sizes of values in SI units; the unit itself of a lift, of which none is usual."""
+        usual = np.array([abs(self.declared[name].typical) for name in names], dtype=float)
+        return np.where(np.isfinite(usual), usual, 1.0)
 
     @cached_property
     def _bare(self) -> Problem:
