@@ -145,7 +145,9 @@ def fitted(log: float, effects: tuple[Any, ...] = (), **shared: float) -> Any:
 
 
 def effect(parameters: int) -> Any:
-    return SimpleNamespace(name=f"guide.of_{parameters}", records=(), parameters=range(parameters), strength=("a",))
+    return SimpleNamespace(
+        name=f"guide.of_{parameters}", records=(), parameters=range(parameters), strength=("a",), sudden=False
+    )
 
 
 def chosen(*gains: tuple[float, int]) -> Any:
@@ -197,6 +199,23 @@ def test_what_an_overdispersion_takes_is_no_price(overdispersion: float) -> None
     chance = choice._chance(there, divided)
     assert chance.parameters == 1
     assert chance.cost == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("width", "taken"), [(1.0, PRICE), (np.exp(-1.0), PRICE - 1.0), (np.exp(-6.0), 0.0)])
+def test_an_instant_is_one_of_many_however_wide_the_matrices_say_it_is(width: float, taken: float) -> None:
+    """Between two reversals it changes nothing: there its own curvature is that of its prior alone."""
+    slip = find_effect("fibre.knot_slip")
+    unknowns = SimpleNamespace(
+        names=(f"{slip.name}.instant", f"{slip.name}.{slip.strength[0]}"), shared=np.arange(2), precision=np.eye(2)
+    )
+    spread = np.diag([width**2, 1e-4])
+    evidence = replace(
+        EVIDENCE, mode=cast(Any, SimpleNamespace(unknowns=unknowns)), log=30.0, weight=np.ones(1),
+        z=np.zeros((1, 2)), covariance=spread[None],
+    )  # fmt: skip
+    one = LaplaceFit((slip,), cast(Any, None), evidence)
+    assert one.log == pytest.approx(30.0 - taken)
+    assert one.with_log(12.0).log == pytest.approx(12.0)
 
 
 def believed(lost: float, gain: float = 50.0) -> bool:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.laws.families import number_of_sets
+from fibrefit.discovery.engine.thresholds import PRICE
+from fibrefit.laws.families import instants, number_of_sets
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 
@@ -44,8 +46,8 @@ class LaplaceFit:
 
     @property
     def log(self) -> float:
-        """Logarithm of the marginal likelihood, what it costs to choose among sets of records taken off."""
-        return self.evidence.log - self._choice
+        """Logarithm of the marginal likelihood, the choice among sets of records and among instants taken off."""
+        return self.evidence.log - self._choice - self._choice_of_instants
 
     @property
     def _choice(self) -> float:
@@ -53,9 +55,28 @@ class LaplaceFit:
         sets = sum(len(effect.records) > 1 for effect in self.effects)
         return sets * float(np.log(number_of_sets(len(self.local)))) if sets else 0.0
 
+    @cached_property
+    def _choice_of_instants(self) -> float:
+        """Nats that instants cost beyond what the matrices say.
+
+        Between two events of a motion, as two reversals, an instant changes nothing: its curvature there says that it
+        may be anywhere in the record, though a little beyond nothing is gained. It is one of many that were looked at,
+        and costs no less than a parameter usually does.
+        """
+        if not (names := instants(self.effects)):
+            return 0.0
+        unknowns = self.evidence.mode.unknowns
+        places = [i for i, name in enumerate(unknowns.names[: len(unknowns.shared)]) if name in names]
+        told = -0.5 * np.log(np.diag(self.evidence.spread)[places] * np.diag(unknowns.precision)[places])
+        return float(np.sum(np.maximum(PRICE - told, 0.0)[np.isfinite(told)]))
+
     def with_log(self, log: float, divided_off: float = 0.0) -> LaplaceFit:
         """The same with another marginal likelihood: that in a noise in which it was not fitted, or a divided one."""
-        return replace(self, evidence=replace(self.evidence, log=log + self._choice), divided_off=divided_off)
+        return replace(
+            self,
+            evidence=replace(self.evidence, log=log + self._choice + self._choice_of_instants),
+            divided_off=divided_off,
+        )
 
     def largest_loss_to(self, other: LaplaceFit) -> float:
         """Nats of the record that loses most to another hypothesis, both in the same noise."""
