@@ -360,7 +360,7 @@ class LaplaceInference:
         unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole)[0])
+            kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole))
             return kept[0].sum(axis=1)
 
         grams = local_grams(unknowns, found.place, gram)

@@ -231,7 +231,7 @@ class Supermodel:
 
 def stretch_products(
     supermodel: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """Products of whitened changes and residuals within each stretch of a record, the errors of inputs at their best.
 
     Parameters
@@ -242,10 +242,8 @@ def stretch_products(
 
     Returns
     -------
-    products : (n_record, STRETCHES, n_active + 1, n_active + 1)
+    (n_record, STRETCHES, n_active + 1, n_active + 1)
         The residuals last.
-    squares : (n_record, n_active, n_active)
-        Sums over all stretches of the products of each two changes and the squared residual.
     """
     left = supermodel.slopes(local, columns, targets, counts).left(supermodel.sensitivities)[
         :, np.r_[1 : 1 + len(columns), 0]
@@ -256,8 +254,8 @@ def stretch_products(
     whole = np.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
     parts = whole.reshape(*whole.shape[:3], STRETCHES, size).transpose(0, 3, 1, 2, 4)
     parts = parts.reshape(*parts.shape[:3], channels * size)
-    scores = left[:, :-1] * left[:, -1:]
-    return parts @ np.swapaxes(parts, 2, 3), scores @ np.swapaxes(scores, 1, 2)
+    products: np.ndarray = parts @ np.swapaxes(parts, 2, 3)
+    return products
 
 
 def residual_rows(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> jax.Array:
