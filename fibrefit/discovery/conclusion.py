@@ -123,7 +123,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         ranking=_ranking(at),
         seconds=budget.used,
         weights=parts.take("weights", partial(effect_sizes, search, best, after), ()) if added else (),
-        detectable=parts.take("detectable", partial(detectable, search), ()) if verdict == NOTHING else (),
+        detectable=parts.take("detectable", partial(detectable, search, best), ()) if verdict == NOTHING else (),
         separated_by=parts.take("rivals", partial(_separated, search, tuple(rivals.values())), (), 0.9),
         proposed_law=law and law.told,
         untried=untried,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -112,6 +114,14 @@ def _estimate(name: str, unit: str, record: str | None, value: float) -> Estimat
     low, high = value - 2 * error, value + 2 * error
     told = ParameterSummary(value=value, std_error=error, interval_95=(low, high), unit=unit)
     return Estimate(name, record, told)
+
+
+def differing(sd: float) -> Any:
+    """A fit whose records differ by so much in their stiffness, and in nothing else."""
+    unknowns = SimpleNamespace(names=("stiffness", "damping"), scattering=[0, 1])
+    grid = np.array([[0.0, 0.0], [2.0 * sd, 0.0]])
+    evidence = SimpleNamespace(weight=np.full(2, 0.5), grid=grid, mode=SimpleNamespace(unknowns=unknowns))
+    return SimpleNamespace(evidence=evidence)
 
 
 def candidate(effect: str, gap: float, error: float = 0.1) -> Candidate:

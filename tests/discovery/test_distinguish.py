@@ -29,7 +29,7 @@ from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.simulation.inputs import Signals
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.design.distinguish import distinguish_study
-from tests.discovery.made import BASE
+from tests.discovery.made import BASE, differing
 from tests.workflow import axis
 
 TRIED = ("guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay")
@@ -79,7 +79,7 @@ def read_from(problem: Problem, values: np.ndarray) -> Problem:
 
 
 def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Search) -> None:
-    found = detectable(laid)
+    found = detectable(laid, differing(0.0))
     assert [one.effect for one in found] == [effect.name for effect in laid.effects]
     supermodel, context, viscous = laid.base.supermodel, laid.context, laid.effects[0]
     name = f"{viscous.name}.{found[0].parameter}"
@@ -94,6 +94,14 @@ def test_the_smallest_strength_is_the_one_whose_gain_passes_the_gate(laid: Searc
     left = refit(without, context.subset(()), laid.base.fit.local, context.whole, enough=1e-9).cost
     # The slope of readings that jump is good to some tens of percent over such a change.
     assert 1.0 / 2.0 < left / gate(len(viscous.parameters)) < 2.0
+
+
+def test_what_records_differ_by_hides_what_acts_like_it(laid: Search) -> None:
+    """A hardening fibre is stiffer in the higher of two drops: as much as records may differ by, or more, is seen."""
+    search = set_up(laid.task, None, (CATALOGUE["fibre.hardening"],), lambda what, share: None)
+    alike, little, much = (detectable(search, differing(sd))[0].smallest_detectable for sd in (0.0, 1e-4, 1e-2))
+    assert alike is not None
+    assert alike < little < much
 
 
 def test_a_gate_is_what_a_name_takes() -> None:

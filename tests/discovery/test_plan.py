@@ -16,7 +16,8 @@ from scipy.optimize import least_squares
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.discovery.design import apart as contests
 from fibrefit.discovery.design import plan as module
-from fibrefit.discovery.design.apart import Beside, Contest, Explanation, nats_apart
+from fibrefit.discovery.design.apart import Contest, Explanation, nats_apart
+from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import detectable, menu_grams, projected
 from fibrefit.discovery.design.plan import (
     Worth,
@@ -42,7 +43,7 @@ from fibrefit.study.summaries.design import PlanSummary
 from fibrefit.study.summaries.files import summary_of
 from fibrefit.workflow.design import plan as workflow
 from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, _order, _sentence, plan_study
-from tests.discovery.made import BASE
+from tests.discovery.made import BASE, differing
 from tests.discovery.test_menu import PARAMETERS
 
 RIVALS = (CATALOGUE["guide.viscous_friction"], CATALOGUE["guide.quadratic_drag"])
@@ -287,11 +288,17 @@ def search(task: Task) -> Search:
     return set_up(replace(task, start=start), None, RIVALS, lambda what, share: None)
 
 
+def alike(search: Search) -> Any:
+    """The base model of a search, of records that do not differ."""
+    values = {"supermodel": search.base.supermodel, "local": search.base.fit.local}
+    return SimpleNamespace(**values, evidence=differing(0.0).evidence)
+
+
 @pytest.mark.slow
 def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be_found(search: Search) -> None:
-    base: Any = SimpleNamespace(supermodel=search.base.supermodel, local=search.base.fit.local)
+    base = alike(search)
     found = [just_found(search, base, effect) for effect in RIVALS]
-    for one, known in zip(found, detectable(search), strict=True):
+    for one, known in zip(found, detectable(search, base), strict=True):
         assert one is not None
         strength = one.values[f"{known.effect}.{known.parameter}"]
         assert strength == pytest.approx(np.full(2, known.smallest_detectable), rel=0.3)
@@ -305,7 +312,7 @@ def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be
 @pytest.fixture(scope="module")
 def contest(search: Search) -> Contest:
     """Quadratic drag is true, viscous friction its rival; records differ in their stiffness."""
-    base: Any = SimpleNamespace(supermodel=search.base.supermodel, local=search.base.fit.local)
+    base = alike(search)
     viscous, drag = (just_found(search, base, effect) for effect in RIVALS)
     assert viscous is not None
     assert drag is not None

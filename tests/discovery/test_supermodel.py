@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import confusion
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
@@ -268,5 +269,5 @@ def test_a_lift_that_no_study_states_is_a_value_of_each_record(tmp_path: Path, m
     off = np.tile(base.local.mean(axis=0), (2, 1))
     squares = refit(base.supermodel, context.subset(()), off, context.whole)
     assert squares.cost < 0.5 * base.supermodel.costs(off, context.whole).sum()
-    alike = confusion(held, context, local, [made.VISCOUS], lambda number: 10.0)
+    alike = confusion(held, context, local, [made.VISCOUS], lambda number: 10.0, Beside())
     assert 0.0 < alike.directions[0].smallest_detectable < np.inf

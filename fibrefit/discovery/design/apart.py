@@ -8,7 +8,7 @@ T-optimal design, Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import equinox as eqx
@@ -16,16 +16,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.discovery.design.beside import Beside, relative_changes
 from fibrefit.discovery.design.distinguish import projected, with_records
 from fibrefit.discovery.design.menu import batches, records_of
 from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened, with_absent
-from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Subset, difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -52,55 +51,6 @@ class Explanation:
 
     effect: type[Effect]
     values: Mapping[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class Beside:
-    """What the records at hand tell of their noise, and of how much they differ.
-
-    Parameters
-    ----------
-    whitening : BlockFilter or None
-        Of the noise that a model leaves; None where it counts as white.
-    scatter : mapping of str to float
-        Relative standard deviation of a parameter between records, by its name.
-    """
-
-    whitening: BlockFilter | None = None
-    scatter: Mapping[str, float] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, search: Search, base: LaplaceFit) -> Beside:
-        """That of the model without the rivals."""
-        evidence, unknowns = base.evidence, base.evidence.mode.unknowns
-        levels = evidence.weight @ evidence.grid
-        names = [unknowns.names[i] for i in unknowns.scattering]
-        return cls(search.inference.common_noise.whitening, dict(zip(names, levels.tolist(), strict=True)))
-
-    def deviations(self, names: Sequence[str]) -> list[int]:
-        """Which of some shared values differ between records."""
-        return [i for i, name in enumerate(names) if self.scatter.get(name, 0.0) > 0.0]
-
-    def held(self, grams: np.ndarray, names: Sequence[str], own: int, sizes: np.ndarray) -> np.ndarray:
-        """Gram matrices in which each record has deviations of its own (random effects), as large as is known.
-
-        Parameters
-        ----------
-        grams : (n_record, n, n)
-            Of shared columns, each record's own, and further ones.
-        names : sequence of str
-            Of the shared columns.
-        own : int
-            Number of each record's own.
-        sizes : (n_record, n_shared)
-            Relative changes of the shared values that their columns stand for.
-        """
-        scattering, last = self.deviations(names), len(names) + own
-        places = np.r_[:last, scattering, last : grams.shape[1]].astype(int)
-        wide = grams[:, places][:, :, places]
-        for j, i in enumerate(scattering):
-            wide[:, last + j, last + j] += (sizes[:, i] / self.scatter[names[i]]) ** 2
-        return wide
 
 
 @dataclass(frozen=True)
@@ -265,11 +215,6 @@ def nats_apart(
         nats[i] = min(way.refitted(choices[i]) for way in ways)
         refitted.append(int(i))
     return min(way.now for way in ways), nats, refitted
-
-
-def relative_changes(values: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Relative changes from values to others."""
-    return np.asarray((targets - values) / np.where(values == 0.0, 1.0, values))
 
 
 def _as_read(

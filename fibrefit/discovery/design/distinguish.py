@@ -18,9 +18,11 @@ import numpy as np
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import check_time
+from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.menu import batches, menu_of, records_of
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext, fit_all, transferred
 from fibrefit.discovery.engine.effort import strengths_converged
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import difference_steps
 from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
 from fibrefit.discovery.engine.thresholds import INSEPARABLE, UNIQUE, gate
@@ -90,6 +92,7 @@ def confusion(
     local: np.ndarray,
     effects: Sequence[type[Effect]],
     limit: Callable[[int], float],
+    beside: Beside,
 ) -> Confusion:
     """Compare what effects of a supermodel would do to its records.
 
@@ -103,6 +106,8 @@ def confusion(
         Those of the supermodel that may be missing.
     limit : callable
         Gain of 2 log likelihood from which a candidate with so many parameters is given its name, see `gate`.
+    beside : Beside
+        How much records differ: deviations of a record imitate part of what an effect does to it.
     """
     strengths = strengths_of(effects)
     gates = np.array([limit(len(effect.parameters)) for effect in effects])
@@ -110,9 +115,9 @@ def confusion(
     floor = least_sizes(effects)
     for _ in range(ROUNDS):
         columns, targets = changed_values(supermodel, context, local, strengths, sizes)
-        norms, unique, cosine = likeness(
-            grams_at_hand(supermodel, context, local, columns, targets), len(context.base), len(context.each)
-        )
+        grams, own = grams_at_hand(supermodel, context, local, columns, targets), len(context.each)
+        held = beside.held_at_hand(grams, context.base, own, local[:, columns], targets)
+        norms, unique, cosine = likeness(held, len(context.base), own + len(beside.deviations(context.base)))
         visible, used = unique > UNIQUE, sizes
         least = np.sqrt(gates) / np.where(visible, norms, 1.0)
         # Bounces bend what an effect does: its slope is taken over the strength that is requested.
@@ -135,27 +140,35 @@ def confusion(
     return Confusion(tuple(directions), cosine)
 
 
-def detectable(search: Search) -> tuple[Detectable, ...]:
+def detectable(search: Search, base: LaplaceFit) -> tuple[Detectable, ...]:
     """Smallest strength of each effect that a search with nothing to find would have found, in its supermodels.
 
     An effect without a supermodel was not tried, as there was nothing left for it to explain.
+
+    Parameters
+    ----------
+    search : Search
+    base : LaplaceFit
+        The model that lacks nothing.
     """
-    jobs, seen = [], set[type[Effect]]()
+    jobs, seen, beside = [], set[type[Effect]](), Beside.of(search, base)
     for supermodel in search.supermodels:
         effects = [effect for effect in search.effects if supermodel.holds([effect]) and effect not in seen]
         seen |= set(effects)
         if effects:
-            jobs.append(partial(_detectable_in, search, supermodel, effects))
+            jobs.append(partial(_detectable_in, search, supermodel, effects, beside))
     parts = fit_all(jobs, lambda done: None)
     check_time()  # what was not looked at in time is not known to be invisible
     found = {direction.effect: direction for part in parts for direction in part}
     return tuple(found[effect.name] for effect in search.effects if effect.name in found)
 
 
-def _detectable_in(search: Search, plain: Supermodel, effects: Sequence[type[Effect]]) -> tuple[Detectable, ...]:
+def _detectable_in(
+    search: Search, plain: Supermodel, effects: Sequence[type[Effect]], beside: Beside
+) -> tuple[Detectable, ...]:
     supermodel = search.inference.common_noise.whitened(plain)
     local = transferred(supermodel, search.base.supermodel, search.base.fit.local)
-    return confusion(supermodel, search.context, local, effects, gate).directions
+    return confusion(supermodel, search.context, local, effects, gate, beside).directions
 
 
 def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | None:

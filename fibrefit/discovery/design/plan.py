@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from fibrefit.discovery.design.apart import Beside, Explanation, nats_apart, relative_changes
+from fibrefit.discovery.design.apart import Explanation, nats_apart
+from fibrefit.discovery.design.beside import Beside, relative_changes
 from fibrefit.discovery.design.distinguish import (
     UNIQUE,
     changed_values,
@@ -128,8 +129,7 @@ def worths(
     shared, own = len(context.base), len(context.each)
     sizes = relative_changes(local[:, columns[:shared]], targets[:, :shared])
     grams = grams_at_hand(supermodel, context, local, columns, targets)
-    # What is believed of shared values counts as one more record.
-    grams = beside.held(grams, context.base, own, np.concatenate([sizes, sizes[:1]]))
+    grams = beside.held_at_hand(grams, context.base, own, local[:, columns], targets)
     added = menu_grams(supermodel, context, local, columns, targets, choices)
     added = [
         beside.held(gram[None], context.base, own, sizes[[choice.record]])[0]
@@ -216,7 +216,7 @@ def just_found(search: Search, base: LaplaceFit, effect: type[Effect]) -> Explan
     plain = supermodel_of(search.task, (effect,), search.base.supermodel.sensitivities)
     supermodel = search.inference.common_noise.whitened(plain)
     local = transferred(supermodel, base.supermodel, base.local)
-    (found,) = confusion(supermodel, search.context, local, (effect,), gate).directions
+    (found,) = confusion(supermodel, search.context, local, (effect,), gate, Beside.of(search, base)).directions
     if (strength := found.smallest_detectable) is None:
         return None
     ((_, declared),) = strengths_of((effect,))

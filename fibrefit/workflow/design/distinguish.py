@@ -9,6 +9,7 @@ from pathlib import Path
 
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
+from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.search.search import Search
@@ -118,7 +119,8 @@ def distinguish_study(
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
     supermodel = search.inference.common_noise.whitened(base.supermodel)
-    found = confusion(supermodel, search.context, base.fit.local, search.effects, limit)
+    beside = Beside(scatter={} if fit is None else {name: one.sd for name, one in fit.between.items()})
+    found = confusion(supermodel, search.context, base.fit.local, search.effects, limit, beside)
     return Distinguished(study, found, _split(search, found), remarks, time.perf_counter() - began)
 
 

@@ -14,7 +14,8 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.design.apart import Beside, Explanation
+from fibrefit.discovery.design.apart import Explanation
+from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.plan import (
     Worth,
     just_found,
