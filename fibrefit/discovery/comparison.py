@@ -255,12 +255,11 @@ def in_same_noise(search: Search, parent: LaplaceFit, found: Sequence[LaplaceFit
             break
         if one.evidence.mode.steps and all(one.names != other.names for other in again):
             again.append(inference.again(one))
-    # Innovations that scatter more with the best one do so with all: of two that explain the same, the one that happens
-    # to have less overdispersion would win.
-    own = {one.names: overdispersion_of(inference, parent, one) for one in again}
-    best = max(again, key=lambda one: one.log).names if again else ()
-    factors = {names: max(factor, own[best]) for names, factor in own.items()}
-    fitted = {one.names: overdispersion_corrected(parent, one, factors[one.names]) for one in again}
+    # Innovations that scatter more with the best one do so with all. Of two that explain the same, the one that happens
+    # to have less of it would win: of a few stretches that tell something, it is known to a half of itself or so.
+    best = max(again, key=lambda one: one.log, default=None)
+    factor = 1.0 if best is None else overdispersion_of(inference, parent, best)
+    fitted = {one.names: overdispersion_corrected(parent, one, factor) for one in again}
     # The others keep what they were found to explain of what the best of these did, in the noise they were found in.
     lead = max(fitted, key=lambda names: behind[names], default=())
     kept = _share_left(behind[lead], fitted[lead].log - parent.log) if lead else 1.0
@@ -311,9 +310,7 @@ def compared_about(comparison: Comparison, seen: Confirmation) -> Comparison | N
 def _about(seen: Confirmation, other: LaplaceFit) -> LaplaceFit:
     """Another candidate where readings are linearised about the best one."""
     found = fitted_about(seen.search, other, seen.led)
-    return overdispersion_corrected(
-        seen.parent, found, max(seen.overdispersion, overdispersion_of(seen.search.inference, seen.parent, found))
-    )
+    return overdispersion_corrected(seen.parent, found, seen.overdispersion)
 
 
 def _all_of(jobs: Sequence[Callable[[], LaplaceFit]]) -> list[LaplaceFit]:

@@ -10,7 +10,10 @@ from fibrefit.discovery.engine.screening import (
     LEAST_SHARE,
     SLIGHT_CHANGE,
     WEAK,
+    PredictedGain,
+    best_of,
     directions,
+    rings,
     slightly,
     starting_strength,
 )
@@ -29,7 +32,8 @@ def test_a_frequency_is_looked_for_near_wherever_it_may_be(task: Task) -> None:
     for tried in (begun, screened):
         assert len(tried) == len(FREQUENCIES)
         for frequency in np.geomspace(30.0, 12000.0, 60):
-            assert min(abs(np.log(frequency / near)) for near in tried) < np.log(1.15)
+            # Where a ring is sampled often its valley is wide in proportion, above that as wide in hertz.
+            assert min(abs(frequency - near) for near in tried) < max(0.15 * min(frequency, 2000.0), 151.0)
 
 
 @pytest.mark.parametrize("name", ["guide.stribeck_friction", "sensor.force_delay", "sensor.dial_gauge_force"])
@@ -84,3 +88,15 @@ def test_slopes_are_taken_over_little_of_a_weak_strength_unless_it_changes_the_m
     weak = next(value for way in directions(effect) for found, value in way.strengths if found == strength)
     there = slightly(supermodel, effect, f"{name}.{strength}", weak)
     assert there == (weak if share == 1.0 else pytest.approx(null + share * (weak - null), rel=1e-12))
+
+
+def test_what_rings_is_followed_from_the_frequencies_that_most_is_predicted_of() -> None:
+    found = [PredictedGain(gain, {"f": gain}, {}, {}) for gain in (1.0, -4.0, 9.0, 3.0, 2.0, 0.5)]
+    assert best_of(found, valleys=False) == found[2]
+    best = best_of(found, valleys=True)
+    assert best._replace(elsewhere=()) == found[2]
+    assert [one["f"] for one in best.elsewhere] == [3.0, 2.0, 1.0]
+    # What nothing is predicted of is no place to begin.
+    assert best_of(found[1:3], valleys=True).elsewhere == ()
+    assert rings(CATALOGUE["sensor.gauge_resonance"])
+    assert not rings(CATALOGUE["guide.loose_mass"])

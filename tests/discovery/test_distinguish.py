@@ -17,12 +17,16 @@ from fibrefit.discovery.design import distinguish as module
 from fibrefit.discovery.design.distinguish import best_split, detectable, menu_grams
 from fibrefit.discovery.design.menu import _driven
 from fibrefit.discovery.engine.refit import refit
-from fibrefit.discovery.engine.thresholds import NAMED, PRICE, gate
+from fibrefit.discovery.engine.screening import directions, slightly
+from fibrefit.discovery.engine.thresholds import NAMED, PRICE, Chance, false_alarm, gate
 from fibrefit.discovery.model.finding import Choice, separation
+from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.diagnose.phases import motion
+from fibrefit.problem.estimate.normal_equations import local_grams, place_of
+from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation
@@ -179,3 +183,27 @@ def _asked(laid: Search) -> tuple[Any, ...]:
     supermodel, local, context = laid.base.supermodel, laid.base.fit.local, laid.context
     given = module.changed_values(supermodel, context, local, module.strengths_of(pair), module.little_sizes(pair))
     return supermodel, context, local, *given, module.menu_of(laid.task)
+
+
+@pytest.mark.parametrize("log_factor", [-3.0, -2.0, 0.0])
+def test_noise_drawn_through_the_matrices_of_a_study_is_no_more_often_as_loud_as_is_told(
+    laid: Search, log_factor: float
+) -> None:
+    """Scores of all effects together, by their covariance in these records; the Bayes factor of the loudest."""
+    search, supermodel = laid, laid.base.supermodel
+    parent = search.inference.fitted(supermodel, (), search.base.fit.local)
+    screen = Screen(search.inference, parent, search.inference.slopes(parent))
+    ways = [(effect, *directions(effect)[0].strengths[0]) for effect in search.effects[: len(TRIED)]]
+    columns = np.array([supermodel.names.index(f"{effect.name}.{name}") for effect, name, _ in ways])
+    unknowns, sigma = screen.unknowns(supermodel), parent.evidence.mode.sigma
+    place = place_of(unknowns, parent.local, parent.evidence.mode.place.eta)
+    further = columns, np.array([slightly(supermodel, e, f"{e.name}.{name}", weak) for e, name, weak in ways])
+    grams = local_grams(unknowns, place, screen.gram(supermodel), further)
+    covariance = score_test(unknowns, place, grams, len(ways), sigma).covariance
+    size, draws = np.sqrt(np.diag(covariance)), 200_000
+    drawn = np.random.default_rng(7).multivariate_normal(np.zeros(len(ways)), covariance, draws) / size
+    often = np.mean(np.max(0.5 * drawn**2, axis=1) - PRICE >= log_factor)
+    told = false_alarm(log_factor, [Chance(1, PRICE)] * len(ways))
+    assert often <= told + 4.0 * np.sqrt(told / draws)
+    # Frictions that do nearly the same are hardly two that could be loud.
+    assert told < len(ways) * often

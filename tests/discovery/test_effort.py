@@ -14,8 +14,8 @@ import pytest
 from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery import conclusion, discover, forward_selection
 from fibrefit.discovery.conclusion import _Parts
-from fibrefit.discovery.engine import effort, laplace_inference
-from fibrefit.discovery.search import inputs, setup, starts
+from fibrefit.discovery.engine import effort
+from fibrefit.discovery.search import followed, inputs, setup, starts
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
 from fibrefit.laws.catalogue import find_effect
 from tests.brackets import Bracket, thresholds
@@ -79,7 +79,7 @@ def overshot() -> float:
     drag = find_effect("guide.quadratic_drag")
     names = [f"{drag.name}.{parameter.name}" for parameter in drag.parameters]
     supermodel: Any = SimpleNamespace(names=names, declared=dict(zip(names, drag.parameters, strict=True)))
-    return float(laplace_inference.overshot(supermodel, np.ones((1, len(names))), drag)[0, 0])
+    return float(followed.overshot(supermodel, np.ones((1, len(names))), drag)[0, 0])
 
 
 def first_starts() -> int:
@@ -121,7 +121,9 @@ CASES = (
     Bracket("NOISES", effort, lambda x: effort.noise_is_taken_again(int(x), False, lambda: True), 1.0, 2.0),
     Bracket("NOISES_OF_STEPS", effort, lambda x: effort.noise_is_taken_again(int(x), True, lambda: False), 4.0, 5.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
-    Bracket("FROM_BEYOND", laplace_inference, lambda x: x < overshot(), 1.8, 2.2),
+    Bracket("FROM_BEYOND", followed, lambda x: x < overshot(), 1.8, 2.2),
+    Bracket("INSTANTS_MOVED", effort, lambda x: effort.instants_are_looked_for(int(x), 100.0), 2.0, 3.0),
+    Bracket("VALLEYS", effort, lambda x: effort.is_followed_elsewhere(int(x)), 3.0, 4.0),
     Bracket("HARDLY", starts, lambda x: left_to_follow(100.0 * x), 0.07, 0.04),
     Bracket("REFITTED", effort, lambda x: effort.promising(100.0, COSTS)[int(x)], 3.0, 4.0),
     Bracket("FOLLOWED_AT_ONCE", effort, lambda x: x <= len(effort.followed_in_turn(range(99))[0]), 8.0, 9.0),

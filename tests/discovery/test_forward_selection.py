@@ -29,6 +29,7 @@ from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIM
 from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, remaining_residuals, rivals_of
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
+from fibrefit.discovery.search.followed import extended
 from fibrefit.discovery.search.inputs import residuals_left
 from fibrefit.discovery.search.screen import Elsewhere, Screen
 from fibrefit.discovery.search.search import Search
@@ -172,7 +173,8 @@ def both(made: Case) -> LaplaceFit:
 def with_effect(made: Case, parent: LaplaceFit, effect: type[Effect]) -> LaplaceFit:
     """An effect on a parent, from where slopes predict most of it."""
     inference, supermodel = made.search.inference, made.search.supermodel_for(effect, (*parent.effects, VISCOUS, DRAG))
-    return inference.extended(
+    return extended(
+        inference,
         parent,
         supermodel,
         effect,

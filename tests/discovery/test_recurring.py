@@ -11,16 +11,19 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery import comparison
-from fibrefit.discovery.engine import laplace_inference
-from fibrefit.discovery.engine.screening import PredictedGain
+from fibrefit.discovery.engine.priors import unknowns_of
+from fibrefit.discovery.engine.screening import BETWEEN, PredictedGain, between_instants, likeliest_instants
 from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.search.recurring import BETWEEN, _between, best_combination, may_recur, predicted_recurrence
+from fibrefit.discovery.search import followed as module
+from fibrefit.discovery.search.followed import extended
+from fibrefit.discovery.search.recurring import best_combination, may_recur, predicted_recurrence
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Tried
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.families import instants_of, of_each, of_records
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.normal_equations import local_of, place_of
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.statements import statements_of
 from tests.discovery.made import identified, named, with_estimates
@@ -43,14 +46,21 @@ def with_slips(task: Task, length: float) -> Task:
     return measured_of(task, base.supermodel, local, 11)
 
 
-def followed(task: Task) -> tuple[PredictedGain, Any, Any]:
-    """What is predicted of a slip in each record, where that leads, and the model without it."""
+def followed(task: Task, astray: float | None = None) -> tuple[PredictedGain, Any, Any]:
+    """What is predicted of a slip in each record, where that leads, and the model without it.
+
+    The second instant may be put astray before it is followed.
+    """
     twice = of_each(SLIP, 2)
     search = begun_at(task, (twice,))
     parent = search.inference.fitted(search.base.supermodel, (), search.base.fit.local)
     supermodel, slopes = search.supermodel_for(twice), search.inference.slopes(parent)
     prediction = predicted_recurrence(Screen(search.inference, parent, slopes), supermodel, twice)
-    return prediction, search.inference.extended(parent, supermodel, twice, prediction, slopes), parent
+    if astray is not None:
+        wrong = {f"{twice.name}.{instants_of(twice)[1]}": astray}
+        places = (prediction.values | wrong, prediction.weak | wrong, prediction.slight | wrong)
+        prediction = prediction._replace(values=places[0], weak=places[1], slight=places[2])
+    return prediction, extended(search.inference, parent, supermodel, twice, prediction, slopes), parent
 
 
 @pytest.mark.slow
@@ -63,6 +73,42 @@ def test_slips_at_instants_of_their_own_are_found(task: Task) -> None:
     # What slopes at the null predict of it is what it comes to.
     assert found.log - parent.log == pytest.approx(prediction.gain, rel=0.2)
     assert found.shared[f"{name}.slip"] == pytest.approx(LENGTH, abs=4.0 * found.errors[f"{name}.slip"])
+
+
+@pytest.mark.slow
+def test_an_instant_that_was_chosen_wrongly_is_moved_once_the_effect_explains_something(task: Task) -> None:
+    slipping = with_slips(task, 3.0 * LENGTH)
+    _, found, _ = followed(slipping, astray=0.3)
+    at = found.shared[f"{found.names[-1]}.{instants_of(of_each(SLIP, 2))[1]}"]
+    assert at == pytest.approx(AT[1], abs=NEAR)
+    assert found.log > followed(slipping)[1].log - NAMED
+
+
+@pytest.mark.parametrize("records", [1, 2])
+def test_the_likeliest_instants_are_those_at_which_records_cost_least(task: Task, records: int) -> None:
+    """Each record's own where there is one for each; where there is one, that of all records together."""
+    slip = of_each(SLIP, 2) if records == 2 else of_records(SLIP, 2)
+    search = begun_at(task, (slip,))
+    supermodel, names = search.base.supermodel, instants_of(slip)
+    unknowns = unknowns_of(supermodel, search.context, (slip,), search.inference.reference)
+    columns = [supermodel.names.index(f"{slip.name}.{name}") for name in names]
+    start = place_of(unknowns, search.base.fit.local)
+    wanted = np.array([0.41, 0.73])
+
+    def gram(local: np.ndarray, columns_of: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        away = local[np.arange(2), columns] - wanted if records == 2 else local[:, columns[0]] - wanted
+        products = np.tile(np.eye(1 + len(columns_of)), (2, 1, 1))
+        # What it is off by is hidden in a pull at the first of the record's own values, but for a share.
+        products[:, 0, -1] = products[:, -1, 0] = 1.0
+        products[:, -1, -1] = 1.0 + np.abs(away)
+        products[np.abs(away - 0.05) < 0.02] = np.nan
+        return products
+
+    moved = local_of(unknowns, likeliest_instants(unknowns, start, slip, gram))
+    found = moved[np.arange(2), columns] if records == 2 else moved[:, columns[0]]
+    assert found == pytest.approx(wanted, abs=0.01) if records == 2 else 0.4 < found[0] < 0.74
+    others = np.setdiff1d(np.arange(moved.shape[1]), columns)
+    np.testing.assert_allclose(moved[:, others], local_of(unknowns, start)[:, others], rtol=1e-9)
 
 
 def test_it_may_have_fewer_instants_than_there_are_records(task: Task) -> None:
@@ -92,7 +138,7 @@ def test_instants_are_held_while_all_else_is_fitted_first(task: Task, monkeypatc
         begun.append((unknowns, start, mode(unknowns, start, *rest, **how)))
         return begun[-1][-1]
 
-    monkeypatch.setattr(laplace_inference, "mode", watched)
+    monkeypatch.setattr(module, "mode", watched)
     followed(with_slips(task, LENGTH))
     (unknowns, start, end), twice = begun[0], of_each(SLIP, 2)
     held = np.isin(unknowns.names[: len(unknowns.shared)], [f"{twice.name}.{name}" for name in instants_of(twice)])
@@ -125,7 +171,7 @@ def test_the_best_combination_is_that_of_the_best_of_each() -> None:
 
 def test_further_instants_lie_between_the_best_one_and_those_beside_it() -> None:
     looked = np.array([[0.2, 0.2], [0.6, 0.6], [0.8, 0.8]])
-    more = _between(looked, np.array([1, 0]))
+    more = between_instants(looked, np.array([1, 0]))
     assert more.shape == (2 * len(BETWEEN), 2)
     assert np.all((more[:, 0] > 0.2) & (more[:, 0] < 0.8))
     assert np.all((more[:, 1] > 0.0) & (more[:, 1] < 0.6))

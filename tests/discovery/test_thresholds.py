@@ -233,8 +233,11 @@ def test_a_gain_that_one_record_objects_to_is_none() -> None:
     assert believed(17.0, 500.0)
 
 
-def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypatch: pytest.MonkeyPatch) -> None:
-    factors = {1: 1.4, 2: 1.0}
+@pytest.mark.parametrize("factors", [{1: 1.4, 2: 1.0}, {1: 1.0, 2: 1.0}, {1: 1.1, 2: 2.0}])
+def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(
+    monkeypatch: pytest.MonkeyPatch, factors: dict[int, float]
+) -> None:
+    """It is known to a half or so, and is that of the best one for both."""
     one, other = fitted(50.0, (effect(1),)), fitted(48.0, (effect(2),))
     for each in (one, other):
         each.names = (each.effects[0].name,)
@@ -254,6 +257,8 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(monkeypat
     search.recalled = lambda what, parent, about, job, own: job
     ranked = comparison.in_same_noise(search, parent, [one, other])
     assert [found.effects for found in ranked.found] == [one.effects, other.effects]
+    assert ranked.gain(ranked.found[0]) == pytest.approx(54.0 / factors[1] - 4.0)
+    assert ranked.gain(ranked.found[1]) == pytest.approx(52.0 / factors[1] - 4.0)
 
 
 @pytest.mark.parametrize(("moves", "taken"), [(0, 1), (2, 3), (9, 5)])

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from fibrefit.discovery.engine import thresholds
 from fibrefit.problem.estimate.gauss_newton import Effort
 
 Listed = TypeVar("Listed")
@@ -58,6 +59,11 @@ FROM_BEYOND = 2.0
 that record may bounce as it does with less of the effect, and hold it there. Of a friction that grows with the load
 (drops, one record of five 2.5 standard deviations off) a descent ended at 0.6 of the true coefficient, 121 nats below
 where those from 1.3 to 2.2 times that place end; from three times it motions are lost."""
+INSTANTS_MOVED = 3
+"""Times instants of a sudden effect are looked for again, each with all else refitted: of two slips one of which began
+at half its place in the record, two were needed."""
+VALLEYS = 4
+"""Frequencies from which an effect that rings is followed."""
 HARDLY = 0.05
 """Share of what another effect gains that slopes have to predict of one where that is not beyond doubt, too: in four
 driven searches that were traced no effect gained more than 2.1 times what they predicted; one since then gained
@@ -219,6 +225,24 @@ def least_of_singular(least: float) -> float:
     What leaves no more than noise has gained `least` over `PROMISING`, and of that `HARDLY` is asked.
     """
     return HARDLY / PROMISING * least
+
+
+def instants_are_looked_for(turn: int, fall: float) -> bool:
+    """Whether the instants of a sudden effect are looked for, once more or at all, by the fall of the objective so far.
+
+    Parameters
+    ----------
+    turn : int
+        From 0.
+    fall : float
+        That the effect, or the last turn, brought.
+    """
+    return turn < INSTANTS_MOVED and fall > 2.0 * thresholds.NAMED
+
+
+def is_followed_elsewhere(place: int) -> bool:
+    """Whether an effect that rings is followed from a frequency, by its place among those that most is predicted of."""
+    return place < VALLEYS
 
 
 def is_searched_widely(place: int) -> bool:

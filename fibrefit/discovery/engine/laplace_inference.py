@@ -10,36 +10,16 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, strengthened, transferred, with_absent
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
-from fibrefit.discovery.engine.effort import (
-    FROM_BEYOND,
-    continuation_steps,
-    curve_descent,
-    descent,
-    in_wrong_minimum,
-    warm_start,
-)
-from fibrefit.discovery.engine.journal import (
-    Journal,
-    digest,
-    known_by_name,
-    name_of,
-    signature_of,
-    signature_of_inputs,
-)
+from fibrefit.discovery.engine.effort import continuation_steps, curve_descent, descent, warm_start
+from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of, signature_of_inputs
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.priors import Heights, unknowns_of, with_held
+from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import remaining_noise
-from fibrefit.discovery.engine.screening import (
-    PredictedGain,
-    accompanied,
-    stands_for_differences,
-)
 from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
-from fibrefit.discovery.engine.thresholds import OBJECTS, PRICE
-from fibrefit.laws.families import instants_of
+from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import laplace, laplace_evidence, most_probable_sigma
+from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams, place_of
@@ -207,64 +187,6 @@ class LaplaceInference:
 
         return self._recalled("pooled", parent.supermodel, signature_of(parent, ()), pool)
 
-    def extended(
-        self,
-        parent: LaplaceFit,
-        supermodel: Supermodel,
-        effect: type[Effect],
-        prediction: PredictedGain,
-        slopes: Seed | None = None,
-    ) -> LaplaceFit:
-        """A parent with a further effect, from where slopes predict most of it.
-
-        Parameters
-        ----------
-        parent : LaplaceFit
-        supermodel : Supermodel
-            One that holds the effect too.
-        effect : Effect class
-        prediction : PredictedGain
-            Of the effect on that parent.
-        slopes : Seed, optional
-            Of the parent, see `slopes`.
-        """
-        found = parent.evidence.mode
-        if stands_for_differences(effect) and found.sigma.any():
-            at, gram = self.absent_beside(parent, supermodel, effect, slopes)
-            evidence = laplace_evidence(at.unknowns, at, gram, most_probable_sigma(at), **descent(found.objective))
-            return LaplaceFit((*parent.effects, effect), supermodel, evidence)
-        local = transferred(supermodel, parent.supermodel, parent.local)
-        ends: list[LaplaceFit] = []
-        # Where slopes lead to another minimum, the effect is followed from where it is hardly there.
-        for values in prediction.starts:
-            for name, value in values.items():
-                local[:, supermodel.names.index(name)] = value
-            effects = (*parent.effects, effect)
-            unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
-            start = accompanied(unknowns, place_of(unknowns, local, found.place.eta), prediction)
-            gram, how = self.secant(supermodel, slopes), descent(found.objective)
-            if effect.sudden:
-                # Slopes along an instant are those of a few samples about it: a step meant for all else leads astray.
-                held = with_held(unknowns, start, [f"{effect.name}.{instant}" for instant in instants_of(effect)])
-                start = mode(held, start, gram, found.sigma, **how).place
-            ends.append(LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, found.sigma, **how)))
-            if not in_wrong_minimum(ends[-1].log, parent.log):
-                break
-        return self._from_beyond(parent, max(ends, key=lambda end: end.log), effect)
-
-    def _from_beyond(self, parent: LaplaceFit, found: LaplaceFit, effect: type[Effect]) -> LaplaceFit:
-        """A candidate; one that a record objects to is followed from more of the effect, too.
-
-        A record that bounces as it does with less of an effect than there is holds it there, in a minimum as smooth as
-        any: it becomes less probable, all others more, and slopes say nothing of the way out.
-        """
-        if not found.log > parent.log or found.largest_loss_to(parent) <= OBJECTS:
-            return found
-        at, worthless = found.evidence.mode, parent.evidence.mode.objective
-        beyond = overshot(found.supermodel, found.local, effect)
-        again = self.fitted(found.supermodel, found.effects, beyond, at.sigma, at.place.eta, worthless)
-        return max(found, again, key=lambda end: end.log)
-
     def absent_beside(
         self, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed | None
     ) -> tuple[PosteriorMode, SecantGram]:
@@ -368,11 +290,6 @@ class LaplaceInference:
         ratio = overdispersion_of_scores(found, kept[0], grams, covariance)
         index = [unknowns.names.index(name) for name in names]
         return max(1.0, *(float(ratio[i]) for i in index))
-
-
-def overshot(supermodel: Supermodel, local: np.ndarray, effect: type[Effect]) -> np.ndarray:
-    """Values with more of an effect than it was found at."""
-    return strengthened(supermodel, local, [effect], FROM_BEYOND)
 
 
 def _gone(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> list[type[Effect]]:

@@ -12,6 +12,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGains
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.search.base import SearchState
+from fibrefit.discovery.search.followed import at_likeliest_instants, extended
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.starts import has_valleys, starting_values
 
@@ -47,6 +48,8 @@ def _fitted(
     lead = search.inference.fitted if near else partial(search.inference.without_descent, parent=parent)
     found = lead(end.supermodel, end.effects, end.fit.local)
     effect = end.effects[-1]
+    if near:
+        found = at_likeliest_instants(search.inference, parent, found)
     # What is over within a few samples is nothing in plain squares, and much where noise is slow.
     missed = predictions[effect].gain > NAMED and found.log <= parent.log
     if not missed and not (near and in_wrong_minimum(found.log, parent.log)):
@@ -55,7 +58,7 @@ def _fitted(
     prediction = screen.predicted(end.supermodel, [effect])[effect]
     if not np.isfinite(prediction.gain):
         return found
-    return max(found, search.inference.extended(parent, end.supermodel, effect, prediction), key=lambda one: one.log)
+    return max(found, extended(search.inference, parent, end.supermodel, effect, prediction), key=lambda one: one.log)
 
 
 def _in_plain_squares(

@@ -8,18 +8,20 @@ import numpy as np
 
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import happens_in_several
-from fibrefit.discovery.engine.screening import Approach, PredictedGain, directions, slightly
+from fibrefit.discovery.engine.screening import (
+    INSTANTS_FINER,
+    Approach,
+    PredictedGain,
+    between_instants,
+    directions,
+    slightly,
+)
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.laws.families import family_of, instants_of
 from fibrefit.laws.law import INSTANTS, Effect
 from fibrefit.problem.estimate.normal_equations import local_grams, place_of
 from fibrefit.problem.estimate.score_test import score_test
-
-BETWEEN = (0.25, 0.5, 0.75)
-"""Where further instants are looked at, in shares of the way from the best one of a record to the next ones."""
-FINER = 3
-"""Times that is done: instants come to lie within some thousandths of a record, which a descent leads on from."""
 
 
 def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain]) -> bool:
@@ -66,15 +68,15 @@ def predicted_recurrence(screen: Screen, supermodel: Supermodel, effect: type[Ef
         return local_grams(unknowns, place_of(unknowns, local, found.place.eta), gram, further)
 
     def gain(grams: np.ndarray) -> float:
-        score, information, _, _ = score_test(unknowns, found.place, grams, 1, found.sigma)
-        return float(0.5 * score[0] ** 2 / information[0]) if information[0] > 0.0 else -np.inf
+        test = score_test(unknowns, found.place, grams, 1, found.sigma)
+        return float(0.5 * test.score[0] ** 2 / test.information[0]) if test.information[0] > 0.0 else -np.inf
 
     # An effect may have fewer instants than there are records: those beyond them say nothing of any.
     looked = np.repeat(np.array(INSTANTS)[:, None], len(base), axis=1)
     known = np.array([products(row) for row in looked])
     best = best_combination(known, gain)
-    for _ in range(FINER):
-        more = _between(looked, best)
+    for _ in range(INSTANTS_FINER):
+        more = between_instants(looked, best)
         looked, known = np.concatenate([looked, more]), np.concatenate([known, [products(row) for row in more]])
         best = best_combination(known, gain, best)
     at = dict(zip(names, looked[best, np.arange(len(base))].tolist(), strict=False))
@@ -113,14 +115,3 @@ def best_combination(
                 if (there := gain(known[other, records])) > most:
                     best, most, moved = other, there, True
     return best
-
-
-def _between(looked: np.ndarray, best: np.ndarray) -> np.ndarray:
-    """Instants ``(n_more, n_record)`` between the best one of each record and those next to it, or its ends."""
-    more = []
-    for instants, at in zip(looked.T, best, strict=True):
-        here = instants[at]
-        before = max((one for one in instants if one < here), default=0.0)
-        after = min((one for one in instants if one > here), default=1.0)
-        more.append([here + share * (end - here) for end in (before, after) for share in BETWEEN])
-    return np.array(more).T

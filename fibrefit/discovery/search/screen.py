@@ -16,7 +16,9 @@ from fibrefit.discovery.engine.screening import (
     Approach,
     PredictedGain,
     accompaniment_of,
+    best_of,
     directions,
+    rings,
     slightly,
     stands_for_differences,
     starting_strength,
@@ -89,7 +91,7 @@ class Screen:
         """
         parent, gram = self.parent, self.gram(supermodel)
         base = transferred(supermodel, parent.supermodel, parent.local)
-        best = dict.fromkeys(effects, PredictedGain(-np.inf, {}, {}, {}))
+        found: dict[type[Effect], list[PredictedGain]] = {effect: [] for effect in effects}
         shapes = {effect: [ways[effect]] if ways else directions(effect) for effect in effects}
         for number in range(max((len(of) for of in shapes.values()), default=0)):
             there = {effect: of[number] for effect, of in shapes.items() if number < len(of)}
@@ -98,7 +100,9 @@ class Screen:
                 for name, value in direction.shapes.items():
                     local[:, supermodel.names.index(f"{effect.name}.{name}")] = value
             for effect, prediction in self._at(supermodel, gram, local, there):
-                best[effect] = max(best[effect], prediction, key=lambda one: one.gain)
+                found[effect].append(prediction)
+        nothing = PredictedGain(-np.inf, {}, {}, {})
+        best = {effect: best_of(some or [nothing], rings(effect)) for effect, some in found.items()}
         for effect in filter(stands_for_differences, effects if parent.evidence.mode.sigma.any() else ()):
             # Of the standard deviations of the others, smaller without that record, a score test says nothing.
             at_null = laplace(self.inference.absent_beside(parent, supermodel, effect, self.slopes)[0])
@@ -120,9 +124,12 @@ class Screen:
         grams = local_grams(unknowns, place, gram, (columns, values))
         test = score_test(unknowns, place, grams, len(columns), found.sigma)
         seen = np.where(test.information > 0.0, test.information, np.inf)
-        gains = np.where(test.information > 0.0, 0.5 * test.score**2 / seen - PRICE, -np.inf)
-        found_all = []
         shares = -test.score / seen
+        # A frequency is what it is or another: no place where records ask for the opposite leads to it.
+        opposite = np.array([supermodel.declared[name].unit == "Hz" for _, name, _ in ways]) & (shares <= 0.0)
+        worth = np.where(opposite, 0.0, 0.5 * test.score**2 / seen) - PRICE
+        gains = np.where(test.information > 0.0, worth, -np.inf)
+        found_all = []
         for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
             start = {name: starting_strength(supermodel, name, float(value), share)}

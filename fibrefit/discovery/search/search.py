@@ -21,6 +21,7 @@ from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
 from fibrefit.discovery.search.base import SearchState
+from fibrefit.discovery.search.followed import extended
 from fibrefit.discovery.search.plain_squares import from_plain_squares
 from fibrefit.discovery.search.recurring import may_recur, predicted_recurrence
 from fibrefit.discovery.search.screen import Elsewhere, Screen
@@ -143,14 +144,14 @@ class Search(SearchState):
         Once an effect explains something beyond doubt, slopes have to predict a fair share of that.
         """
         found, begun, left = list[LaplaceFit](), list[EffectStart](), list(starts)
-        extended, supermodel = self.inference.extended, self.supermodel_for
+        follow, supermodel = partial(extended, self.inference), self.supermodel_for
         while left:
             now = followed_in_turn(left)[0]
             left = left[len(now) :]
             jobs = [
                 self.recalled(
                     "extended", view, (effect.name, prediction),
-                    partial(extended, view, supermodel(effect, parent.effects), effect, prediction, seed),
+                    partial(follow, view, supermodel(effect, parent.effects), effect, prediction, seed),
                 )
                 for _, effect, view, prediction, seed in now
             ]  # fmt: skip

@@ -22,6 +22,8 @@ class ScoreTest(NamedTuple):
     ----------
     score, information : (n_direction,)
         Without what the unknowns can imitate.
+    covariance : (n_direction, n_direction)
+        Of the scores where nothing is missing, noise and scatter drawn; `information` is its diagonal.
     shared : (n_direction, n_shared)
         How the shared unknowns give way to a unit of each direction.
     own : (n_direction, n_record, n_own)
@@ -30,6 +32,7 @@ class ScoreTest(NamedTuple):
 
     score: np.ndarray
     information: np.ndarray
+    covariance: np.ndarray
     shared: np.ndarray
     own: np.ndarray
 
@@ -63,4 +66,4 @@ def score_test(unknowns: Unknowns, place: Place, grams: np.ndarray, number: int,
     score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]
     # At a mode nothing pulls at the unknowns but the directions.
     own = share[..., n : n + number] - np.einsum("rij,jk->rik", share[..., :n], inside[:, :-1])
-    return ScoreTest(score, np.diag(whole).copy(), -inside[:, :-1].T, -np.moveaxis(own, 2, 0))
+    return ScoreTest(score, np.diag(whole).copy(), whole, -inside[:, :-1].T, -np.moveaxis(own, 2, 0))
