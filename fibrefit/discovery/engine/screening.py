@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import starting_sizes
+from fibrefit.discovery.engine.candidates import FOLDED, starting_sizes
 from fibrefit.discovery.engine.effort import is_followed_elsewhere
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.families import instants_of
@@ -141,8 +141,17 @@ def directions(effect: type[Effect]) -> list[Approach]:
     found = []
     for sizes in product(*(_weak(effect, parameter) for parameter in others)):
         shapes = dict(zip((parameter.name for parameter in others), sizes, strict=True))
-        found.append(Approach(shapes, tuple(strengths)))
+        # How what is seen folded is damped tells little: it has died away in a sample or two.
+        usual = all(parameter.typical == size for parameter, size in zip(others, sizes, strict=True))
+        seen = [way for way in strengths if usual or not _is_folded(effect, *way)]
+        found.append(Approach(shapes, tuple(seen)))
     return found
+
+
+def _is_folded(effect: type[Effect], name: str, value: float) -> bool:
+    """Whether a strength is a frequency so far above the usual one that it rings between samples."""
+    parameter = next(one for one in effect.parameters if one.name == name)
+    return parameter.unit == "Hz" and value > FOLDED * parameter.typical
 
 
 def grows_in_proportion(supermodel: Supermodel, name: str) -> bool:
