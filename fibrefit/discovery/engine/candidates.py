@@ -36,12 +36,13 @@ SCREENING = 6
 FINALISTS = 2
 RETIMED = 0.01
 """Relative fall of the cost for which a refit is continued once more."""
-FOLDED = 9.0
-FREQUENCIES = np.concatenate([np.geomspace(0.125, 8.0, 18), np.arange(FOLDED + 0.5, 65.0, 1.5)])
-"""Where a frequency starts, in multiples of its typical size: its valley is narrow, as wide as it is damped.
+SEEN_FOLDED = np.arange(9.5, 65.0, 1.5)
+"""Where a frequency far above the usual one starts, in multiples of that: such a ring is seen folded.
 
-The faintest resonance rings far above what is sampled, and is seen folded: that begins at `FOLDED`. One that is just
-seen has died away after a sample or two, of some 0.5 ms: 300 Hz beside it, its phase there is another by a radian."""
+One that is just seen has died away after a sample or two, of some 0.5 ms: 300 Hz beside it, its phase there is another
+by a radian."""
+FREQUENCIES = np.concatenate([np.geomspace(0.125, 8.0, 18), SEEN_FOLDED])
+"""Where a frequency starts: its valley is narrow, as wide as it is damped."""
 MANY, KEPT = 12, 4
 """Starts from which on each takes a single step before the best few go on."""
 THREADS = 2

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.discovery.engine.candidates import FOLDED, starting_sizes
+from fibrefit.discovery.engine.candidates import SEEN_FOLDED, starting_sizes
 from fibrefit.discovery.engine.effort import is_followed_elsewhere
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.families import instants_of
@@ -151,7 +151,7 @@ def directions(effect: type[Effect]) -> list[Approach]:
 def _is_folded(effect: type[Effect], name: str, value: float) -> bool:
     """Whether a strength is a frequency so far above the usual one that it rings between samples."""
     parameter = next(one for one in effect.parameters if one.name == name)
-    return parameter.unit == "Hz" and value > FOLDED * parameter.typical
+    return parameter.unit == "Hz" and value in SEEN_FOLDED * parameter.typical
 
 
 def grows_in_proportion(supermodel: Supermodel, name: str) -> bool:
