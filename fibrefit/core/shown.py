@@ -57,6 +57,21 @@ class Shown:
         return self._card().html()
 
 
+def from_to(before: float, after: float, form: str) -> str:
+    """Where a number went: ``falls from 3.10 to 1.30``; nowhere where both read alike.
+
+    Parameters
+    ----------
+    before, after : float
+    form : str
+        Format specification of both.
+    """
+    first, last = format(before, form), format(after, form)
+    if first == last:
+        return f"stays at {last}"
+    return f"{'falls' if after < before else 'rises'} from {first} to {last}"
+
+
 def in_words(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

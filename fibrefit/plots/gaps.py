@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import from_to
 from fibrefit.plots.style import (
     BOTTOM,
     FINAL,
@@ -64,7 +65,7 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
     noise = summary.expected_gap or 1.0
     totals = before["all records"].total or 0.0, summary.gap.total or 0.0
-    said = f"falls from {totals[0]:.2f} to {totals[1]:.2f}" if changed else f"is {totals[1]:.2f}"
+    said = from_to(*totals, ".2f") if changed else f"is {totals[1]:.2f}"
     title(
         figure,
         f"The gap of all records {said}; {noise:.2f} is expected of noise alone",

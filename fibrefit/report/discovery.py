@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fibrefit.core.shown import from_to
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
@@ -61,6 +62,11 @@ EVIDENCE = (
 ROUNDS = (
     "Values of a round are those of the search, which fits all models in one noise; those of the first and the final "
     "fit stand below."
+)
+
+NOT_IN_THE_GAP = (
+    "So the residuals do not show what was added: without it, errors of measured inputs, differences between records "
+    "or slow noise take it up. What these cost counts in the Bayes factor, and the name rests on that."
 )
 
 
@@ -146,7 +152,8 @@ def _opening(summary: DiscoverySummary) -> str:
     before = summary.before.gap.total if summary.before else None
     expected = "1" if summary.expected_gap is None else f"{summary.expected_gap:.2f}"
     if summary.added and before is not None and after is not None:
-        said.append(f"The normalised residual RMS (gap) falls from {before:.2f} to {after:.2f}, expected {expected}.")
+        said.append(f"The normalised residual RMS (gap) {from_to(before, after, '.2f')}, expected {expected}.")
+        said += not_in_the_gap(summary)
     elif after is not None:
         said.append(f"The normalised residual RMS (gap) is {after:.2f}, expected {expected}.")
     if summary.verdict == "unexplained" and summary.added:
@@ -154,6 +161,14 @@ def _opening(summary: DiscoverySummary) -> str:
     if summary.provenance is not None and summary.provenance.seconds is not None:
         said.append(f"The search took {_duration(summary.provenance.seconds)}.")
     return " ".join(said)
+
+
+def not_in_the_gap(summary: DiscoverySummary) -> list[str]:
+    """What is said where residuals do not show what was added."""
+    before, after = summary.before and summary.before.gap.total, summary.gap.total
+    if not summary.added or before is None or after is None or round(after, 2) < round(before, 2):
+        return []
+    return [NOT_IN_THE_GAP]
 
 
 def _duration(seconds: float) -> str:
@@ -202,8 +217,8 @@ def law_sentences(law: ProposedLawSummary) -> list[str]:
         for one, (value, error, unit) in zip(law.parameters.values(), numbers, strict=True)
     )
     said = f"No catalogued effect does it; {_asked_for(law)}, {', '.join(told)}. "
-    said += f"With it, the gap falls from {law.gap_before:.3g} to "
-    said += f"{law.gap_after:.3g} (logarithm of the Bayes factor {law.evidence:.3g}"
+    said += f"With it, the gap {from_to(law.gap_before, law.gap_after, '.3g')} "
+    said += f"(logarithm of the Bayes factor {law.evidence:.3g}"
     said += f"{by_chance(law.false_alarm, 'some law')})"
     if law.gap_left_out is not None and law.gap_left_out_before is not None:
         said += f"; records predicted from the others leave {law.gap_left_out:.3g}, without it "

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from fibrefit.report.discovery import discovery_report, evidence_text, others_listed, unfinished_parts, verdict_line
+from fibrefit.report.discovery import (
+    NOT_IN_THE_GAP,
+    discovery_report,
+    evidence_text,
+    not_in_the_gap,
+    others_listed,
+    unfinished_parts,
+    verdict_line,
+)
 from fibrefit.report.layout import WIDTH, shortened
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import summaries as s
@@ -168,6 +176,28 @@ def test_the_best_curve_is_drawn_and_the_others_are_listed() -> None:
 def test_it_says_what_helped_but_is_not_all() -> None:
     text = discovery_report(with_verdict("unexplained", added=("guide.viscous_friction",)))
     assert "guide.viscous_friction helped, but that is not the whole of it." in " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    ("before", "says", "explains"),
+    [
+        (1.5, "(gap) falls from 1.50 to {after}, expected", False),
+        (0.5, "(gap) rises from 0.50 to {after}, expected", True),
+        (None, "(gap) stays at {after}, expected", True),
+    ],
+)
+def test_a_gap_that_does_not_fall_is_not_said_to(before: float | None, says: str, explains: bool) -> None:
+    """Errors of a measured drive take up a faint effect, and residuals are small without it."""
+    after = NAMED.gap.total
+    assert after is not None
+    began = BEFORE.model_copy(update={"gap": GAP.model_copy(update={"total": after if before is None else before})})
+    summary = with_verdict("named", added=("guide.viscous_friction",), before=began)
+    text = " ".join(discovery_report(summary).split())
+    assert says.format(after=f"{after:.2f}") in text
+    assert (NOT_IN_THE_GAP in text) is explains
+    assert not_in_the_gap(summary) == [NOT_IN_THE_GAP] * explains
+    # Where nothing was added nothing is compared.
+    assert NOT_IN_THE_GAP not in discovery_report(summary.model_copy(update={"added": ()}))
 
 
 def test_it_says_what_matters() -> None:

@@ -175,6 +175,19 @@ def test_the_probability_of_a_false_alarm_stands_beside_every_name(chance: float
     assert discovery.discovery_sentence(Statement("added", facts | {"changes": ()})).endswith(said)
 
 
+@pytest.mark.parametrize(
+    ("gaps", "said"),
+    [
+        ((1.2, 1.0), "falls from 1.2 to 1 "),
+        ((0.98, 1.03), "rises from 0.98 to 1.03 "),
+        ((0.98, 0.9801), "stays at 0.98 "),
+    ],
+)
+def test_a_round_says_where_the_gap_went(gaps: tuple[float, float], said: str) -> None:
+    facts = {"effects": "fibre.mass", "gaps": gaps, "gain": 12.0, "threshold": 5.0, "chance": None, "changes": ()}
+    assert f"the normalised residual RMS {said}(logarithm" in discovery.discovery_sentence(Statement("added", facts))
+
+
 @pytest.mark.parametrize(("cut", "known"), [(True, "was tried"), (False, "is known of")])
 def test_a_search_that_was_cut_short_does_not_speak_of_all_that_is_known(cut: bool, known: str) -> None:
     said = discovery.discovery_sentence(Statement("unknown", {"lies": Statement("no_place", {}), "cut": cut}))

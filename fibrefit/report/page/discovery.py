@@ -13,6 +13,7 @@ from fibrefit.report.discovery import (
     alike_sentence,
     evidence_text,
     law_sentences,
+    not_in_the_gap,
     others_listed,
     unfinished_parts,
     verdict_line,
@@ -41,7 +42,7 @@ def discovery_page(result: Result) -> PageContent:
     before = summary.before if summary.added else None
     blocks: list[Block | None] = [
         Words(UNFINISHED, unfinished_parts(summary), listed=True),
-        Words("What it amounts to", [found.says for found in summary.weights]),
+        Words("What it amounts to", [*(found.says for found in summary.weights), *not_in_the_gap(summary)]),
         Words("What to do next", summary.advice, listed=True),
         _law(summary),
         _alike(summary),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
+from fibrefit.core.shown import from_to
 from fibrefit.core.statement import Statement
 from fibrefit.core.units import format_quantity
 from fibrefit.report.sentences.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
@@ -135,7 +136,7 @@ def _in_ms(time: float) -> str:
 
 def _added(facts: Facts) -> str:
     before, after = facts["gaps"]
-    said = f"{facts['effects']}: the normalised residual RMS falls from {before:.3g} to {after:.3g} (logarithm of the "
+    said = f"{facts['effects']}: the normalised residual RMS {from_to(before, after, '.3g')} (logarithm of the "
     said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g}{by_chance(facts['chance'])})."
     if not facts["changes"]:
         return said
