@@ -165,7 +165,7 @@ def _opening(summary: DiscoverySummary) -> str:
 
 def not_in_the_gap(summary: DiscoverySummary) -> list[str]:
     """What is said where residuals do not show what was added."""
-    before, after = summary.before and summary.before.gap.total, summary.gap.total
+    before, after = None if summary.before is None else summary.before.gap.total, summary.gap.total
     if not summary.added or before is None or after is None or round(after, 2) < round(before, 2):
         return []
     return [NOT_IN_THE_GAP]

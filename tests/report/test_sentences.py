@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from fibrefit.core.statement import Statement
+from fibrefit.discovery.search.effect_sizes import share_of_gap
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.checks import bars_too_small, explained_otherwise
 from fibrefit.fitting.estimates import Why
@@ -16,6 +17,7 @@ from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.misfit.alternative import Alternative, Misstated
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
 from fibrefit.study.summaries.check import Check, status_by
+from fibrefit.study.summaries.discovery import Weight
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
 MADE_IN = {
@@ -192,3 +194,23 @@ def test_a_round_says_where_the_gap_went(gaps: tuple[float, float], said: str) -
 def test_a_search_that_was_cut_short_does_not_speak_of_all_that_is_known(cut: bool, known: str) -> None:
     said = discovery.discovery_sentence(Statement("unknown", {"lies": Statement("no_place", {}), "cut": cut}))
     assert said.startswith(f"nothing that {known}; no channel exceeds its noise")
+
+
+@pytest.mark.parametrize(
+    ("share", "said"),
+    [
+        (0.25, "a makes up 4 % of the force and accounts for 25 % of the gap; its strength"),
+        (
+            None,
+            "a makes up 4 % of the force and does not show in the gap, which was that of noise without it; its",
+        ),
+    ],
+)
+def test_an_effect_that_does_not_show_in_the_gap_accounts_for_none_of_it(share: float | None, said: str) -> None:
+    one = Weight(effect="a", share_of_signal=0.04, signal="force", share_of_gap=share, standard_errors=50.0)
+    assert discovery.worded_weight(one).says.startswith(said)
+
+
+@pytest.mark.parametrize(("beyond", "share"), [(50.0, 0.4), (10.0, 1.0), (0.0, None), (-30.0, None)])
+def test_of_no_gap_nothing_is_a_share(beyond: float, share: float | None) -> None:
+    assert share_of_gap(beyond, 20.0) == share

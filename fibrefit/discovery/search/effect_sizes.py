@@ -49,8 +49,6 @@ def effect_sizes(search: Search, best: LaplaceFit, after: Identification) -> tup
     errors = {name: estimate.std_error or 0.0 for name, estimate in after.parameters.items()}
     kept, found = search.plain(best), []
     for other in _without_each(search, kept):
-        beyond = max(search.base.fit.cost - search.samples, other.gain, 1.0)
-        share = float(np.clip(other.gain / beyond, 0.0, 1.0))
         distance = _distance(other.effect, values, errors)
         of_signal, signal = _share_of_signal(search, kept, other)
         found.append(
@@ -58,11 +56,24 @@ def effect_sizes(search: Search, best: LaplaceFit, after: Identification) -> tup
                 effect=other.effect.name,
                 share_of_signal=of_signal,
                 signal=signal,
-                share_of_gap=share,
+                share_of_gap=share_of_gap(search.base.fit.cost - search.samples, other.gain),
                 standard_errors=distance,
             )
         )
     return tuple(found)
+
+
+def share_of_gap(beyond: float, gain: float) -> float | None:
+    """Share of what the first model leaves beyond noise that an effect accounts for; None where it leaves no more.
+
+    Errors of measured inputs, and differences between records, take up a faint effect.
+
+    Parameters
+    ----------
+    beyond, gain : float
+        Sum of squared residuals beyond that of noise, and by how much the effect lowers it.
+    """
+    return float(np.clip(gain / beyond, 0.0, 1.0)) if beyond > 0.0 else None
 
 
 def _without_each(search: Search, best: Hypothesis) -> list[Without]:

@@ -36,8 +36,11 @@ def worded_weight(found: Weight) -> Weight:
     """The size of an effect with the sentence that says it."""
     sure = found.standard_errors >= SURE
     times = f"{found.standard_errors:.0f}" if sure else f"{found.standard_errors:.2g}"
-    says = f"{found.effect} makes up {100.0 * found.share_of_signal:.2g} % of the {found.signal} and accounts for "
-    says += f"{100.0 * found.share_of_gap:.0f} % of the gap"
+    says = f"{found.effect} makes up {100.0 * found.share_of_signal:.2g} % of the {found.signal} and "
+    if found.share_of_gap is None:
+        says += "does not show in the gap, which was that of noise without it"
+    else:
+        says += f"accounts for {100.0 * found.share_of_gap:.0f} % of the gap"
     if sure:
         small = ": small but systematic." if found.share_of_signal < SMALL_SHARE else "."
         says += f"; its strength is {times} times its standard error{small}"

@@ -142,7 +142,7 @@ class Weight(Part):
     effect: str
     share_of_signal: float = Field(description="RMS contribution over signal RMS.")
     signal: str = Field(description="What was measured: `force` where a force drives the rig, else `readings`.")
-    share_of_gap: float = Field(description="Of the squared gap beyond noise, 0 to 1.")
+    share_of_gap: Known = Field(description="Of the squared gap beyond noise, 0 to 1; null where there is none.")
     standard_errors: float = Field(description="By which its strength differs from zero.")
     says: str = Field(default="", description="The same in words.")
 
