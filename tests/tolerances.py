@@ -40,6 +40,7 @@ REASONS: dict[str, dict[str, str]] = {
     "laws.template": {"WIDTH": FORM},
     "problem.estimate.evidence": {"MANY": WORK},
     "problem.estimate.gauss_newton": {"NOTICED": STEP, "MODE_TOLERANCE": ENDS},
+    "problem.estimate.other_minima": {"FAR_BELOW": START, "NOTICED": STEP},
     "problem.estimate.population": {"LIGHT": WORK},
     "problem.estimate.trust_region": {"0.75": STEP, "0.25": STEP, "ON_RADIUS": STEP, "0.001": STEP},
     "problem.formulate.formulate": {"CENTRED": START},

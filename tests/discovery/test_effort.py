@@ -155,6 +155,12 @@ def test_a_search_turns_there(case: Bracket, monkeypatch: pytest.MonkeyPatch) ->
     case.test(monkeypatch)
 
 
+def test_records_of_what_is_far_behind_are_not_looked_for_in_other_minima() -> None:
+    assert effort.may_be_better_elsewhere(1050.0, 1000.0)
+    assert not effort.may_be_better_elsewhere(1070.0, 1000.0)
+    assert effort.may_be_better_elsewhere(1e6, np.inf)
+
+
 def test_no_number_is_without_a_case() -> None:
     assert thresholds(effort) == {case.name for case in CASES}
 

@@ -81,7 +81,7 @@ COMPARED = 3
 """Candidates that are compared anew, and from which the model without them is refitted, whatever they gained."""
 FAR_BEHIND = 30.0
 """Nats behind another one from which a candidate is given up: it is not compared again in better known noise, nor where
-readings are linearised about it."""
+readings are linearised about it; behind what it contains, its records are not looked for in other minima."""
 PARTNERS = 8
 """Effects tried beside each of the best ones where none is found by itself, and in the place of a first effect once a
 second one is there."""
@@ -180,6 +180,14 @@ def motion_lost(before: float, after: float) -> bool:
 def in_wrong_minimum(log: float, parent: float) -> bool:
     """Whether a hypothesis that contains its parent lies in a wrong minimum, by the evidence of both in nats."""
     return not log > parent - WRONG_MINIMUM
+
+
+def may_be_better_elsewhere(objective: float, parent: float) -> bool:
+    """Whether records of a hypothesis are looked for in other minima, by its objective and that of what it contains.
+
+    A motion that was lost is not found again by what a record or two deviate by.
+    """
+    return not objective > parent + 2.0 * FAR_BEHIND
 
 
 def descent(parent: float = np.inf) -> dict[str, Any]:

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from fibrefit.discovery.engine.candidates import SearchContext, strengthened, transferred, with_absent
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
-from fibrefit.discovery.engine.effort import continuation_steps, curve_descent, descent, warm_start
+from fibrefit.discovery.engine.effort import (
+    continuation_steps,
+    curve_descent,
+    descent,
+    may_be_better_elsewhere,
+    warm_start,
+)
 from fibrefit.discovery.engine.journal import Journal, digest, known_by_name, name_of, signature_of, signature_of_inputs
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
@@ -23,6 +30,7 @@ from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.other_minima import better_minima
 from fibrefit.problem.estimate.sandwich import overdispersion_of_scores
 from fibrefit.problem.noise.rounding import same_noise
 from fibrefit.problem.noise.spectrum import Noise
@@ -103,10 +111,30 @@ class LaplaceInference:
         def fit() -> LaplaceFit:
             unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
             start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
-            return LaplaceFit(effects, supermodel, laplace_evidence(unknowns, start, gram, sigma, **descent(contains)))
+            evidence = laplace_evidence(unknowns, start, gram, sigma, **descent(contains))
+            return self.in_better_minima(LaplaceFit(effects, supermodel, evidence), contains)
 
         begun = [None if values is None else np.asarray(values) for values in (local, sigma, eta)]
         return self._recalled("fitted", supermodel, ([effect.name for effect in effects], begun, contains), fit)
+
+    def in_better_minima(self, fitted: LaplaceFit, contains: float = np.inf) -> LaplaceFit:
+        """A hypothesis with each record in the better one of two minima, where its cost says that there are two.
+
+        Parameters
+        ----------
+        fitted : LaplaceFit
+        contains : float
+            Objective of a hypothesis that it contains, see `descent`.
+        """
+        at, supermodel = fitted.evidence.mode, fitted.supermodel
+        if not may_be_better_elsewhere(at.objective, contains):
+            return fitted
+        anew = partial(self.common_noise.whitened(supermodel).grams, counts=self.context.whole)
+        if (start := better_minima(at, anew, self.secant(supermodel))) is None:
+            return fitted
+        evidence = laplace_evidence(at.unknowns, start, self.secant(supermodel), at.sigma, **descent(contains))
+        moved = replace(fitted, evidence=evidence)
+        return moved if moved.log > fitted.log else fitted
 
     def secant(self, supermodel: Supermodel, seed: Seed | None = None) -> SecantGram:
         """Products of slopes and residuals in this noise; what is known of the slopes is not simulated."""

@@ -75,7 +75,8 @@ def extended(
         if not in_wrong_minimum(ends[-1].log, parent.log):
             break
     ends += [followed(values) for values in prediction.elsewhere]
-    best = at_likeliest_instants(inference, parent, max(ends, key=lambda end: end.log))
+    best = inference.in_better_minima(max(ends, key=lambda end: end.log), found.objective)
+    best = at_likeliest_instants(inference, parent, best)
     return _from_beyond(inference, parent, best, effect)
 
 

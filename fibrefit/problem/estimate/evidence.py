@@ -42,7 +42,7 @@ ALONE = 0.1
 """Probability that they agree in one where they do not in all."""
 USUAL = 0.01
 """Standard deviation up to which any is as probable as another."""
-FIRST = 0.004
+FIRST_SIGMA = 0.004
 """Standard deviation a search begins with."""
 ROUNDS = 4
 
@@ -120,7 +120,7 @@ def laplace_evidence(
     tolerance, effort
         Of `mode`.
     """
-    sigma = np.full(len(unknowns.scattering), FIRST) if sigma is None else sigma
+    sigma = np.full(len(unknowns.scattering), FIRST_SIGMA) if sigma is None else sigma
     at = start
     seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
