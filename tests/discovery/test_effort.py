@@ -15,7 +15,7 @@ from fibrefit.core.time_limit import Budget, check_time, time_left
 from fibrefit.discovery import conclusion, discover, forward_selection
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
-from fibrefit.discovery.search import followed, inputs, setup, starts
+from fibrefit.discovery.search import inputs, setup, starts
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
 from fibrefit.laws.catalogue import find_effect
 from tests.brackets import Bracket, thresholds
@@ -74,14 +74,6 @@ def left_to_follow(predicted: float) -> bool:
     return starts.is_left_to_follow(starts.EffectStart(predicted, drag, nothing, nothing, nothing), 100.0)
 
 
-def overshot() -> float:
-    """From where a drag that was found at one is followed once more."""
-    drag = find_effect("guide.quadratic_drag")
-    names = [f"{drag.name}.{parameter.name}" for parameter in drag.parameters]
-    supermodel: Any = SimpleNamespace(names=names, declared=dict(zip(names, drag.parameters, strict=True)))
-    return float(followed.overshot(supermodel, np.ones((1, len(names))), drag)[0, 0])
-
-
 def first_starts() -> int:
     """Starts that a search gives the fit of its first model."""
     stopped = Mock(side_effect=KeyboardInterrupt)
@@ -121,7 +113,6 @@ CASES = (
     Bracket("NOISES", effort, lambda x: effort.noise_is_taken_again(int(x), False, lambda: True), 1.0, 2.0),
     Bracket("NOISES_OF_STEPS", effort, lambda x: effort.noise_is_taken_again(int(x), True, lambda: False), 4.0, 5.0),
     Bracket("PROMISING", effort, lambda x: effort.promising(100.0, (*[0.0] * 4, 100.0 * (1.0 - x)))[4], 0.6, 0.4),
-    Bracket("FROM_BEYOND", followed, lambda x: x < overshot(), 1.8, 2.2),
     Bracket("INSTANTS_MOVED", effort, lambda x: effort.instants_are_looked_for(int(x), 100.0), 2.0, 3.0),
     Bracket("VALLEYS", effort, lambda x: effort.is_followed_elsewhere(int(x)), 3.0, 4.0),
     Bracket("HARDLY", starts, lambda x: left_to_follow(100.0 * x), 0.07, 0.04),

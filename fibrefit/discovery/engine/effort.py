@@ -54,11 +54,6 @@ NOISES_OF_STEPS = 5
 """The same of readings in coarse steps, while the noise before rounding moves: each time it comes nearer by half."""
 PROMISING = 0.5
 """Share of the largest fall of the cost, after some steps, from which a candidate is refitted in full."""
-FROM_BEYOND = 2.0
-"""Factor on the strength that an effect was found at, from which it is followed once more where a record objects to it:
-that record may bounce as it does with less of the effect, and hold it there. Of a friction that grows with the load
-(drops, one record of five 2.5 standard deviations off) a descent ended at 0.6 of the true coefficient, 121 nats below
-where those from 1.3 to 2.2 times that place end; from three times it motions are lost."""
 INSTANTS_MOVED = 3
 """Times instants of a sudden effect are looked for again, each with all else refitted: of two slips one of which began
 at half its place in the record, two were needed."""

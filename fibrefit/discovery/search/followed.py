@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
-from fibrefit.discovery.engine.candidates import strengthened, transferred
-from fibrefit.discovery.engine.effort import FROM_BEYOND, descent, in_wrong_minimum, instants_are_looked_for
+from fibrefit.discovery.engine.candidates import transferred
+from fibrefit.discovery.engine.effort import descent, in_wrong_minimum, instants_are_looked_for
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.priors import unknowns_of, with_held
@@ -19,7 +17,6 @@ from fibrefit.discovery.engine.screening import (
 )
 from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.discovery.engine.thresholds import OBJECTS
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace_evidence, most_probable_sigma
@@ -76,8 +73,7 @@ def extended(
             break
     ends += [followed(values) for values in prediction.elsewhere]
     best = inference.in_better_minima(max(ends, key=lambda end: end.log), found.objective)
-    best = at_likeliest_instants(inference, parent, best)
-    return _from_beyond(inference, parent, best, effect)
+    return at_likeliest_instants(inference, parent, best)
 
 
 def at_likeliest_instants(inference: LaplaceInference, parent: LaplaceFit, found: LaplaceFit) -> LaplaceFit:
@@ -111,24 +107,3 @@ def at_likeliest_instants(inference: LaplaceInference, parent: LaplaceFit, found
 
 def _instants(effect: type[Effect]) -> list[str]:
     return [f"{effect.name}.{instant}" for instant in instants_of(effect)]
-
-
-def _from_beyond(
-    inference: LaplaceInference, parent: LaplaceFit, found: LaplaceFit, effect: type[Effect]
-) -> LaplaceFit:
-    """A candidate; one that a record objects to is followed from more of the effect, too.
-
-    A record that bounces as it does with less of an effect than there is holds it there, in a minimum as smooth as
-    any: it becomes less probable, all others more, and slopes say nothing of the way out.
-    """
-    if not found.log > parent.log or found.largest_loss_to(parent) <= OBJECTS:
-        return found
-    at, worthless = found.evidence.mode, parent.evidence.mode.objective
-    beyond = overshot(found.supermodel, found.local, effect)
-    again = inference.fitted(found.supermodel, found.effects, beyond, at.sigma, at.place.eta, worthless)
-    return max(found, again, key=lambda end: end.log)
-
-
-def overshot(supermodel: Supermodel, local: np.ndarray, effect: type[Effect]) -> np.ndarray:
-    """Values with more of an effect than it was found at."""
-    return strengthened(supermodel, local, [effect], FROM_BEYOND)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.problem.estimate.evidence import FIRST_SIGMA
-from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
+from fibrefit.problem.estimate.gauss_newton import NOTICED, Effort, mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import (
     RIGID,
@@ -27,6 +27,8 @@ from fibrefit.problem.estimate.normal_equations import (
     shared_coordinates,
 )
 
+NEARBY = Effort(steps=12)
+"""How long that minimum is looked for: it is near, or it is none."""
 FAR_BELOW = 0.8
 """Share of the rise that slopes predict, below which a record is begun on that side."""
 
@@ -47,7 +49,7 @@ def better_minima(found: PosteriorMode, gram: Gram, descent: Gram) -> Place | No
         return None
     unknowns, place = found.unknowns, found.place
     held = unknowns.holding(np.arange(len(unknowns.shared)), place.z)
-    there = mode(held, place._replace(eta=place.eta + away), descent, found.sigma)
+    there = mode(held, place._replace(eta=place.eta + away), descent, found.sigma, effort=NEARBY)
     better = costs_of(there) < costs_of(found) - NOTICED
     if not better.any():
         return None
