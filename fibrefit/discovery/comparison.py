@@ -136,6 +136,8 @@ def _looked_at(
     with time_limit(looking_time(time_left())):
         look = partial(search.tried, parent, swift, what, near=near, of_singular=-np.inf if near is None else 0.0)
         tried, _ = in_time(look, Tried([], tuple(swift)))
+        if first is not None and near is None:
+            tried, _ = in_time(partial(_from_first, search, parent, tried, first.parent, swift, what), tried)
     comparison = _in_one_noise(search, parent, tried)
     if near is not None:
         # Slopes say little of what changes a model's kind, and a program for each parent takes long to compile.
@@ -154,6 +156,23 @@ def _looked_at(
         look = partial(begun.search.tried, begun.parent, costly, what, least, near=near, of_singular=hardly)
         more, _ = in_time(look, Tried([], tuple(costly)))
     return _with_costly(comparison, begun, more)
+
+
+def _from_first(
+    search: Search, parent: LaplaceFit, tried: Tried, base: LaplaceFit, effects: Sequence[type[Effect]], what: str
+) -> Tried:
+    """What was tried, and what effects gain from where the search began, the parent's hardly there.
+
+    An effect that was added first has taken up a part of the next one, at values and shapes that suit it alone: slopes
+    beside it may say nothing of what both gain together.
+    """
+    begun = search.inference.begun_anew(parent, base)
+    best = max([parent.log, *(one.log for one in tried.found)])
+    more = search.tried(begun, effects, what, best + NAMED - begun.log)
+    found = {one.names: one for one in tried.found}
+    better = [one for one in more.found if one.evidence.mode.steps and one.log > best]
+    found |= {one.names: one for one in better}
+    return Tried(sorted(found.values(), key=lambda one: -one.log), tried.untried)
 
 
 def _with_costly(comparison: Comparison, begun: Comparison, more: Tried) -> Comparison:

@@ -12,7 +12,7 @@ import pytest
 from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
 from fibrefit.discovery import comparison
 from fibrefit.discovery.choice import chosen_of
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Selection, _near
 from fibrefit.discovery.search.search import Tried
 from fibrefit.discovery.search.starts import little_is_missing
@@ -68,6 +68,7 @@ def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: 
         asked.append(tuple(effects))
         return Tried([], tuple(effects))
 
+    monkeypatch.setattr(comparison, "_from_first", lambda search, parent, tried, *of: tried)
     one, two, three, four, beside = EFFECTS[:5]
     search = searched(extensions=lambda parent: (one, two, three, four), tried=tried)
     monkeypatch.setattr(
@@ -91,6 +92,7 @@ def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
         asked.append(tuple(effects))
         return Tried([], tuple(effects))
 
+    monkeypatch.setattr(comparison, "_from_first", lambda search, parent, tried, *of: tried)
     one, costly, beside = EFFECTS[:3]
     search = searched(extensions=lambda parent: (one, costly), tried=tried)
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is costly)
@@ -100,6 +102,44 @@ def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
     first = comparison.Comparison(search, cast(Any, BASE), cast(Any, (Model((costly,), gain), Model((one,), 5.0))))
     comparison.comparison_of(search, cast(Any, Model((beside,), 200.0)), "trying", first)
     assert asked == ([(one,), (costly,)] if last else [(costly, one)])
+
+
+@pytest.mark.parametrize(
+    ("together", "near", "expected"),
+    [
+        (90.0, None, [("two", 290.0), ("one", 215.0)]),
+        (9.0, None, [("one", 215.0), ("two", 203.0)]),  # no more than what was found beside the first
+        (90.0, BASE, [("one", 215.0), ("two", 203.0)]),  # slopes were taken in a model that is near already
+    ],
+)
+def test_an_effect_that_another_has_taken_up_is_found_from_where_the_search_began(
+    monkeypatch: pytest.MonkeyPatch, together: float, near: Any, expected: list[tuple[str, float]]
+) -> None:
+    """Slopes beside the first predict next to nothing of it; from the first model they have to predict more than that.
+
+    That more is what is found so far, and what a name needs.
+    """
+    names = ("guide.viscous_friction", "guide.load_dependent_friction", "fibre.creep")
+    one, two, first = (CATALOGUE[name] for name in names)
+    parent, begun, floor = Model((first,), 200.0), Model((first,), 180.0), list[float]()
+
+    def tried(at: Any, effects: Sequence[Any], what: str, least: float = -np.inf, **how: Any) -> Tried:
+        floor.append(least)
+        gains = {one: 15.0, two: 3.0} if at is parent else {one: 10.0, two: together + 20.0}
+        return Tried(cast(Any, [Model((first, each), at.log + gains[each]) for each in effects]), ())
+
+    inference = SimpleNamespace(begun_anew=lambda one, base: begun)
+    search = searched(extensions=lambda at: (one, two), tried=tried, inference=inference)
+    monkeypatch.setattr(
+        comparison, "_in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, tried.found)
+    )
+    monkeypatch.setattr(comparison, "is_costly", lambda effect: False)
+    singles = comparison.Comparison(search, cast(Any, BASE), ())
+    found = comparison.comparison_of(search, cast(Any, parent), "", singles, near).found
+    assert [(found.effects[-1], found.log) for found in found] == [
+        ({"one": one, "two": two}[name], log) for name, log in expected
+    ]
+    assert floor[1:] == ([215.0 + NAMED - 180.0] if near is None else [])
 
 
 PRESLIDING, DRAG, CREEP = (CATALOGUE[name] for name in ("guide.presliding", "guide.quadratic_drag", "fibre.creep"))

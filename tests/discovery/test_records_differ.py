@@ -14,7 +14,7 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import Budget
-from fibrefit.discovery import conclusion
+from fibrefit.discovery import comparison, conclusion
 from fibrefit.discovery.engine import laplace_inference, linearisation
 from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -37,6 +37,7 @@ from tests.validation.cases import Case
 LEFT = 4e-4
 #: Relative difference of values after a chord step and with all reactions found anew.
 SAME = 2e-3
+LOAD = "guide.load_dependent_friction"
 
 
 def begin(folder: Path, index: int, kept: Sequence[int] | None = None) -> tuple[np.ndarray, Search, LaplaceFit]:
@@ -304,3 +305,26 @@ def test_an_effect_that_a_record_holds_too_weak_has_that_record_in_its_better_mi
     weak = found()
     assert weak.shared["guide.load_dependent_friction.load_coefficient"] < 0.7 * true
     assert weak.log < right.log - 100.0
+
+
+@pytest.mark.slow
+def test_slopes_from_where_a_search_began_tell_what_a_first_effect_has_taken_up(tmp_path: Path) -> None:
+    # Drops, 0.5 % apart: hysteresis at a shape that suits it alone, and records that differ in their friction by 3 %,
+    # account for a friction that grows with the load.
+    Case("2026-11-29e", "pair", "fibre_mass", 1, "slow", 0.005).write(tmp_path)
+    task, hysteresis, load = task_of(load_study(tmp_path)), find_effect("fibre.hysteresis"), find_effect(LOAD)
+    before = identify(task, 2, 0, How(whiten=False, rivals=False))
+    search, base = prepared_search(task, before, [hysteresis, load], quiet)
+    first = comparison.comparison_of(search, base, "")
+    best, search = next(one for one in first.found if one.effects == (hysteresis,)), first.search
+
+    def predicted(there: LaplaceFit) -> float:
+        gains = search.predicted_gains(there, search.inference.slopes(there), [load], "")
+        return there.log + gains[load].gain - best.log
+
+    begun = search.inference.begun_anew(best, first.parent)
+    assert begun.log < best.log
+    assert predicted(begun) > predicted(best) + 50.0
+    both = search.tried(begun, [load], "").found[0]
+    assert both.log - best.log > 100.0
+    assert both.errors[f"{LOAD}.load_coefficient"] < 0.2 * both.shared[f"{LOAD}.load_coefficient"]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.discovery.engine.candidates import SearchContext, strengthened, transferred, with_absent
+from fibrefit.discovery.engine.candidates import SMALL, SearchContext, strengthened, transferred, with_absent
 from fibrefit.discovery.engine.common_noise import CommonNoise, common_noise_of, steps_at
 from fibrefit.discovery.engine.effort import (
     continuation_steps,
@@ -166,6 +166,26 @@ class LaplaceInference:
             (*parent.effects, probe),
             supermodel,
             laplace_evidence(unknowns, start, gram, found.sigma, **curve_descent(found.objective)),
+        )
+
+    def begun_anew(self, fitted: LaplaceFit, base: LaplaceFit) -> LaplaceFit:
+        """A hypothesis where a model that it contains is, what that lacks hardly there, as probable as slopes say.
+
+        Parameters
+        ----------
+        fitted : LaplaceFit
+        base : LaplaceFit
+        """
+        supermodel, found = fitted.supermodel, base.evidence.mode
+        added = [effect for effect in fitted.effects if effect not in base.effects]
+        local = transferred(supermodel, base.supermodel, base.local)
+        mine = [supermodel.names.index(f"{one.name}.{each.name}") for one in added for each in one.parameters]
+        local[:, mine] = strengthened(supermodel, fitted.local, added, SMALL)[:, mine]
+        unknowns = unknowns_of(supermodel, self.context, fitted.effects, self.reference)
+        place = place_of(unknowns, local, found.place.eta)
+        normal = arrowhead(unknowns, place, self.secant(supermodel))
+        return LaplaceFit(
+            fitted.effects, supermodel, laplace(PosteriorMode(unknowns, place, normal, found.sigma, np.inf, 1))
         )
 
     def without_descent(
