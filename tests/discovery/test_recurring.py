@@ -109,6 +109,11 @@ def test_the_likeliest_instants_are_those_at_which_records_cost_least(task: Task
     assert found == pytest.approx(wanted, abs=0.01) if records == 2 else 0.4 < found[0] < 0.74
     others = np.setdiff1d(np.arange(moved.shape[1]), columns)
     np.testing.assert_allclose(moved[:, others], local_of(unknowns, start)[:, others], rtol=1e-9)
+    # Where they are already nothing is moved, and nothing has to be fitted anew.
+    there = start.rest.copy()
+    there[:, columns] = wanted if records == 2 else found[0]
+    best = place_of(unknowns, there)
+    assert likeliest_instants(unknowns, best, slip, gram) is best
 
 
 def test_it_may_have_fewer_instants_than_there_are_records(task: Task) -> None:

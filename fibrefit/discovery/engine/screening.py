@@ -218,6 +218,8 @@ def between_instants(looked: np.ndarray, best: np.ndarray) -> np.ndarray:
 def likeliest_instants(unknowns: Unknowns, place: Place, effect: type[Effect], gram: Gram) -> Place:
     """A place with each instant of a sudden effect where its records are most probable, what they share as it is.
 
+    It is the place itself where all instants are there already.
+
     Slopes of a model without the effect choose them first, and where much is missing they err. A descent does not mend
     it, as it follows an instant by a few samples only. What is a record's own gives way, as slopes there say: at a
     wrong instant that has taken up a part of the effect.
@@ -249,7 +251,8 @@ def likeliest_instants(unknowns: Unknowns, place: Place, effect: type[Effect], g
     for _ in range(INSTANTS_FINER):
         more = between_instants(looked, known.argmin(axis=0))
         looked, known = np.concatenate([looked, more]), np.concatenate([known, [cost(one) for one in more]])
-    return moved(looked[known.argmin(axis=0), np.arange(len(at))])
+    best = known.argmin(axis=0)
+    return moved(looked[best, np.arange(len(at))]) if best.any() else place
 
 
 def _own_eliminated(unknowns: Unknowns, place: Place, gram: Gram) -> np.ndarray:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import descent, in_wrong_minimum, instants_are_looked_for
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -24,9 +22,6 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace_evidence, most_probable_sigma
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import place_of
-
-AS_IT_WAS = 1e-9
-"""Change of a coordinate that is rounding: an instant that is looked at again where it was."""
 
 
 def extended(
@@ -103,7 +98,7 @@ def at_likeliest_instants(inference: LaplaceInference, parent: LaplaceFit, found
     while instants_are_looked_for(turn, fall):
         at, gram = found.evidence.mode, inference.secant(supermodel)
         moved = likeliest_instants(at.unknowns, at.place, effect, anew)
-        if np.allclose(moved.z, at.place.z, rtol=0.0, atol=AS_IT_WAS):
+        if moved is at.place:
             break
         start = mode(with_held(at.unknowns, moved, names), moved, gram, at.sigma, **how).place
         evidence = laplace_evidence(at.unknowns, start, gram, at.sigma, **how)
