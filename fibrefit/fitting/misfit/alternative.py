@@ -30,7 +30,7 @@ from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import ALIKE_EVIDENCE, LOUDEST, NO_FACTOR, REMAINING
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
-from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.problem.estimate.normal_equations import place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import ROUGHLY_THERE, View
@@ -41,6 +41,10 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.simulation.model import Model
+
+PATIENCE_PER_HORIZON = 10
+"""Evaluations of a horizon after which more is left than any noise leaves: from there a descent creeps among kinks.
+A law that leaves but noise is there in three to five."""
 
 
 class Misstated(NamedTuple):
@@ -208,8 +212,10 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
     place = place_of(unknowns, layout.local(start))
     unknowns = unknowns.holding(places_of(layout, unknowns)[0][held], place.z)
     for counts in way:
-        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGHLY_THERE)
-        if not end.normal.cost <= (2.0 * LOUDEST) ** 2 * counts.sum() * len(problem.model.rig.channels):
+        samples = float(counts.sum()) * len(problem.model.rig.channels)
+        effort = Effort(patience=PATIENCE_PER_HORIZON, worthless=LOUDEST**2 * samples)
+        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGHLY_THERE, effort)
+        if not end.normal.cost <= (2.0 * LOUDEST) ** 2 * samples:
             return None
         place = end.place
     return free_values(layout, unknowns, unknowns.value(place.z), place.own)
