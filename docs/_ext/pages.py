@@ -1,4 +1,5 @@
-"""Pages that follow from the code: effects, keys of a study, commands, notebooks. Written before Sphinx reads."""
+"""Pages that follow from the code: effects, keys of a study, commands, thresholds, notebooks; written before Sphinx
+reads."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ from typing import Any
 from command_pages import command_page
 from effect_pages import write_effects
 from schema_pages import result_page, study_page
+from threshold_pages import threshold_page
 
 DOCS = Path(__file__).resolve().parents[1]
 ROOT = DOCS.parent
@@ -29,6 +31,7 @@ def write_all(app: Any) -> None:
     write_if_new(generated / "study_file.md", study_page(schemas / "study.schema.json"))
     write_if_new(generated / "result_files.md", result_page(schemas))
     write_if_new(generated / "commands.md", command_page())
+    write_if_new(generated / "thresholds.md", threshold_page(ROOT / "fibrefit"))
     notebooks = generated / "notebooks"
     notebooks.mkdir(parents=True, exist_ok=True)
     names = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))

@@ -18,6 +18,7 @@ sys.path.insert(0, str(DOCS / "_ext"))
 from command_pages import command_page  # noqa: E402
 from effect_pages import write_effects  # noqa: E402
 from schema_pages import result_page, study_page  # noqa: E402
+from threshold_pages import FLOORS, files_of, threshold_page, thresholds_in  # noqa: E402
 
 FETCHED = re.compile(r"""(?:<(?:script|img|iframe)\b[^>]*\bsrc|<link\b[^>]*\bhref)=["'](https?:[^"']+)""")
 """What a page asks the net for as it is opened."""
@@ -56,6 +57,21 @@ def test_every_effect_has_a_page(tmp_path: Path) -> None:
         page = pages[effect.name.replace(".", "_").replace("@", "_")]
         assert all(f"## {title}\n" in page for title in ("Law", "Parameters", "Source")), effect.name
         assert all(f".{parameter.name}`" in page for parameter in effect.parameters)
+
+
+def test_every_number_that_decides_has_its_meaning() -> None:
+    page, files = threshold_page(ROOT / "fibrefit"), files_of(ROOT / "fibrefit")
+    assert files.keys() == FLOORS.keys()
+    for one in (one for paths in files.values() for path in paths for one in thresholds_in(path.read_text("utf-8"))):
+        assert one.meaning, one.name
+        assert f"| `{one.name}` | `{one.value}` | " in page
+
+
+def test_numbers_that_follow_each_other_share_a_meaning() -> None:
+    code = 'A, B = 1.0, 2\nC = 3e-4\n"""What they\nare."""\nD = 4\n'
+    found = [(one.name, one.value, one.meaning) for one in thresholds_in(code)]
+    assert found == [("A", "1.0", "What they are."), ("B", "2", "What they are."), ("C", "0.0003", "What they are."),
+                     ("D", "4", "")]  # fmt: skip
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.name)
