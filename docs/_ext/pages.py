@@ -1,4 +1,4 @@
-"""Pages that follow from the code: effects, keys of a study, commands, numbers, notebooks; written before Sphinx reads."""
+"""Pages that follow from the code: effects, keys of a study, commands, thresholds, notebooks. Made before Sphinx reads."""
 
 from __future__ import annotations
 
