@@ -1,4 +1,4 @@
-"""Pages that follow from the code: effects, keys of a study, commands, thresholds, notebooks. Made before Sphinx reads."""
+"""Pages that follow from the code: effects, keys of a study, commands, thresholds, notebooks; made before all else."""
 
 from __future__ import annotations
 
