@@ -36,7 +36,7 @@ from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.cross_validation import held_out
-from fibrefit.discovery.search.effect_sizes import effect_sizes
+from fibrefit.discovery.search.effect_sizes import effect_sizes, of_interest
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import is_far
@@ -44,6 +44,7 @@ from fibrefit.discovery.search.time_budget import FITTED_AGAIN, slowdown
 from fibrefit.fitting.checks import COMPLETION
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.fitting.search.each_by_itself import lost_beside
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
@@ -95,7 +96,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     alarms, best, law, curves = _left_beside(parts, at, base, before)
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
-    found, (wanted, small) = best, _of_interest(search, best, limits.least)
+    found, (wanted, small) = best, of_interest(search, best, limits.least)
     best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
     # What is still to be fitted comes last, and no other part takes its time.
@@ -143,12 +144,10 @@ def _with_law(finding: Finding, law: ToldLaw, seed: int, budget: Budget) -> Find
     """
     (search, fit, told), said = law, list[Statement]()
     after = _final(search, fit, FINAL_STARTS, seed, budget)
-    gaps = total(finding.after.gap), total(after.gap)
-    if motion_lost(*gaps):
-        if fit.supermodel.sensitivities is not None:
-            lost = Statement("lost", {"effect": fit.names[-1], "gaps": gaps})
-            return replace(finding, proposed_law=None, reason=(*finding.reason, lost))
-        said.append(Statement("fit_in_wrong_minimum", {"gaps": (search.gap_left(fit), gaps[1])}))
+    if trouble := _trouble_of(search, fit, finding.after, after):
+        if trouble.identifier == LOST:
+            return replace(finding, proposed_law=None, reason=(*finding.reason, trouble))
+        said.append(trouble)
     told = told_by_fit(told, fit.names[-1], after)
     return replace(finding, after=after, proposed_law=told, reason=(*finding.reason, *said))
 
@@ -207,41 +206,28 @@ def _fitted(
     while best.effects:
         starts = FINAL_STARTS if time_for_starts(budget.left, longer) else 0
         after = _final(search, best, starts, limits.seed, budget)
-        gaps = total(before.gap), total(after.gap)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
-        if cut or limits.choose is not None or not motion_lost(*gaps):
-            return best, after, said
-        if best.supermodel.sensitivities is None:
-            followed = search.gap_left(best)
-            return best, after, [Statement("fit_in_wrong_minimum", {"gaps": (followed, gaps[1])})]
-        said.append(Statement("lost", {"effect": best.names[-1], "gaps": gaps}))
+        trouble = None if cut or limits.choose is not None else _trouble_of(search, best, before, after)
+        if trouble is None or trouble.identifier != LOST:
+            return best, after, said if trouble is None else [trouble]
+        said.append(trouble)
         best = search.inference.without(best, best.effects[:-1])
     return best, before, said
 
 
-def _of_interest(search: Search, best: LaplaceFit, least: float) -> tuple[LaplaceFit, list[Statement]]:
-    """What was found without effects of less than the least strength, the smallest first; and what is said of these.
+LOST = "lost"
 
-    A strength is the root of what the mean square of the normalised residuals falls by: the rms of what the effect
-    explains, in units of the noise.
-    """
-    said: list[Statement] = []
-    while least > 0.0:
-        needed = {name for effect in best.effects for name in effect.needs}
-        lesser = {
-            effect: search.inference.without(best, tuple(other for other in best.effects if other is not effect))
-            for effect in best.effects
-            if effect.name not in needed
-        }
-        whole = search.gap_left(best) ** 2
-        explained = {effect: search.gap_left(one) ** 2 - whole for effect, one in lesser.items()}
-        smallest = min(explained, key=lambda effect: explained[effect], default=None)
-        if smallest is None or explained[smallest] >= least**2:
-            break
-        strength = float(np.sqrt(max(explained[smallest], 0.0)))
-        said.append(Statement("too_small", {"effect": smallest.name, "strength": strength, "least": least}))
-        best = lesser[smallest]
-    return best, said
+
+def _trouble_of(search: Search, found: LaplaceFit, before: Identification, after: Identification) -> Statement | None:
+    """What is wrong with the fit of what was found, beside that without it; None where nothing is."""
+    if found.supermodel.sensitivities is None:
+        if not motion_lost(total(before.gap), total(after.gap)):
+            return None
+        return Statement("fit_in_wrong_minimum", {"gaps": (search.gap_left(found), total(after.gap))})
+    if (record := lost_beside(before.record_gaps, after.record_gaps)) is None:
+        return None
+    gaps = total(before.record_gaps[record]), total(after.record_gaps[record])
+    return Statement(LOST, {"effect": found.names[-1], "record": record, "gaps": gaps})
 
 
 NOTHING: Verdict = "nothing_missing"

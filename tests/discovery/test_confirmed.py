@@ -14,6 +14,7 @@ from fibrefit.discovery.choice import believed
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _further
 from fibrefit.discovery.search.inputs import Confirmation
+from fibrefit.fitting.search import each_by_itself
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.test_pairs import Model, round_of
 
@@ -271,8 +272,8 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 @pytest.mark.parametrize(
     ("after", "exact", "kept", "told"),
     [
-        (1.05, False, True, ""),
-        (3.0, False, False, "the normalised residual RMS rises from 1 to 3"),
+        (1.2, False, True, ""),
+        (3.0, False, False, "loses a bounce of b.csv: the normalised residual RMS there rises from 1 to 3"),
         (1.05, True, True, ""),
         (3.0, True, True, "with a normalised residual RMS of 1.01; the final fit ends at 3"),
     ],
@@ -280,9 +281,13 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exact(
     monkeypatch: pytest.MonkeyPatch, after: float, exact: bool, kept: bool, told: str
 ) -> None:
-    before, ended = (SimpleNamespace(gap=gap, checks=(), running=1.0) for gap in (1.0, after))
+    before, ended = (
+        SimpleNamespace(gap=gap, record_gaps={"a.csv": 1.0, "b.csv": gap}, checks=(), running=1.0)
+        for gap in (1.0, after)
+    )
     monkeypatch.setattr(conclusion, "_final", lambda *of: ended)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)
+    monkeypatch.setattr(each_by_itself, "total", lambda gap: gap)
     seen = SimpleNamespace(sensitivities=None if exact else ())
     monkeypatch.setattr(Model, "supermodel", seen, raising=False)
     inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
@@ -301,7 +306,7 @@ def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     monkeypatch: pytest.MonkeyPatch, slower: float, searched: bool
 ) -> None:
     asked: list[int] = []
-    before: Any = SimpleNamespace(gap=1.0, checks=(), running=2.0)
+    before: Any = SimpleNamespace(gap=1.0, record_gaps={"a.csv": 1.0}, checks=(), running=2.0)
     monkeypatch.setattr(conclusion, "_final", lambda search, best, starts, *of: asked.append(starts) or before)
     monkeypatch.setattr(conclusion, "slowdown", lambda *of: slower)
     monkeypatch.setattr(conclusion, "total", lambda gap: gap)

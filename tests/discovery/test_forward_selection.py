@@ -14,7 +14,7 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import time_limit
-from fibrefit.discovery import comparison, conclusion, forward_selection
+from fibrefit.discovery import comparison, forward_selection
 from fibrefit.discovery.choice import candidates, chosen_of
 from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise
 from fibrefit.discovery.conclusion import _never_tried
@@ -29,6 +29,7 @@ from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED, SIM
 from fibrefit.discovery.forward_selection import Limits, Selection, forward_select, remaining_residuals, rivals_of
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
+from fibrefit.discovery.search.effect_sizes import of_interest
 from fibrefit.discovery.search.followed import extended
 from fibrefit.discovery.search.inputs import residuals_left
 from fibrefit.discovery.search.screen import Elsewhere, Screen
@@ -266,10 +267,10 @@ def test_what_is_there_and_smaller_than_is_of_interest_is_told_and_not_kept(case
     found = selected(made)
     (step,) = (step.summary for step in found.steps)
     strength = float(np.sqrt(step.gap_before**2 - step.gap_after**2))
-    kept, said = conclusion._of_interest(found.search, found.best, 0.9 * strength)
+    kept, said = of_interest(found.search, found.best, 0.9 * strength)
     assert (kept, said) == (found.best, [])
-    assert conclusion._of_interest(found.search, found.best, 0.0) == (found.best, [])
-    taken, (told,) = conclusion._of_interest(found.search, found.best, 1.1 * strength)
+    assert of_interest(found.search, found.best, 0.0) == (found.best, [])
+    taken, (told,) = of_interest(found.search, found.best, 1.1 * strength)
     assert taken.names == ()
     assert told.facts["strength"] == pytest.approx(strength, rel=0.05)
     assert discovery_sentence(told) == (

@@ -346,7 +346,7 @@ def test_a_curve_that_a_record_or_the_scatter_of_the_scores_speaks_against_is_no
     monkeypatch.setattr(free_form, "_followed", lambda search, parent, promising: [end])
     monkeypatch.setattr(inputs, "occam", lambda before, after: 0.0)
     looks = cast(Any, SimpleNamespace(predicted=(), price=0.0))
-    search: Any = SimpleNamespace(inference=SimpleNamespace(overdispersion=lambda one, names: one.ratio))
+    search: Any = SimpleNamespace(inference=SimpleNamespace(overdispersion=lambda parent, one, names: one.ratio))
     assert bool(free_form._worthy(search, cast(Any, parent), looks, NAMED, NAMED)) is there
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from unittest.mock import Mock
 
 import numpy as np
@@ -328,3 +328,19 @@ def test_slopes_from_where_a_search_began_tell_what_a_first_effect_has_taken_up(
     both = search.tried(begun, [load], "").found[0]
     assert both.log - best.log > 100.0
     assert both.errors[f"{LOAD}.load_coefficient"] < 0.2 * both.shared[f"{LOAD}.load_coefficient"]
+
+
+@pytest.mark.parametrize(
+    ("after", "lost"),
+    [
+        ({"a.csv": 1.13, "b.csv": 1.18}, None),  # another estimator leaves some percent more of every record
+        ({"a.csv": 1.0, "b.csv": 1.5}, None),
+        ({"a.csv": 0.5, "b.csv": 2.1}, "b.csv"),
+        ({"a.csv": 14.4, "b.csv": 2.1}, "a.csv"),
+    ],
+)
+def test_a_bounce_is_lost_in_a_record(after: dict[str, float], lost: str | None) -> None:
+    gaps = [
+        {name: {"force": Mock(ratio=gap)} for name, gap in one.items()} for one in ({"a.csv": 1, "b.csv": 1}, after)
+    ]
+    assert each_by_itself.lost_beside(*cast(Any, gaps)) == lost

@@ -19,6 +19,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
     Supermodel,
+    change_products,
     residual_rows,
     simulation_groups,
     stretch_products,
@@ -172,6 +173,20 @@ def test_products_within_stretches_add_up(drops: Task) -> None:
     size = -(-rows.shape[-1] // (2 * STRETCHES))
     first = rows.reshape(3, 2, 2, -1)[..., :size]
     np.testing.assert_allclose(products[:, 0, -1, -1], np.sum(first[-1] ** 2, axis=(1, 2)), rtol=EXACT)
+
+
+def test_the_change_from_one_place_to_another_is_one_row(drops: Task) -> None:
+    supermodel, whole = supermodel_of(drops, ()), drops.counts[-1]
+    common_noise = common_noise_of(supermodel, coloured(drops))
+    local, columns, targets = varied(drops, supermodel)
+    other = local.copy()
+    other[:, columns] = targets
+    products = change_products(common_noise.whitened(supermodel), local, other, whole)
+    assert products.shape == (2, STRETCHES, 2, 2)
+    here, there = (np.asarray(residual_rows(supermodel, values, whole)) for values in (local, other))
+    rows = whitened(common_noise.whitening, np.array([there - here, here]))
+    expected = np.einsum("irt,jrt->rij", rows, rows)
+    np.testing.assert_allclose(products.sum(axis=1), expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
 
 
 def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:

@@ -167,7 +167,7 @@ def leaves_much(share: float) -> bool:
 
 def overdispersion_corrected(gain: float) -> bool:
     """Whether a gain counts for less in innovations that scatter twice as much as they should."""
-    inference: Any = SimpleNamespace(overdispersion=lambda one, names: 2.0)
+    inference: Any = SimpleNamespace(overdispersion=lambda parent, one, names: 2.0)
     parent, one = fitted(0.0), fitted(gain, (effect(1),))
     return inputs.overdispersion_corrected(parent, one, inputs.overdispersion_of(inference, parent, one)).log < gain
 
@@ -246,7 +246,7 @@ def test_of_two_that_explain_the_same_none_wins_by_less_overdispersion(
         again=lambda one: one,
         in_noise_of=lambda one: inference,
         settled_about=lambda one: True,
-        overdispersion=lambda one, names: factors[len(one.effects[0].parameters)],
+        overdispersion=lambda parent, one, names: factors[len(one.effects[0].parameters)],
         without=lambda one, kept: fitted(0.0),
         warm_started_without=lambda one, kept: fitted(-1.0),
     )
@@ -275,7 +275,7 @@ def test_the_noise_before_rounding_is_taken_anew_until_it_rests(moves: int, take
             again=lambda one: known(fitted(9.0 - 4.0 * turn if one.effects else 0.0, one.effects)),
             in_noise_of=lambda one: asked.append(one) or inference(turn + 1),
             settled_about=lambda one: turn > moves,
-            overdispersion=lambda one, names: 1.0,
+            overdispersion=lambda parent, one, names: 1.0,
             without=lambda one, kept: known(fitted(0.0)),
         )
 
@@ -302,7 +302,7 @@ def test_what_was_not_followed_keeps_its_share_of_what_the_best_explained(monkey
         in_noise_of=lambda one: inference,
         settled_about=lambda one: True,
         without=lambda one, kept: fitted(0.0),
-        overdispersion=lambda one, names: 1.0,
+        overdispersion=lambda parent, one, names: 1.0,
     )
     parent = fitted(0.0)
     parent.evidence.mode.sigma = np.zeros(1)

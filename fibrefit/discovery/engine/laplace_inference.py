@@ -23,7 +23,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.priors import Heights, unknowns_of
 from fibrefit.discovery.engine.remaining import remaining_noise
 from fibrefit.discovery.engine.secant import SecantGram, Seed
-from fibrefit.discovery.engine.supermodel import Supermodel, stretch_products
+from fibrefit.discovery.engine.supermodel import Supermodel, change_products, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
@@ -31,7 +31,7 @@ from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams, place_of
 from fibrefit.problem.estimate.other_minima import better_minima
-from fibrefit.problem.estimate.sandwich import overdispersion_of_scores
+from fibrefit.problem.estimate.sandwich import overdispersion_of_change, overdispersion_of_scores
 from fibrefit.problem.noise.rounding import same_noise
 from fibrefit.problem.noise.spectrum import Noise
 
@@ -317,14 +317,15 @@ class LaplaceInference:
         """Noise a hypothesis leaves, in SI units."""
         return remaining_noise(self.common_noise, fitted, self.context.whole)
 
-    def overdispersion(self, fitted: LaplaceFit, names: Iterable[str]) -> float:
+    def overdispersion(self, parent: LaplaceFit, fitted: LaplaceFit, names: Iterable[str]) -> float:
         """Overdispersion of the scores, at least 1, see `overdispersion_of_scores`; a gain counts for as much less.
 
         Parameters
         ----------
-        fitted : LaplaceFit
+        parent, fitted : LaplaceFit
+            Without and with what is added.
         names : iterable of str
-            Shared values; the largest of their ratios is reported.
+            Shared values; the largest of their ratios and of that of the change from one to the other is reported.
         """
         found, kept = fitted.evidence.mode, []
         unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
@@ -337,7 +338,9 @@ class LaplaceInference:
         covariance = fitted.evidence.covariance[int(np.argmax(fitted.evidence.weight))]
         ratio = overdispersion_of_scores(found, kept[0], grams, covariance)
         index = [unknowns.names.index(name) for name in names]
-        return max(1.0, *(float(ratio[i]) for i in index))
+        before = transferred(fitted.supermodel, parent.supermodel, parent.local, _without(fitted, parent.effects))
+        change = change_products(supermodel, fitted.local, before, self.context.whole)
+        return max(1.0, overdispersion_of_change(change), *(float(ratio[i]) for i in index))
 
 
 def _gone(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> list[type[Effect]]:

@@ -51,6 +51,11 @@ class Slopes(NamedTuple):
             both = [np.concatenate(parts) for parts in zip(self.pulled, further.pulled, strict=True)]
         return Slopes(np.concatenate([self.rows, further.rows], axis=1), both)
 
+    def differences(self) -> Slopes:
+        """The first row, and what it takes from there to each of the others."""
+        pulled = self.pulled and [np.concatenate([part[:1], part[1:] - part[:1]]) for part in self.pulled]
+        return Slopes(np.concatenate([self.rows[:, :1], self.rows[:, 1:] - self.rows[:, :1]], axis=1), pulled)
+
     def scaled(self, factor: np.ndarray) -> Slopes:
         """Changes ``(n_record, n_column)`` times as large; the residuals stay."""
         whole = np.concatenate([np.ones((len(factor), 1)), factor], axis=1)[:, :, None]

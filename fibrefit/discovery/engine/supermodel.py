@@ -245,9 +245,19 @@ def stretch_products(
     (n_record, STRETCHES, n_active + 1, n_active + 1)
         The residuals last.
     """
-    left = supermodel.slopes(local, columns, targets, counts).left(supermodel.sensitivities)[
-        :, np.r_[1 : 1 + len(columns), 0]
-    ]
+    return _products_by_stretch(supermodel, supermodel.slopes(local, columns, targets, counts))
+
+
+def change_products(supermodel: Supermodel, local: np.ndarray, other: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """The same of one change, that from all values of one place ``(n_record, n_local)`` to those of another at once."""
+    nothing = np.zeros(0, dtype=np.int32), np.zeros((len(local), 0))
+    here, there = (supermodel.slopes(values, *nothing, counts) for values in (local, other))
+    return _products_by_stretch(supermodel, here.beside(there).differences())
+
+
+def _products_by_stretch(supermodel: Supermodel, slopes: Slopes) -> np.ndarray:
+    left = slopes.left(supermodel.sensitivities)
+    left = left[:, np.r_[1 : left.shape[1], 0]]
     channels = len(supermodel.problem.observations.weight)
     whole = left.reshape(*left.shape[:2], channels, -1)
     size = -(-whole.shape[-1] // STRETCHES)

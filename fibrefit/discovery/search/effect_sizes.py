@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.statement import Statement
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task, with_absent
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import refit
@@ -120,3 +121,28 @@ def _loudness(search: Search) -> float:
         mean = jnp.sum(jnp.where(weight > 0.0, measured, 0.0), axis=1, keepdims=True) / number
         total += float(jnp.sum(((measured - mean) * weight) ** 2))
     return max(total, 1.0)
+
+
+def of_interest(search: Search, best: LaplaceFit, least: float) -> tuple[LaplaceFit, list[Statement]]:
+    """What was found without effects of less than the least strength, the smallest first; and what is said of these.
+
+    A strength is the root of what the mean square of the normalised residuals falls by: the rms of what the effect
+    explains, in units of the noise.
+    """
+    said: list[Statement] = []
+    while least > 0.0:
+        needed = {name for effect in best.effects for name in effect.needs}
+        lesser = {
+            effect: search.inference.without(best, tuple(other for other in best.effects if other is not effect))
+            for effect in best.effects
+            if effect.name not in needed
+        }
+        whole = search.gap_left(best) ** 2
+        explained = {effect: search.gap_left(one) ** 2 - whole for effect, one in lesser.items()}
+        smallest = min(explained, key=lambda effect: explained[effect], default=None)
+        if smallest is None or explained[smallest] >= least**2:
+            break
+        strength = float(np.sqrt(max(explained[smallest], 0.0)))
+        said.append(Statement("too_small", {"effect": smallest.name, "strength": strength, "least": least}))
+        best = lesser[smallest]
+    return best, said

@@ -261,7 +261,7 @@ def overdispersion_of(
         return 1.0
     added = [effect for effect in one.effects if effect not in parent.effects]
     strengths = [f"{effect.name}.{name}" for effect in added for name in effect.strength]
-    return inference.overdispersion(one, names or strengths)
+    return inference.overdispersion(parent, one, names or strengths)
 
 
 def overdispersion_corrected(parent: LaplaceFit, one: LaplaceFit, overdispersion: float) -> LaplaceFit:

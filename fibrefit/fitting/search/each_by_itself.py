@@ -6,7 +6,7 @@ after it. A record by itself is followed to its end, errors of its inputs includ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextvars import copy_context
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from fibrefit.core.programs.side_by_side import THREADS, threads
 from fibrefit.fitting.evaluate import evaluate
-from fibrefit.fitting.result import Starts, total
+from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.thresholds import LOSES
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
@@ -101,6 +101,21 @@ def _follows(end: _End | None, alike: float) -> bool:
 def loses(alike: float, own: float) -> bool:
     """Whether values that all records share lose a bounce, by the gaps that they and values of each record leave."""
     return alike > LOSES * own
+
+
+def lost_beside(before: Mapping[str, Gap], after: Mapping[str, Gap]) -> str | None:
+    """The record of which a fit loses a bounce that another one of the same records does not lose; None where none is.
+
+    Fits whose estimators differ leave some percent more or less of every record. A bounce is of one.
+
+    Parameters
+    ----------
+    before, after : mapping of str to Gap
+        What the other one and the one leave of each record.
+    """
+    ratios = {name: total(gap) / total(before[name]) for name, gap in after.items()}
+    worst = max(ratios, key=lambda name: ratios[name])
+    return worst if loses(total(after[worst]), total(before[worst])) else None
 
 
 def means(layout: Layout, local: np.ndarray) -> np.ndarray:

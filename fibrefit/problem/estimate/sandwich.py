@@ -40,3 +40,18 @@ def overdispersion_of_scores(
     own = np.where(held_places(unknowns)[:, None], 0.0, scores[..., mine])
     moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
     return np.asarray(np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300))
+
+
+def overdispersion_of_change(products: np.ndarray) -> float:
+    """The same along one finite change of the readings, such as that which an effect makes.
+
+    Where a change bends, as a bounce makes it, slopes at its end say nothing of it: it may lie in a few readings that
+    tails of the noise have made loud.
+
+    Parameters
+    ----------
+    products : (n_record, n_stretch, 2, 2)
+        Of the change and of residuals within each stretch of a record, the residuals last.
+    """
+    size = float(np.sum(products[..., 0, 0]))
+    return float(np.sum(products[..., 0, 1] ** 2)) / size if size > 0.0 else 1.0

@@ -229,8 +229,8 @@ def _unknown(facts: Facts) -> str:
 def _lost(facts: Facts) -> str:
     before, after = facts["gaps"]
     return (
-        f"A fit with {facts['effect']} loses the motion: the normalised residual RMS rises from {before:.3g} to "
-        f"{after:.3g}, so it is not what is missing."
+        f"A fit with {facts['effect']} loses a bounce of {facts['record']}: the normalised residual RMS there rises "
+        f"from {before:.3g} to {after:.3g}, so it is not what is missing."
     )
 
 
