@@ -145,7 +145,7 @@ def _with_law(finding: Finding, law: ToldLaw, seed: int, budget: Budget) -> Find
     (search, fit, told), said = law, list[Statement]()
     after = _final(search, fit, FINAL_STARTS, seed, budget)
     if trouble := _trouble_of(search, fit, finding.after, after):
-        if trouble.identifier == LOST:
+        if trouble.identifier == "lost":
             return replace(finding, proposed_law=None, reason=(*finding.reason, trouble))
         said.append(trouble)
     told = told_by_fit(told, fit.names[-1], after)
@@ -208,14 +208,11 @@ def _fitted(
         after = _final(search, best, starts, limits.seed, budget)
         cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
         trouble = None if cut or limits.choose is not None else _trouble_of(search, best, before, after)
-        if trouble is None or trouble.identifier != LOST:
+        if trouble is None or trouble.identifier != "lost":
             return best, after, said if trouble is None else [trouble]
         said.append(trouble)
         best = search.inference.without(best, best.effects[:-1])
     return best, before, said
-
-
-LOST = "lost"
 
 
 def _trouble_of(search: Search, found: LaplaceFit, before: Identification, after: Identification) -> Statement | None:
@@ -227,7 +224,7 @@ def _trouble_of(search: Search, found: LaplaceFit, before: Identification, after
     if (record := lost_beside(before.record_gaps, after.record_gaps)) is None:
         return None
     gaps = total(before.record_gaps[record]), total(after.record_gaps[record])
-    return Statement(LOST, {"effect": found.names[-1], "record": record, "gaps": gaps})
+    return Statement("lost", {"effect": found.names[-1], "record": record, "gaps": gaps})
 
 
 NOTHING: Verdict = "nothing_missing"
