@@ -131,7 +131,7 @@ CASES = (
     Bracket("LAWS_FITTED", effort, lambda x: int(x) in effort.laws_in_turn((range(99),)), 5.0, 6.0),
     Bracket("FINAL_STARTS", conclusion, lambda x: x <= final_starts(), 3.0, 4.0),
     Bracket("FINAL_SPREAD", effort, lambda x: x < effort.final_spread(("mass",))["mass"], 1.005, 1.015),
-    Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 2.5, 1.5),
+    Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 10.5, 9.5),
     Bracket("LOOKING", effort, lambda x: 100.0 * x < effort.looking_time(100.0), 0.75, 0.85),
     Bracket("PROBING", effort, lambda x: 100.0 * x < effort.probing_time(100.0), 0.25, 0.35),
     Bracket("COURSE", effort, lambda x: 100.0 * x < effort.course_time(100.0), 0.25, 0.35),
