@@ -91,8 +91,8 @@ FINAL_STARTS = 3
 FINAL_SPREAD = 1.01
 """Factor by which parameters of these starts differ from the best ones."""
 STARTS_NEED = 10.0
-"""Time that has to be left for a final fit from starts of its own, over what it is expected to take: those of drops with
-a fibre of mass took 1.8 and 8.4 times that, the latter 24 s longer than was left of 300."""
+"""Time that has to be left for a final fit from starts of its own, over what it is expected to take: those of drops
+with a fibre of mass took 1.8 and 8.4 times that, the latter 24 s longer than was left of 300."""
 LOOKING = 0.8
 """Share of the time left that candidates are given; what remains is for comparing the best ones in one noise."""
 PROBING = 0.3
