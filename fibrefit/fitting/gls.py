@@ -19,8 +19,14 @@ from fibrefit.core.time_limit import time_left
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
-from fibrefit.fitting.thresholds import END_TOLD, MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
-from fibrefit.problem.estimate.evidence import FURTHER, MarginalLikelihood, end_told, laplace, laplace_evidence
+from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
+from fibrefit.problem.estimate.evidence import (
+    MarginalLikelihood,
+    as_far_as_told,
+    further_in,
+    laplace,
+    laplace_evidence,
+)
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arrowhead, local_of, place_of
 from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
@@ -33,7 +39,6 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Z_95
 
 LEAST = 0.25
@@ -199,13 +204,12 @@ def _seen(task: Task, found: GlsEstimate) -> View:
 def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
-    further = beyond_levels(evidence)
-    evidence = _further(evidence, further)
+    evidence = as_far_as_told(evidence)
     places, sizes = places_of(layout, unknowns)
     shared = np.array([record is None for _, record in layout.entries])
     slopes = np.concatenate([unknowns.slope(evidence.mean), np.ones(covariance_size(unknowns) - len(unknowns.shared))])
     unit = slopes[places] * sizes
-    cautious = evidence if seen.beforehand is None else _cautious(evidence, seen.beforehand, noise, further)
+    cautious = evidence if seen.beforehand is None else _cautious(evidence, seen.beforehand, noise)
     covariance = covariance_of_all(cautious)[np.ix_(places, places)] * np.outer(unit, unit)
     alike = _alike(cautious, places, unit, covariance, shared)
     # What no record determines is not determined by a flat prior either.
@@ -231,43 +235,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
     )
 
 
-def beyond_levels(evidence: MarginalLikelihood) -> tuple[int, ...]:
-    """Parameters, of those that may deviate, in which records may well differ by more than the grid goes to."""
-    return tuple(np.flatnonzero(end_told(evidence) > END_TOLD).tolist())
-
-
-def differ_within(found: GlsEstimate) -> list[Check]:
-    """Whether the records differ by no more than is looked for at the most; nothing where nobody has to ask."""
-    if found.evidence.grid.max(initial=0.0) < FURTHER[-1]:
-        return []
-    told, unknowns = end_told(found.evidence), found.evidence.mode.unknowns
-    worst = int(np.argmax(np.where(found.evidence.grid.max(axis=0) >= FURTHER[-1], told, 0.0)))
-    name = unknowns.names[unknowns.scattering[worst]]
-    return [
-        Check(
-            name="records differ by no more than is looked for",
-            passed=bool(told[worst] <= END_TOLD),
-            statistic=float(told[worst]),
-            threshold=END_TOLD,
-            identifier="between_records",
-            quantity="difference between records",
-            facts={"parameter": name, "between": found.between[name], "most": FURTHER[-1]},
-        )
-    ]
-
-
-def _further(evidence: MarginalLikelihood, further: tuple[int, ...]) -> MarginalLikelihood:
-    """The evidence at the same mode over a grid that goes on for these parameters; as it is where there are none.
-
-    Its logarithm stays that over the grid that all models have alike.
-    """
-    wide = replace(laplace(evidence.mode, further), log=evidence.log) if further else evidence
-    return wide if np.isfinite(wide.spread).all() else evidence
-
-
-def _cautious(
-    evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...], further: tuple[int, ...]
-) -> MarginalLikelihood:
+def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> MarginalLikelihood:
     """The evidence with the covariance of a view, values as they are.
 
     Once the readings have said much of the errors of inputs, samples beyond bounces are predicted by linear laws too,
@@ -277,7 +245,7 @@ def _cautious(
     found = evidence.mode
     view = seen.through(whitening_of(seen.problem, noise))
     there = replace(found, normal=arrowhead(found.unknowns, found.place, view.gram(found.unknowns)))
-    return replace(evidence, mode=there, covariance=laplace(there, further).covariance)
+    return replace(evidence, mode=there, covariance=laplace(there, further_in(evidence.grid)).covariance)
 
 
 def _expected_gap(residuals: np.ndarray) -> float:

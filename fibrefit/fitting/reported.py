@@ -14,7 +14,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, error_bars, estimates, ratio
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
-from fibrefit.fitting.gls import differ_within, gls_estimate, problem_at
+from fibrefit.fitting.gls import gls_estimate, problem_at
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
 from fibrefit.fitting.result import total
@@ -23,6 +23,7 @@ from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
 from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
+from fibrefit.problem.estimate.population import differ_within
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
@@ -108,7 +109,7 @@ class Reported:
     @property
     def of_intervals(self) -> tuple[Check, ...]:
         """Checks of error bars and intervals, where there is a reason to ask."""
-        return *judge.bars_too_small(self.why), *(() if self.gls is None else differ_within(self.gls))
+        return *judge.bars_too_small(self.why), *(() if self.gls is None else differ_within(self.gls.evidence))
 
     @property
     def estimator(self) -> str:

@@ -142,9 +142,5 @@ more."""
 LOSES = 2.0
 """Ratio of the gap that values shared by all records leave to that which values of their own leave, beyond which the
 former have lost a bounce: nothing that is missing from a model does that."""
-END_TOLD = 2.0
-"""How many times as probable as beforehand records make the largest standard deviation between them that is looked for,
-from which it may well be larger. Of five records each known to 0.1 % that differ by 2, 5 and 10 % it was 0.1, 4 and 7
-(medians of 100); of records each known to 5 or 10 % only that do not differ it is more in one of twenty-five."""
 MODE_REACHED = 0.5
 """Predicted reduction of the objective beyond which the mode of the likelihood was not reached."""

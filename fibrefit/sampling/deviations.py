@@ -9,7 +9,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, grid_of, laplace_evidence
+from fibrefit.problem.estimate.evidence import (
+    MarginalLikelihood,
+    as_far_as_told,
+    laplace_evidence,
+    prior_of_grid,
+)
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at, hausman_with_input_errors
 from fibrefit.problem.estimate.normal_equations import Unknowns, local_of, place_of
@@ -107,7 +112,7 @@ def gls_deviations(seen: View, where: Deviations) -> Deviations | None:
         except np.linalg.LinAlgError:
             return None
     sound = np.isfinite(found.log) and np.isfinite(found.spread).all()
-    return Deviations(where.unknowns, found.mode.local, found) if sound else None
+    return Deviations(where.unknowns, found.mode.local, as_far_as_told(found)) if sound else None
 
 
 def random_effects_of(
@@ -145,7 +150,6 @@ def random_effects_of(
     products = np.einsum("rcti,rctj->rcij", slopes, slopes)
     names = [layout.names[column] for column in columns]
     kept = _kept(evidence)
-    grid, log_prior = grid_of(len(columns))
     curvature = np.einsum("rcij,c->rij", products, level**-2.0) + bend
     return RandomEffects(
         slopes=jnp.asarray(slopes),
@@ -154,8 +158,8 @@ def random_effects_of(
         eta=jnp.asarray(place.eta),
         follow=jnp.asarray(_follow(curvature, evidence.grid[kept])),
         where=_mixture(evidence, kept),
-        sigma=jnp.asarray(grid[kept]),
-        log_prior=jnp.asarray(log_prior[kept]),
+        sigma=jnp.asarray(evidence.grid[kept]),
+        log_prior=jnp.asarray(prior_of_grid(evidence.grid)[kept]),
         places=tuple(layout.free_names.index(name) for name in names),
         columns=tuple(int(column) for column in columns),
         bend=jnp.asarray(bend),

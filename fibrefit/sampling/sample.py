@@ -12,6 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.problem.estimate.hausman import hausman_check
+from fibrefit.problem.estimate.population import differ_within
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.task import Task
@@ -24,6 +25,7 @@ from fibrefit.sampling.mode.modes import Mode, distinct, sample_modes
 from fibrefit.sampling.posterior import Posterior, marginals
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, Ready, coordinates_of, prepare
 from fibrefit.sampling.settings import Settings
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 if TYPE_CHECKING:
@@ -95,6 +97,7 @@ def _concluded(
         checks=(
             *checks,
             hausman_check(target.names, ready.hausman),
+            *_differ_within(ready),
             judge.residual_size(task.problem.model.rig.channels, ready.ratio),
         ),
         hausman=ready.hausman,
@@ -107,6 +110,12 @@ def _concluded(
         alike=ready.alike,
         moving=ready.moving,
     )
+
+
+def _differ_within(ready: Ready) -> list[Check]:
+    """Whether records differ by no more than is looked for, as a fit asks; nothing where nobody has to."""
+    evidence = None if ready.deviations is None else ready.deviations.evidence
+    return [] if evidence is None else differ_within(evidence)
 
 
 def _between(ready: Ready, course: ChainHistory) -> dict[str, BetweenRecordsSummary]:

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from fibrefit.fitting.gls import _further, beyond_levels, differ_within
-from fibrefit.problem.estimate.evidence import FURTHER, LEVELS, MarginalLikelihood, end_told, grid_of
-from fibrefit.problem.estimate.population import between, quantiles
+from fibrefit.problem.estimate.evidence import FURTHER, LEVELS, MarginalLikelihood, as_far_as_told, end_told, grid_of
+from fibrefit.problem.estimate.population import between, differ_within, quantiles
 from fibrefit.report.sentences.fit import fit_checks
 from fibrefit.study.summaries.check import Check, status_by
 from tests.problem.test_population import RECORDS, weighed
@@ -19,18 +18,13 @@ from tests.problem.test_population import RECORDS, weighed
 APART = np.array([-1.2, -0.4, 0.1, 0.3, 1.2]) / np.std([-1.2, -0.4, 0.1, 0.3, 1.2], ddof=1)
 
 
-def of_a_fit(found: MarginalLikelihood) -> MarginalLikelihood:
-    return _further(found, beyond_levels(found))
-
-
 def checked(found: MarginalLikelihood) -> tuple[Check, ...]:
-    estimate: Any = SimpleNamespace(evidence=found, between=between(found))
-    return fit_checks(tuple(differ_within(estimate)))
+    return fit_checks(tuple(differ_within(found)))
 
 
 @pytest.mark.parametrize("sd", [0.1, 0.15, 0.3])
 def test_the_mean_of_records_that_differ_much_has_the_interval_of_student(sd: float) -> None:
-    narrow, wide = weighed(sd * APART), of_a_fit(weighed(sd * APART))
+    narrow, wide = weighed(sd * APART), as_far_as_told(weighed(sd * APART))
     student = t.ppf(0.975, RECORDS - 1) * sd / np.sqrt(RECORDS)
     low, high = quantiles(wide, 0)
     assert 0.8 * student < 0.5 * (high - low) < 1.3 * student
@@ -43,7 +37,7 @@ def test_the_mean_of_records_that_differ_much_has_the_interval_of_student(sd: fl
 
 
 def test_what_differs_by_more_than_is_looked_for_makes_a_fit_suspect() -> None:
-    found = of_a_fit(weighed(0.6 * APART))
+    found = as_far_as_told(weighed(0.6 * APART))
     (check,) = checked(found)
     assert status_by([check]) == "suspect"
     assert check.says.startswith("The stiffness differs from record to record by at least 3")
@@ -53,7 +47,7 @@ def test_what_differs_by_more_than_is_looked_for_makes_a_fit_suspect() -> None:
 @pytest.mark.parametrize("sd", [0.0, 0.01, 0.03])
 def test_records_that_differ_as_usual_keep_the_grid_of_a_search(sd: float) -> None:
     found = weighed(sd * APART)
-    assert of_a_fit(found) is found
+    assert as_far_as_told(found) is found
     assert checked(found) == ()
 
 

@@ -33,8 +33,6 @@ from fibrefit.problem.diagnose.contacts import Lag
 from fibrefit.problem.diagnose.free_flight import Gravity
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
-from fibrefit.problem.estimate import evidence
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.study.summaries.check import Check
@@ -193,28 +191,7 @@ def more_counts(number: int) -> bool:
     return gls._tells_more([linearisation(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
 
 
-def ending(told: float) -> MarginalLikelihood:
-    """Evidence of records that make the last level so many times as probable as beforehand, of three parameters."""
-    grid, prior = evidence.grid_of(3, (0,))
-    last = grid[:, 0] == evidence.FURTHER[-1]
-    share = np.exp(prior)[last].sum()
-    logs = prior + np.where(last, np.log(told * (1.0 - share) / (1.0 - told * share)), 0.0)
-    columns: Any = SimpleNamespace(names=("stiffness", "damping", "friction"), scattering=np.arange(3))
-    mode: Any = SimpleNamespace(unknowns=columns)
-    return evidence._over_grid(mode, grid, logs, np.zeros((len(grid), 1)), np.zeros((len(grid), 1, 1)))
-
-
-def within(told: float) -> bool:
-    """Verdict on records that differ in their stiffness so."""
-    found: Any = SimpleNamespace(evidence=ending(told), between={"stiffness": None})
-    (check,) = gls.differ_within(found)
-    assert check.facts["parameter"] == "stiffness"
-    return check.passed
-
-
 CASES = (
-    Bracket("END_TOLD", gls, lambda x: not gls.beyond_levels(ending(x)), 1.5, 2.5),
-    Bracket("END_TOLD", gls, within, 1.5, 2.5),
     Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
     Bracket("ALIKE_EVIDENCE", alternative, lambda x: alternative.explains_alike(100.0 + x, 100.0), 5.0, 8.0),
     Bracket("ZERO_OVER_NOISE", slack_zero, lambda x: x <= slack_zero.zero_allowed(1.0, 10.0), 0.8, 1.3),

@@ -15,7 +15,7 @@ from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_
 from fibrefit.problem.diagnose.exchanged import roughness
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
 from fibrefit.problem.diagnose.phases import moves
-from fibrefit.problem.estimate import hausman, unknowns
+from fibrefit.problem.estimate import evidence, hausman, population, unknowns
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
 from fibrefit.problem.formulate import traces
 from fibrefit.problem.inputs import corners, error_signals, smoothing
@@ -290,7 +290,28 @@ def uniform(width: float) -> bool:
 
 MASS = Slot("mass", "kg", Range(0.0, np.inf, 1.0))
 
+
+def ending(told: float) -> evidence.MarginalLikelihood:
+    """Evidence of records that make the last level so many times as probable as beforehand, of three parameters."""
+    grid, prior = evidence.grid_of(3, (0,))
+    last = grid[:, 0] == evidence.FURTHER[-1]
+    share = np.exp(prior)[last].sum()
+    logs = prior + np.where(last, np.log(told * (1.0 - share) / (1.0 - told * share)), 0.0)
+    columns: Any = SimpleNamespace(names=("stiffness", "damping", "friction"), scattering=np.arange(3))
+    mode: Any = SimpleNamespace(unknowns=columns)
+    return evidence._over_grid(mode, grid, logs, np.zeros((len(grid), 1)), np.zeros((len(grid), 1, 1)))
+
+
+def within(told: float) -> bool:
+    """Verdict on records that differ in their stiffness so."""
+    (check,) = population.differ_within(ending(told))
+    assert check.facts["parameter"] == "stiffness"
+    return check.passed
+
+
 CASES = (
+    Bracket("END_TOLD", evidence, lambda x: not evidence.beyond_levels(ending(x)), 1.5, 2.5),
+    Bracket("END_TOLD", population, within, 1.5, 2.5),
     Bracket("BESIDE_MAINS", spectrum, of_mains, 3.0, 6.0),
     Bracket("SHORTEST_LINE", spectrum, line_told, 0.14, 0.07),
     Bracket("FEW_MASKED", spectrum, told_though_masked, 0.04, 0.07),

@@ -10,7 +10,8 @@ import pytest
 
 from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
-from fibrefit.problem.estimate.population import between, quantiles
+from fibrefit.problem.estimate.evidence import FURTHER, LEVELS
+from fibrefit.problem.estimate.population import between, differ_within, quantiles
 from fibrefit.problem.estimate.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
@@ -29,6 +30,8 @@ from fibrefit.sampling.settings import AS_A_FIT, Settings
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
 AWAY = 0.01 * np.array([-1.2, 0.3, 1.1, -0.5, 0.6])
+FAR = 17.0
+"""Times as far: a standard deviation of a sixth."""
 LIFTS = (5e-3, 7e-3, 8e-3, 1e-2, 1.2e-2)
 WIDTH = 0.2
 """Relative difference of two widths, one of which is that of a few hundred draws."""
@@ -122,6 +125,40 @@ def test_what_slopes_promise_and_no_step_brings_is_no_evidence(
         lower = top.log_density - there.log_density
         assert lower > 0.05
         assert top.log_evidence - there.log_evidence == pytest.approx(lower, rel=0.15)
+
+
+@pytest.fixture(scope="module")
+def apart() -> Task:
+    """Fibres that differ by a sixth from record to record, beyond the levels that models are compared on."""
+    return differing_series(FAR * AWAY)
+
+
+def test_records_that_differ_much_are_integrated_as_far_as_a_fit_goes(apart: Task) -> None:
+    seen = prepared(apart)
+    evidence, effects = seen.deviations.evidence, seen.density.random_effects
+    stiffness = effects.places.index(apart.problem.layout.free_names.index("stiffness"))
+    assert evidence.grid.max(axis=0)[stiffness] == FURTHER[-1]
+    assert effects.sigma[:, stiffness].max() == FURTHER[-1]
+    weight = np.exp(effects.log_prior - effects.log_prior.max())
+    known = seen.density.known_of_deviations(jnp.asarray(coordinates_of(seen.density, seen.values)))
+    told = np.exp(np.asarray(known.logs) - float(known.logs.max()))
+    likely = np.asarray(effects.sigma)[int(np.argmax(told)), stiffness]
+    assert 0.08 <= likely <= FURTHER[0]
+    assert weight[np.argmax(effects.sigma[:, stiffness])] > 0.0
+    assert [check.identifier for check in differ_within(evidence)] == ["between_records"]
+
+
+@pytest.mark.slow
+def test_intervals_of_records_that_differ_much_are_those_of_a_fit(apart: Task) -> None:
+    found = sample_posterior(apart, ChainStart(fitted(apart)), PosteriorRequest(settings=SETTINGS))
+    evidence = prepared(apart).deviations.evidence
+    low, high = np.exp(quantiles(evidence, 0)) * evidence.mode.unknowns.reference[0]
+    interval = found.marginals["stiffness"].interval
+    assert interval[1] - interval[0] == pytest.approx(high - low, rel=WIDTH)
+    assert found.between["stiffness"].sd == pytest.approx(between(evidence)["stiffness"].sd, rel=0.1)
+    assert found.between["stiffness"].interval_95[1] > LEVELS[-1]
+    (check,) = (check for check in found.checks if check.identifier == "between_records")
+    assert check.passed
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ Tierney and Kadane, J. Am. Stat. Assoc. 81 (1986); Gelman, Bayesian Anal. 1 (200
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -28,6 +28,7 @@ from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns, own_precision
 from fibrefit.problem.estimate.schur import eliminated, inverses, log_determinant, solved
 from fibrefit.problem.statement.arrays import RAN_AWAY
+from fibrefit.problem.thresholds import END_TOLD
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
@@ -296,12 +297,39 @@ def _of_levels(levels: tuple[float, ...]) -> np.ndarray:
     return np.concatenate([[ALONE], (1.0 - ALONE) * size / size.sum()])
 
 
+def further_in(grid: np.ndarray) -> list[int]:
+    """Parameters whose standard deviations in a grid ``(n_grid, number)`` go on to those of `FURTHER`."""
+    return np.flatnonzero(grid.max(axis=0, initial=0.0) >= FURTHER[-1]).tolist()
+
+
+def prior_of_grid(grid: np.ndarray) -> np.ndarray:
+    """Logarithms of the probabilities beforehand, ``(n_grid,)``, of a grid of standard deviations ``(n_grid, number)``.
+
+    Of `grid_of`, however far its parameters go.
+    """
+    return grid_of(grid.shape[1], further_in(grid))[1]
+
+
 def end_told(evidence: MarginalLikelihood) -> np.ndarray:
     """How many times as probable as beforehand records make the last level of each parameter, ``(n_scattering,)``.
 
     Where they say nothing that is one, however much the prior leaves there.
     """
     grid = evidence.grid
-    prior = np.exp(grid_of(grid.shape[1], np.flatnonzero(grid.max(axis=0) >= FURTHER[-1]).tolist())[1])
-    last = grid == grid.max(axis=0)
+    prior, last = np.exp(prior_of_grid(grid)), grid == grid.max(axis=0)
     return np.asarray(evidence.weight @ last / (prior @ last))
+
+
+def beyond_levels(evidence: MarginalLikelihood) -> list[int]:
+    """Parameters, of those that may deviate, in which records may well differ by more than the grid goes to."""
+    return np.flatnonzero(end_told(evidence) > END_TOLD).tolist()
+
+
+def as_far_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
+    """The evidence at the same mode over a grid that goes on where records may well differ by more than it goes to.
+
+    As it is where they do not. Its logarithm stays that over the grid that all models have alike.
+    """
+    further = beyond_levels(evidence)
+    wide = replace(laplace(evidence.mode, further), log=evidence.log) if further else evidence
+    return wide if np.isfinite(wide.spread).all() else evidence

@@ -10,9 +10,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem.estimate.evidence import FURTHER, MarginalLikelihood, end_told, further_in
 from fibrefit.problem.estimate.normal_equations import held_places, own_precision, shared_coordinates
 from fibrefit.problem.estimate.schur import inverses
+from fibrefit.problem.thresholds import END_TOLD
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
 INSIDE_95 = (0.025, 0.975)
@@ -33,6 +35,27 @@ def between(evidence: MarginalLikelihood) -> dict[str, BetweenRecordsSummary]:
             sd=middle, interval_95=(low, high), agree=evidence.agree(index)
         )
     return found
+
+
+def differ_within(evidence: MarginalLikelihood) -> list[Check]:
+    """Whether the records differ by no more than is looked for at the most; nothing where nobody has to ask."""
+    further = further_in(evidence.grid)
+    if not further:
+        return []
+    told, unknowns = end_told(evidence), evidence.mode.unknowns
+    worst = max(further, key=lambda index: float(told[index]))
+    name = unknowns.names[unknowns.scattering[worst]]
+    return [
+        Check(
+            name="records differ by no more than is looked for",
+            passed=bool(told[worst] <= END_TOLD),
+            statistic=float(told[worst]),
+            threshold=END_TOLD,
+            identifier="between_records",
+            quantity="difference between records",
+            facts={"parameter": name, "between": between(evidence)[name], "most": FURTHER[-1]},
+        )
+    ]
 
 
 def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:

@@ -211,7 +211,8 @@ def _error_bars(check: Check) -> str:
     )
 
 
-def _between_records(check: Check) -> str:
+def differ_within_sentence(check: Check) -> str:
+    """How much more records may differ than is looked for, and what to do."""
     name, between, most = (check.facts[key] for key in ("parameter", "between", "most"))
     name, least = name.rpartition(".")[2].replace("_", " "), between.interval_95[0]
     if check.passed:
@@ -372,7 +373,7 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "otherwise": otherwise_sentence,
     "doubtful_value": doubtful_sentence,
     "error_bars": _error_bars,
-    "between_records": _between_records,
+    "between_records": differ_within_sentence,
     "noise_level": _noise_level,
     "residual_spectrum": _residual_spectrum,
     "residual_phase": _residual_phase,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fibrefit.core.statement import Statement
-from fibrefit.report.sentences.fit import hausman_sentence, worded
+from fibrefit.report.sentences.fit import differ_within_sentence, hausman_sentence, worded
 from fibrefit.report.sentences.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check
 
@@ -247,5 +247,6 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "nuts": _nuts,
     "initial_fit": _initial_fit,
     "hausman": hausman_sentence,
+    "between_records": differ_within_sentence,
 }
 """By identifier."""
