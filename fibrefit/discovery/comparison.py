@@ -138,7 +138,7 @@ def _looked_at(
         tried, _ = in_time(look, Tried([], tuple(swift)))
         if first is not None and near is None:
             tried, _ = in_time(partial(_from_first, search, parent, tried, first.parent, swift, what), tried)
-    comparison = _in_one_noise(search, parent, tried)
+    comparison = in_one_noise(search, parent, tried)
     if near is not None:
         # Slopes say little of what changes a model's kind, and a program for each parent takes long to compile.
         unlike = {one.effects[-1] for one in tried.found if one.effects[-1].singular and not one.evidence.mode.steps}
@@ -201,11 +201,11 @@ def _with_costly(comparison: Comparison, begun: Comparison, more: Tried) -> Comp
     if not followed:
         # None was followed: there is nothing to compare, and the noise is what it was.
         return replace(comparison, found=tuple(whole.found), untried=whole.untried)
-    joined = _in_one_noise(begun.search, begun.parent, whole)
+    joined = in_one_noise(begun.search, begun.parent, whole)
     return replace(joined, moved=comparison.moved or joined.moved)
 
 
-def _in_one_noise(search: Search, parent: LaplaceFit, tried: Tried) -> Comparison:
+def in_one_noise(search: Search, parent: LaplaceFit, tried: Tried) -> Comparison:
     """Candidates compared in the noise of the best; in that of the parent where the time ends."""
     comparison, _ = in_time(partial(in_same_noise, search, parent, tried.found), None)
     return replace(comparison or _as_found(search, parent, tried.found), untried=tried.untried)

@@ -13,7 +13,7 @@ from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, check_time, in_time, time_limit
 from fibrefit.discovery.choice import candidates
 from fibrefit.discovery.curves.curves import drawn
-from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, probe_all
+from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, probe_all, proposing
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, packed_values, transferred
@@ -47,6 +47,7 @@ from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.each_by_itself import lost_beside
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
+from fibrefit.laws.ports import PORTS
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
 
 T = TypeVar("T")
@@ -168,8 +169,9 @@ def _left_beside(
     if best.effects:
         instead = parts.take("curves_instead", partial(_outdone, search, base, best, before), None)
         best, curves = instead or (best, curves)
-    if curves:
-        law = parts.take("law", partial(law_for, search, best, before, curves), None)
+    if curves or "curves" in parts.undone:
+        proposals = curves or parts.take("curves", partial(proposing, search, best, before, tuple(PORTS)), curves)
+        law = parts.take("law", partial(law_for, search, best, before, proposals), None)
     if (law is None or alarms_of(law.search, law.fit)) and "law" not in parts.undone:
         course = parts.take("law", partial(law_over_course, search, best, before, curves), None)
         if course is not None and (law is None or course[0].told.summary.evidence > law.told.summary.evidence):

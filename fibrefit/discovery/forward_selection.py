@@ -34,7 +34,7 @@ from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
-from fibrefit.discovery.search.inputs import coefficients_of, relinearised, residuals_left
+from fibrefit.discovery.search.inputs import coefficients_of, is_held_back, relinearised, residuals_left
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
 from fibrefit.discovery.unnamed import Unnamed, law_before_effects, law_beside_choice, law_without_choice
@@ -165,15 +165,18 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
     """A selection after one more round, and whether an effect was added."""
     if at.best.effects and at.best is not at.about and (anew := relinearised(at.search, at.best)) is not None:
         at = replace(at, search=anew[0], best=anew[1])
+    comparison: Comparison | None = None
     if not at.best.effects and limits.choose is None:
         mistake, _ = in_time(partial(mistaken, at.search, at.best), None, side_search_time(time_left()))
         if mistake is not None:
             return _settled_there(_grown(at, mistake, mistake.comparison, before, limits)), True
         law_first, _ = in_time(partial(law_before_effects, at.search, at.best, before), None)
-        if law_first is not None:
+        if law_first is not None and law_first[0] is not None:
             return _ended_by(law_first[0], replace(at, comparison=law_first[1])), False
-    what = f"trying each effect, round {len(at.steps) + 1}"
-    comparison = comparison_of(at.search, at.best, what, at.singles, _near(at, at.singles, at.comparison, at.gained))
+        comparison = None if law_first is None else law_first[1]
+    if comparison is None:
+        what, near = f"trying each effect, round {len(at.steps) + 1}", _near(at, at.singles, at.comparison, at.gained)
+        comparison = comparison_of(at.search, at.best, what, at.singles, near)
     comparison = replace(comparison, gained=max(at.gained, default=0.0))
     single, found = at.singles or comparison, believed(comparison, limits.choose)
     at, found = _where_it_is(
@@ -192,7 +195,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         (missing, curves), _ = in_time(partial(incomplete, found.comparison, before), unknown)
         at = replace(at, curves=curves)
         # A law is sooner tried than pairs of effects, and has to leave nothing, as they need not.
-        law, came = in_time(partial(law_without_choice, at.search, at.best, before, curves or ()), None)
+        law, came = in_time(partial(law_without_choice, at.search, at.best, before, curves), None)
         at = at.took("law", came)
         if law is not None:
             return _ended_by(law, at), False
@@ -214,10 +217,13 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
 def _near(
     at: Selection, single: Comparison | None, last: Comparison | None, gained: Sequence[float]
 ) -> LaplaceFit | None:
-    """The first model that lacks little of the best one: slopes are nearly the same there, and its programs known."""
+    """The first model that lacks little of the best one: slopes are nearly the same there, and its programs known.
+
+    Of one that was held to what comes before the first bounces it is not known how little it lacks of whole records.
+    """
     steps = ((single, sum(gained)), (last, gained[-1])) if gained else ()
     for before, gain in steps:
-        if before is not None and at.search.lacks_little(before.parent, gain):
+        if before is not None and not is_held_back(before.parent) and at.search.lacks_little(before.parent, gain):
             return before.parent
     return None
 
@@ -304,6 +310,7 @@ def _grown(at: Selection, found: Believed, single: Comparison, before: Identific
     comparison, chosen, seen = found
     assert chosen is not None
     search, best = (comparison.search, chosen) if seen is None else (seen.search, seen.found)
+    best = best.undivided
     with beyond_limits():
         return replace(
             at,

@@ -45,11 +45,12 @@ def curves_beyond(search: Search, best: LaplaceFit, before: Identification) -> l
 def incomplete(comparison: Comparison, before: Identification) -> tuple[bool, Sequence[FittedCurve] | None]:
     """Whether something is missing though no effect gains enough, and the free curves, None where no time was left.
 
-    Two effects that partly undo each other gain little one by one, and what they leave looks like noise.
+    Two effects that partly undo each other gain little one by one, and what they leave looks like noise. Where the time
+    did not suffice for curves it is not known that nothing is.
     """
     search, parent = comparison.search, comparison.parent
     curves, _ = in_time(partial(curves_beyond, search, parent, before), None, probing_time(time_left()))
-    return bool(curves or alarms_of(search, parent)), curves
+    return curves is None or bool(curves or alarms_of(search, parent)), curves
 
 
 def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
@@ -91,9 +92,9 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
         all_tried &= came and not untried
         number += len(some)
         found += [one for one in some if one.evidence.mode.steps]
-    others = [one for one in found if one.names != instead.names]
+    others = [one for one in found if set(one.names) != set(instead.names)]
     pairs = in_same_noise(search, comparison.parent, [*others, *beside])
-    most = next((one for one in pairs.found[:1] if one.names != instead.names), None)
+    most = next((one for one in pairs.found[:1] if set(one.names) != set(instead.names)), None)
     least = max([pairs.parent.log, *(one.log for one in pairs.found if len(one.effects) == 1)])
     beyond_chance = NAMED + np.log(max(number, 1))
     if most is not None and most.log > least + beyond_chance and pruned(pairs.search.inference, most) is most:
@@ -110,7 +111,7 @@ def _beside(comparison: Comparison, instead: LaplaceFit) -> list[LaplaceFit]:
     """
     if not instead.effects:
         return []
-    here = next((one for one in comparison.found if one.names == instead.names), None)
+    here = next((one for one in comparison.found if set(one.names) == set(instead.names)), None)
     return [fitted_about(comparison.search, instead) if here is None else here]
 
 

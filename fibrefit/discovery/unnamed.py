@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
-from fibrefit.discovery.comparison import Comparison, in_same_noise
+from fibrefit.discovery.comparison import Comparison, in_one_noise
+from fibrefit.discovery.complete_law import Unnamed, law_about, law_of_curves
 from fibrefit.discovery.curves.free_form import FittedCurve, proposed_by, proposing
 from fibrefit.discovery.curves.predicted import look_at
 from fibrefit.discovery.curves.probes import COURSES, PROBES
@@ -23,11 +23,12 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, LIKENESS, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
-from fibrefit.discovery.laws.told import described, held_law
-from fibrefit.discovery.model.law import ProposedLaw
-from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
-from fibrefit.discovery.search.inputs import Confirmation, confirmed, fitted_about
+from fibrefit.discovery.search.inputs import (
+    Confirmation,
+    fitted_about,
+    is_held_back,
+)
 from fibrefit.discovery.search.search import Search, Tried
 from fibrefit.discovery.search.starts import may_do_better
 from fibrefit.fitting.result import Identification
@@ -38,31 +39,14 @@ OF_ONE_QUANTITY = ("guide", "fibre")
 """Ports whose laws change one force each; those of sensors change readings of several channels."""
 
 
-class Unnamed(NamedTuple):
-    """A law that leaves nothing but noise, and what it was found with.
-
-    Parameters
-    ----------
-    search : Search
-    parent : LaplaceFit
-        The model without it, in the noise that it leaves.
-    curves : sequence of FittedCurve
-        Free curves on top of the parent, the best first.
-    law : (LaplaceFit, ProposedLaw)
-    """
-
-    search: Search
-    parent: LaplaceFit
-    curves: Sequence[FittedCurve]
-    law: tuple[LaplaceFit, ProposedLaw]
-
-
-def law_before_effects(search: Search, parent: LaplaceFit, before: Identification) -> tuple[Unnamed, Comparison] | None:
+def law_before_effects(
+    search: Search, parent: LaplaceFit, before: Identification
+) -> tuple[Unnamed | None, Comparison] | None:
     """A law of which slopes predict far more than of any effect, and the effects held against it; None for none.
 
     It is sooner composed than all effects are followed. Then those are of which slopes predict more than hardly any
-    of what it gains, and another one beside the best where that does half of it. Where these do as well, or no law
-    leaves nothing, the round goes on as ever.
+    of what it gains, and another one beside the best where that does half of it. Where these do as well there is no
+    law, and the round is what was found of effects. Where no law leaves nothing, the round goes on as ever.
 
     Parameters
     ----------
@@ -76,7 +60,7 @@ def law_before_effects(search: Search, parent: LaplaceFit, before: Identificatio
     gains = search.predicted_gains(parent, search.inference.slopes(parent), swift, "looking for what slopes promise")
     if not gains:
         return None
-    most = max(one.gain for one in gains.values())
+    most = max(one.promise for one in gains.values())
     sets = (PROBES, COURSES) if most > BEYOND_DOUBT else (PROBES,)
     looks = look_at(search, parent, before, tuple(PORTS), *sets)
     if COURSES not in sets and looks.promise > BEYOND_DOUBT:
@@ -84,23 +68,25 @@ def law_before_effects(search: Search, parent: LaplaceFit, before: Identificatio
     if may_do_better(most, max(looks.promise, 0.0)):
         return None
     curves = partial(proposed_by, search, parent, looks)
-    found, _ = in_time(lambda: _law_of(search, parent, None, curves(), 0.0), None, side_search_time(time_left()))
+    found, _ = in_time(lambda: law_of_curves(search, parent, None, curves(), 0.0), None, side_search_time(time_left()))
     if found is None:
         return None
     effects = found.search.extensions(found.parent)
     job = partial(_tried_against, found, found.parent, effects, HARDLY)
     # What the time does not suffice to ask is told, and a law that was found is not lost with it.
     tried, _ = in_time(job, Tried([], effects))
+    compared = partial(in_one_noise, found.search, found.parent, tried)
     if _does_as_well(found, tried):
-        return None
+        return None, compared()
     best = max((one for one in tried.found if one.evidence.mode.steps), key=lambda one: one.log, default=found.parent)
     gain = best.log - found.parent.log
     if gain > PROMISING * (_worth(found) - found.parent.log):
-        near = parent if found.search.lacks_little(found.parent, gain) else None
+        little = not is_held_back(found.parent) and found.search.lacks_little(found.parent, gain)
+        near = parent if little else None
         second = partial(_second_does_as_well, found, best, near)
         explained, _ = in_time(second, False, side_search_time(time_left()))
         if explained:
-            return None
+            return None, compared()
     return found, Comparison(found.search, found.parent, tuple(tried.found), untried=tried.untried)
 
 
@@ -140,7 +126,7 @@ def law_beside_choice(
     predicted, _ = in_time(partial(_predicted_beyond, comparison, chosen, seen, before), 0.0)
     much = predicted or (left if _leaves_much(comparison, chosen, left) else 0.0)
     if asked := much > 0.0 and not _another_promises(comparison, chosen, seen, much, near):
-        job = partial(_law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
+        job = partial(law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same force may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
@@ -157,7 +143,7 @@ def law_beside_choice(
 
 
 def law_without_choice(
-    search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve]
+    search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve] | None
 ) -> Unnamed | None:
     """A law where no further effect gains enough: in the place of one that was named, or beside all; None for none.
 
@@ -172,9 +158,16 @@ def law_without_choice(
         With all effects that were found.
     before : Identification
         Of the model the search began with.
-    curves : sequence of FittedCurve
-        Free curves that explain more than it does, the best first.
+    curves : sequence of FittedCurve or None
+        Free curves that explain more than it does, the best first; None where the time did not suffice to say so of
+        any about itself, which no law needs.
+
+    Raises
+    ------
+    OutOfTimeError
+        If those could not be drawn either.
     """
+    curves = proposing(search, best, before, tuple(PORTS)) if curves is None else curves
     if not curves:
         return None
     needed = {name for effect in best.effects for name in effect.needs}
@@ -187,7 +180,7 @@ def law_without_choice(
             found, _ = in_time(job, None, side_search_time(time_left()))
             if found is not None:
                 return found
-    found, _ = in_time(partial(_law_of, search, best, None, curves, left), None, side_search_time(time_left()))
+    found, _ = in_time(partial(law_of_curves, search, best, None, curves, left), None, side_search_time(time_left()))
     return found
 
 
@@ -195,7 +188,7 @@ def _law_in_place(
     search: Search, best: LaplaceFit, rest: tuple[type[Effect], ...], before: Identification, port: str, left: float
 ) -> Unnamed | None:
     """A law of a port beside the rest of what was named, better than all of it and what is left beside that."""
-    return _law_about(search, search.inference.without(best, rest), best, before, {port}, left)
+    return law_about(search, search.inference.without(best, rest), best, before, {port}, left)
 
 
 def _left(comparison: Comparison, chosen: LaplaceFit, seen: Confirmation | None) -> float:
@@ -217,7 +210,9 @@ def _predicted_beyond(
     search, parent = comparison.search, comparison.parent
     if not slopes_tell(comparison.gap):
         return 0.0
-    gain = comparison.gain(chosen) if seen is None else max(comparison.gain(chosen), seen.gain)
+    # Of what slopes predict no overdispersion is taken off.
+    gain = comparison.gain(chosen.undivided)
+    gain = gain if seen is None else max(gain, seen.gain + seen.found.divided_off)
     curve = look_at(search, parent, before, tuple(PORTS)).promise - NAMED - PRICE_OF_LOOKS
     if curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING):
         return curve - gain
@@ -228,7 +223,7 @@ def _predicted_of(search: Search, parent: LaplaceFit, chosen: LaplaceFit) -> flo
     """What slopes predict of the effects that are to be added, one by one."""
     added = [effect for effect in chosen.effects if effect not in parent.effects]
     gains = search.predicted_gains(parent, search.inference.slopes(parent), added, "what slopes promise of it")
-    return sum(one.gain for one in gains.values())
+    return sum(one.promise for one in gains.values())
 
 
 def _second_does_as_well(found: Unnamed, chosen: LaplaceFit, near: LaplaceFit | None) -> bool:
@@ -289,7 +284,7 @@ def _another_promises(
         return search.predicted_gains(best, search.inference.slopes(best), swift, "what is left beside it", near)
 
     gains, came = in_time(predicted, dict[type[Effect], PredictedGain]())
-    return came and max((one.gain for one in gains.values()), default=-np.inf) > PROMISING * left
+    return came and max((one.promise for one in gains.values()), default=-np.inf) > PROMISING * left
 
 
 def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:
@@ -304,79 +299,10 @@ def _in_one_place(chosen: LaplaceFit, parent: LaplaceFit) -> frozenset[str]:
 def _law_instead(
     first: Comparison, chosen: LaplaceFit, before: Identification, ports: Collection[str]
 ) -> Unnamed | None:
-    """A law in the place of two effects, all in the noise of the first round and linearised about its model."""
-    return _law_about(first.search, first.parent, fitted_about(first.search, chosen), before, ports, 0.0)
+    """A law in the place of two effects, all in the noise of the first round and linearised about its model.
 
-
-def _law_about(
-    search: Search, parent: LaplaceFit, chosen: LaplaceFit, before: Identification, ports: Collection[str], left: float
-) -> Unnamed | None:
-    """A law that gains what an effect does and what is left beside it, and leaves nothing itself.
-
-    Those over the course of a record are all looked for where none of these does.
+    None where that saw but what comes before the first bounces: effects were found in whole records.
     """
-    curves = proposing(search, parent, before, ports)
-    found = _law_of(search, parent, chosen, curves, left)
-    over_course = [curve for curve in curves if curve.probe in COURSES]
-    if found is not None or len(over_course) == len(curves):
-        return found
-    more = over_course or proposing(search, parent, before, ports, COURSES)
-    return _law_of(search, parent, chosen, more, left)
-
-
-def _law_of(
-    search: Search, parent: LaplaceFit, chosen: LaplaceFit | None, curves: Sequence[FittedCurve], left: float
-) -> Unnamed | None:
-    """The same of curves that were drawn; where no effect is `chosen`, beside the parent."""
-    held = held_law(search, parent, curves) if curves else None
-    if held is None:
+    if is_held_back(first.parent):
         return None
-    law, proposal, before = held.fit, held.proposal, 0.0
-    if chosen is not None and proposal.search is not search:
-        # Where readings are linearised about a law, an effect is worth no less than it was where it was found.
-        before = chosen.log - parent.log
-        chosen = fitted_about(proposal.search, chosen, proposal.led)
-    search, parent, others = proposal.search, proposal.parent, () if chosen is None else (chosen,)
-    here = Comparison(search, parent, tuple(sorted((law, *others), key=lambda one: -one.log)))
-    # What the time does not suffice to compare in better known noise is compared in the noise at hand.
-    there, _ = in_time(partial(in_same_noise, search, parent, [law, *others]), here, side_search_time(time_left()))
-    fitted = next(one for one in there.found if one.names == law.names)
-    most = max([there.parent.log + before, *(one.log for one in there.found if one is not fitted)])
-    needed = most + left + NAMED
-    if fitted.log - PRICE_OF_LOOKS <= needed:
-        return None
-    if alarms_of(there.search, fitted):
-        # What readings miss that are linearised about another model looks like something left.
-        job = partial(_about_itself, there, fitted, needed - there.parent.log)
-        about, _ = in_time(job, None, side_search_time(time_left()))
-        if about is None:
-            return None
-        there, fitted = about
-    # A law that was found is not lost with the time that this takes.
-    whole, look = (there.parent, fitted), partial(_without_needless, there, fitted)
-    (parent, fitted), _ = in_time(look, whole, side_search_time(time_left()))
-    told = described(there.search, parent, held._replace(fit=fitted))
-    return Unnamed(there.search, parent, curves, (fitted, told))
-
-
-def _without_needless(there: Comparison, law: LaplaceFit) -> tuple[LaplaceFit, LaplaceFit]:
-    """A law without the effects that it makes needless, as a later effect does, and its parent without them.
-
-    What was added before may be but the likeness of the law, in the first place where some effect did most of it.
-    """
-    if not there.parent.effects:
-        return there.parent, law
-    inference = there.search.inference
-    left = pruned(inference, law)
-    rest = tuple(effect for effect in there.parent.effects if effect in left.effects)
-    if law.effects[-1] not in left.effects or len(rest) == len(there.parent.effects):
-        return there.parent, law
-    return inference.without(there.parent, rest), left
-
-
-def _about_itself(there: Comparison, law: LaplaceFit, needed: float) -> tuple[Comparison, LaplaceFit] | None:
-    """A law with readings linearised about itself; None where it gains less there than is needed, or tests object."""
-    seen = confirmed(there.search, there.parent, law)
-    if seen is None or seen.gain - PRICE_OF_LOOKS <= needed or alarms_of(seen.search, seen.found):
-        return None
-    return Comparison(seen.search, seen.parent, (seen.found,)), seen.found
+    return law_about(first.search, first.parent, fitted_about(first.search, chosen), before, ports, 0.0)

@@ -302,6 +302,19 @@ def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], f
     return cost
 
 
+def error_of_objective(gls: GlsEstimate, index: int) -> float:
+    """Standard error in SI units that a shared value has by the objective of `cost_with_one_held`.
+
+    Records differ there as is most probable, and readings tell of errors of inputs what they do in the end: what is
+    reported of the value knows less.
+    """
+    evidence = gls.evidence
+    found, layout = evidence.mode, gls.seen.problem.layout
+    place = places_of(layout, found.unknowns)[0][index]
+    row = int(np.flatnonzero(np.all(evidence.grid == found.sigma, axis=1))[0])
+    return float(np.sqrt(evidence.covariance[row][place, place]) * abs(found.unknowns.slope(found.place.z)[place]))
+
+
 def problem_at(task: Task, gls: GlsEstimate) -> Problem:
     """The task's problem with the errors found taken off its inputs."""
     problem = with_steps(task.problem, gls.seen.problem.observations.steps)

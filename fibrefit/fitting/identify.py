@@ -20,7 +20,7 @@ from fibrefit.core.time_limit import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import Advice, advice, with_lone_samples
 from fibrefit.fitting.error_bars import error_bars, error_inflation, estimates
-from fibrefit.fitting.gls import cost_with_one_held
+from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
 from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.minima import Minima, SecondSolver
 from fibrefit.fitting.misfit.agreement import records_agree
@@ -220,18 +220,18 @@ def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop
         one = profiled[i].found
         if record is None and one.std_error is not None and one.interval_kind != "population" and not stop():
             cost, own = _cost_of(found, i, width, whole)
-            errors = one.std_errors[own] or math.nan, one.std_error
-            interval = profile_interval(found.problem, found.values, i, cost, *errors)
+            interval = profile_interval(found.problem, found.values, i, cost, own, one.std_error)
             profile = {"interval_95": interval, "interval_kind": "profile likelihood"}
             profiled[i] = profiled[i]._replace(found=ParameterSummary.model_validate({**dict(one), **profile}))
     return replace(found, estimates=tuple(profiled))
 
 
-def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray) -> tuple[Cost, str]:
-    """Cost of the best fit with a value held, of the kind that gave the estimate, and whose error bars are its own."""
+def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray) -> tuple[Cost, float]:
+    """Cost of the best fit with a value held, of the kind that gave the estimate, and its standard error by that."""
     if found.gls is not None:
-        return cost_with_one_held(found.gls, index), "whitened"
-    return plain_cost(found.problem, found.values, index, width(), whole), "white"
+        return cost_with_one_held(found.gls, index), error_of_objective(found.gls, index)
+    own = found.estimates[index].found.std_errors["white"]
+    return plain_cost(found.problem, found.values, index, width(), whole), own or math.nan
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:

@@ -104,12 +104,17 @@ def strong_correlations(found: Identification) -> tuple[CorrelationSummary, ...]
 
 
 def statistics(found: Identification) -> StatisticsSummary | None:
-    """How much was fitted to how much; nothing where the motion could not be simulated."""
+    """How much was fitted to how much; nothing where the motion could not be simulated.
+
+    Sums of squares compare models only where all are of the same readings, weighed alike: errors of measured inputs and
+    differences between records take some of them away, each model its own, at a price that stands in the evidence.
+    """
     if not np.isfinite(found.residuals).all():
         return None
     samples, free = found.problem.n_measured, found.problem.layout.size
     chi_square = float(np.sum(found.residuals**2))
-    bic = chi_square + free * math.log(samples)
+    alike = not found.input_errors and not any(one.found for one in found.between.values())
+    bic = chi_square + free * math.log(samples) if alike else None
     return StatisticsSummary(samples=samples, free_values=free, chi_square=chi_square, bic=bic)
 
 

@@ -12,12 +12,14 @@ from fibrefit.discovery.engine.screening import (
     WEAK,
     PredictedGain,
     best_of,
+    cannot_be_opposite,
     directions,
     rings,
     slightly,
     starting_strength,
 )
 from fibrefit.discovery.engine.supermodel import supermodel_of
+from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.task import Task
 
@@ -98,5 +100,33 @@ def test_what_rings_is_followed_from_the_frequencies_that_most_is_predicted_of()
     assert [one["f"] for one in best.elsewhere] == [3.0, 2.0, 1.0]
     # What nothing is predicted of is no place to begin.
     assert best_of(found[1:3], valleys=True).elsewhere == ()
+    # Nor is one at which records ask for less than none of it, though it comes before another such.
+    less = [one._replace(opposite=one.gain > 5.0) for one in found]
+    assert best_of(less, valleys=True).gain == 3.0
+    assert best_of([one for one in less if one.opposite or one.gain < 0.0], valleys=True).gain == 9.0
     assert rings(CATALOGUE["sensor.gauge_resonance"])
     assert not rings(CATALOGUE["guide.loose_mass"])
+
+
+def test_nothing_is_promised_of_an_effect_that_cannot_be_what_records_ask_for() -> None:
+    asked = PredictedGain(40.0, {}, {}, {})
+    assert asked.promise == 40.0
+    assert asked._replace(opposite=True).promise == -PRICE
+    assert asked._replace(gain=-np.inf, opposite=True).promise == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("name", "strength", "one_sided"),
+    [
+        ("guide.viscous_friction", "viscous_coefficient", True),
+        ("fibre.hysteresis", "hysteretic_stiffness", True),
+        ("sensor.force_delay", "delay", True),
+        ("fibre.hardening", "hardening", False),
+        ("sensor.force_offset", "offset", False),
+        ("guide.presliding", "bristle_stiffness", False),  # slopes at its null say nothing of it
+    ],
+)
+def test_which_strengths_have_one_sign(task: Task, name: str, strength: str, one_sided: bool) -> None:
+    effect = CATALOGUE[name]
+    assert strength in effect.strength
+    assert cannot_be_opposite(supermodel_of(task, (effect,)), effect, f"{name}.{strength}") is one_sided

@@ -55,7 +55,7 @@ def test_what_is_beyond_doubt_is_so_over_the_parent_from_where_it_led(
     search: Any = SimpleNamespace(inference=SimpleNamespace(without=without))
     found = Tried(cast(Any, [Model(EFFECTS[:1], gain), Model(EFFECTS[1:2], 3.0)]), ())
     with time_limit(0.0):
-        ranked = comparison._in_one_noise(search, cast(Any, BASE), found)
+        ranked = comparison.in_one_noise(search, cast(Any, BASE), found)
     assert asked == [(EFFECTS[0].name,)] * refitted
     assert ranked.parent.log == max(BASE.log, parent_from_there if refitted else BASE.log)
     assert (chosen_of(ranked, None) is not None) is named
@@ -72,7 +72,7 @@ def test_what_gained_most_by_itself_is_tried_first_in_later_rounds(monkeypatch: 
     one, two, three, four, beside = EFFECTS[:5]
     search = searched(extensions=lambda parent: (one, two, three, four), tried=tried)
     monkeypatch.setattr(
-        comparison, "_in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, ())
+        comparison, "in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, ())
     )
     found = tuple(Model((effect,), log) for effect, log in ((three, 90.0), (two, 5.0), (one, -3.0)))
     first = comparison.Comparison(search, cast(Any, BASE), cast(Any, found))
@@ -96,7 +96,7 @@ def test_a_costly_effect_that_explained_much_by_itself_does_not_wait_for_others(
     one, costly, beside = EFFECTS[:3]
     search = searched(extensions=lambda parent: (one, costly), tried=tried)
     monkeypatch.setattr(comparison, "is_costly", lambda effect: effect is costly)
-    monkeypatch.setattr(comparison, "_in_one_noise", lambda *of: comparison.Comparison(search, of[1], ()))
+    monkeypatch.setattr(comparison, "in_one_noise", lambda *of: comparison.Comparison(search, of[1], ()))
     monkeypatch.setattr(comparison, "_worth_following", lambda found: -1.0)
     monkeypatch.setattr(Model, "evidence", SimpleNamespace(mode=SimpleNamespace(steps=steps)))
     first = comparison.Comparison(search, cast(Any, BASE), cast(Any, (Model((costly,), gain), Model((one,), 5.0))))
@@ -131,7 +131,7 @@ def test_an_effect_that_another_has_taken_up_is_found_from_where_the_search_bega
     inference = SimpleNamespace(begun_anew=lambda one, base: begun)
     search = searched(extensions=lambda at: (one, two), tried=tried, inference=inference)
     monkeypatch.setattr(
-        comparison, "_in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, tried.found)
+        comparison, "in_one_noise", lambda search, parent, tried: comparison.Comparison(search, parent, tried.found)
     )
     monkeypatch.setattr(comparison, "is_costly", lambda effect: False)
     singles = comparison.Comparison(search, cast(Any, BASE), ())
@@ -161,7 +161,7 @@ def test_what_changes_a_models_kind_is_followed_beside_an_effect_only_where_more
 
     search = searched(extensions=lambda at: (PRESLIDING, DRAG), tried=tried)
     as_found = lambda search, parent, tried: comparison.Comparison(search, parent, tuple(tried.found))  # noqa: E731
-    monkeypatch.setattr(comparison, "_in_one_noise", as_found)
+    monkeypatch.setattr(comparison, "in_one_noise", as_found)
     monkeypatch.setattr(comparison, "_worth_following", lambda found: least)
     ended = comparison.comparison_of(search, cast(Any, parent), "", None, near)
     found = {one.effects[-1]: one.log for one in ended.found}
@@ -189,7 +189,7 @@ def test_what_changes_a_models_kind_waits_for_little_where_another_leaves_only_n
 
     search = searched(gap, extensions=lambda at: (DRAG, MASS, SLIP), tried=tried)
     as_found = lambda search, parent, tried: comparison.Comparison(search, parent, tuple(tried.found))  # noqa: E731
-    monkeypatch.setattr(comparison, "_in_one_noise", as_found)
+    monkeypatch.setattr(comparison, "in_one_noise", as_found)
     comparison.comparison_of(search, cast(Any, BASE), "")
     least = (200.0, 400.0 * expected) if expected is not None else (-np.inf, -np.inf)
     assert asked == [((DRAG,), -np.inf, -np.inf), ((MASS, SLIP), *map(pytest.approx, least))]
@@ -210,9 +210,21 @@ def test_slopes_are_taken_in_the_first_model_that_lacks_little(
     gap: float, gained: tuple[float, ...], expected: str | None
 ) -> None:
     """Its programs are there; that of each model with what was found by then takes long to compile."""
-    first, last = (cast(Any, SimpleNamespace(parent=name)) for name in ("first", "last"))
-    at = Selection(searched(gap), cast(Any, BASE))
-    assert _near(at, first, last, gained) == expected
+    assert near_of(gap, gained, False) == expected
+
+
+def near_of(gap: float, gained: tuple[float, ...], held_back: bool) -> str | None:
+    """Which of two models slopes are taken in, where the first one was held to what comes before the first bounces."""
+    seen = SimpleNamespace(sensitivities=SimpleNamespace(far=held_back)), SimpleNamespace(sensitivities=None)
+    parents = [SimpleNamespace(name=name, supermodel=one) for name, one in zip(("first", "last"), seen, strict=True)]
+    first, last = (cast(Any, SimpleNamespace(parent=one)) for one in parents)
+    found = _near(Selection(searched(gap), cast(Any, BASE)), first, last, gained)
+    return None if found is None else cast(Any, found).name
+
+
+def test_what_saw_no_bounces_is_no_near_model() -> None:
+    """What it leaves before them says nothing of whole records."""
+    assert near_of(1.05, (400.0, 90.0), True) == "last"
 
 
 @pytest.mark.parametrize(("moved", "gain", "begun"), [(True, -600.0, 2), (True, -3.0, 1), (False, -600.0, 1)])

@@ -33,6 +33,7 @@ class Model:
     effects: tuple[Any, ...]
     log: float
     steps: int = 3
+    divided_off: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -46,8 +47,12 @@ class Model:
     def supermodel(self) -> Any:
         return SimpleNamespace(sensitivities=None)
 
+    @property
+    def undivided(self) -> Model:
+        return replace(self, log=self.log + self.divided_off, divided_off=0.0) if self.divided_off else self
+
     def with_log(self, log: float, divided_off: float = 0.0) -> Model:
-        return replace(self, log=log)
+        return replace(self, log=log, divided_off=divided_off)
 
 
 floors: dict[Any, float] = {}
@@ -204,6 +209,27 @@ def test_alarms_and_curves_say_that_something_is_missing(
     monkeypatch.setattr(pairs, "curves_beyond", lambda *of: ["curve"] * curve)
     missing, curves = incomplete(round_of(GAINS, {}, []), SimpleNamespace())  # type: ignore[arg-type]
     assert (missing, curves) == (alarm or curve, ["curve"] * curve)
+
+
+def test_where_no_time_was_left_for_curves_it_is_not_known_that_nothing_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def late(*of: Any) -> Any:
+        raise OutOfTimeError
+
+    monkeypatch.setattr(pairs, "alarms_of", lambda search, best: [])
+    monkeypatch.setattr(pairs, "curves_beyond", late)
+    assert incomplete(round_of(GAINS, {}, []), SimpleNamespace()) == (True, None)  # type: ignore[arg-type]
+
+
+def test_a_pair_that_was_found_is_the_same_in_any_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two that were found one after the other the second may be the better one by itself."""
+    first = round_of(GAINS, {(B, C): 290.0}, [])
+    monkeypatch.setattr(pairs, "pruned", lambda inference, best: best)
+    assert best_pair(first, cast(Any, Model((C, B), 290.0))) is None
+    other = best_pair(first, cast(Any, Model((C, D), 250.0)))
+    assert other is not None
+    assert other.found[0].names == (B.name, C.name)
 
 
 def after_a_look(

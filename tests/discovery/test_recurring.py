@@ -216,7 +216,7 @@ def test_what_is_costly_is_looked_at_in_the_noise_all_others_were(
         compared.append((search.name, max(one.log for one in tried.found) - parent.log))
         return comparison.Comparison(searched("best"), cast(Any, led), tuple(tried.found), moved=moved)
 
-    monkeypatch.setattr(comparison, "_in_one_noise", in_one_noise)
+    monkeypatch.setattr(comparison, "in_one_noise", in_one_noise)
     monkeypatch.setattr(comparison, "_worth_following", lambda found: -np.inf)
     comparison._looked_at(searched("own"), cast(Any, Model((), 0.0)), "trying", None)
     assert asked == ["best" if moved else "own"]

@@ -173,23 +173,47 @@ def overdispersion_corrected(gain: float) -> bool:
 
 
 EVIDENCE = MarginalLikelihood(cast(Any, None), 0.0, *(np.zeros(0) for _ in range(5)))
+ALIKE_RECORDS: dict[str, Any] = {"place": SimpleNamespace(eta=np.zeros((1, 0))), "sigma": np.zeros(0)}
+"""Of a mode in which records deviate in nothing."""
 
 
 def of_records(log: float, *costs: float) -> Any:
     """A hypothesis by its evidence and the sum of squares that it leaves of each record."""
-    mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)))
+    mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)), **ALIKE_RECORDS)
     return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
+
+
+def test_what_an_overdispersion_took_is_not_held_against_the_next_effect() -> None:
+    """It decides a name; what is added next is compared without, and would gain it for nothing."""
+    divided = of_records(40.0, 1.0).with_log(28.0, 12.0)
+    assert (divided.log, divided.undivided.log, divided.undivided.divided_off) == (28.0, 40.0, 0.0)
+    assert divided.undivided.undivided is not divided
+    whole = of_records(40.0, 1.0)
+    assert whole.undivided is whole
+
+
+def test_a_record_that_deviates_less_has_lost_nothing() -> None:
+    """What an effect saves a record in deviations counts as what it costs it in residuals does."""
+
+    def deviating(eta: float, *costs: float) -> Any:
+        found = {"place": SimpleNamespace(eta=np.array([[eta], [0.0]])), "sigma": np.array([0.01])}
+        mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)), **found)
+        return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode))
+
+    parent, one = deviating(0.03, 100.0, 100.0), deviating(0.0, 117.0, 80.0)
+    assert one.largest_loss_to(parent) == pytest.approx(4.0)  # 17 less the 9 of three standard deviations, in nats
+    assert deviating(0.03, 117.0, 80.0).largest_loss_to(parent) == pytest.approx(8.5)
 
 
 @pytest.mark.parametrize("overdispersion", [1.0, 2.0, 4.0])
 def test_what_an_overdispersion_takes_is_no_price(overdispersion: float) -> None:
     """A gain that is divided is as likely by chance as one that was no greater from the beginning."""
-    normal = SimpleNamespace(costs=np.zeros(1))
+    found = {"normal": SimpleNamespace(costs=np.zeros(1)), **ALIKE_RECORDS}
     before, after = (
         LaplaceFit(
             effects,
             cast(Any, None),
-            replace(EVIDENCE, log=log, mode=cast(Any, SimpleNamespace(objective=objective, normal=normal))),
+            replace(EVIDENCE, log=log, mode=cast(Any, SimpleNamespace(objective=objective, **found))),
         )
         for effects, log, objective in (((), -100.0, 180.0), ((VISCOUS,), -80.0, 132.0))
     )

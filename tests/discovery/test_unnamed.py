@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 import pytest
 
 from fibrefit.core.time_limit import OutOfTimeError
-from fibrefit.discovery import unnamed as module
+from fibrefit.discovery import complete_law, unnamed
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import HARDLY, PROMISING
@@ -45,6 +45,14 @@ WORTH = 100.0
 """Nats that a law gains."""
 
 
+def put(monkeypatch: pytest.MonkeyPatch, name: str, thing: Any) -> None:
+    """Take the place of what the modules under test have by that name."""
+    there = [module for module in (unnamed, complete_law) if hasattr(module, name)]
+    assert there
+    for module in there:
+        monkeypatch.setattr(module, name, thing)
+
+
 def alarm(nats: float) -> Alarm:
     """A test that sees so much beyond chance."""
     return Alarm("constancy", 1e-9, 1e-4, {"gain": 2.0 * nats + 9.0, "chance": 9})
@@ -73,21 +81,23 @@ class Bench:
         self.elsewhere, self.courses, self.courses_looked_at = 0.0, list[str](), 0
         self.curve = Drawn("a curve")
         self.gap, self.predicted, self.over_course = 1.0, 0.0, 0.0
-        monkeypatch.setattr(module, "alarms_of", self.alarms)
-        monkeypatch.setattr(module, "proposing", self.curves)
-        monkeypatch.setattr(module, "proposed_by", lambda search, parent, looks: self.curves(None, None, None, PORTS))
-        monkeypatch.setattr(module, "look_at", self.looked_at)
+        put(monkeypatch, "alarms_of", self.alarms)
+        put(monkeypatch, "proposing", self.curves)
+        put(monkeypatch, "proposed_by", lambda search, parent, looks: self.curves(None, None, None, PORTS))
+        put(monkeypatch, "look_at", self.looked_at)
         self.held_by: dict[str, HeldLaw | None] = {}
         self.held: HeldLaw | None = HeldLaw(cast(Any, Model((LAW,), WORTH)), cast(Any, None), cast(Any, None))
         self.proposed_in: tuple[Any, Any] | None = None
         self.led = False
         self.needless = list[Any]()
-        monkeypatch.setattr(module, "pruned", self.prune)
-        monkeypatch.setattr(module, "held_law", self.hold)
-        monkeypatch.setattr(module, "described", lambda search, parent, held: "told")
-        monkeypatch.setattr(module, "in_same_noise", self.same)
-        monkeypatch.setattr(module, "fitted_about", self.about)
-        monkeypatch.setattr(module, "confirmed", self.confirm)
+        put(monkeypatch, "pruned", self.prune)
+        put(monkeypatch, "held_law", self.hold)
+        put(monkeypatch, "described", lambda search, parent, held: "told")
+        put(monkeypatch, "in_same_noise", self.same)
+        put(monkeypatch, "in_one_noise", lambda search, parent, tried: self.same(search, parent, tried.found))
+        put(monkeypatch, "overdispersion_corrected", lambda parent, one, factor: one)
+        put(monkeypatch, "fitted_about", self.about)
+        put(monkeypatch, "confirmed", self.confirm)
         self.about_itself: tuple[float, float] | None = None
         self.second, self.least = 0.0, list[float]()
         self.slopes: dict[Any, float] = {HARDENING: 0.0}
@@ -137,7 +147,7 @@ class Bench:
         """Whose slopes predict of further effects what they are told to."""
 
         def predicted(parent: Any, slopes: Any, effects: Any, what: str, near: Any = None) -> dict[Any, Any]:
-            return {effect: SimpleNamespace(gain=self.slopes[effect]) for effect in effects if effect in self.slopes}
+            return {effect: SimpleNamespace(promise=self.slopes[effect]) for effect in effects if effect in self.slopes}
 
         return SimpleNamespace(
             gap_left=lambda one: self.gap,
@@ -243,7 +253,7 @@ def test_an_effect_is_not_added_where_the_time_ends_before_a_curve_that_promises
     def late(*of: Any) -> None:
         raise OutOfTimeError
 
-    monkeypatch.setattr(module, "proposing", late)
+    put(monkeypatch, "proposing", late)
     if left:
         # A test objects to it by itself: with it the model is not complete, and so it is said.
         assert bench.asked(BASE, Model((TOE,), 17.0)) is None
@@ -272,6 +282,60 @@ def test_a_law_to_which_tests_object_is_asked_with_readings_linearised_about_its
     if found is not None:
         assert about_itself is not None
         assert (found.search, found.parent, found.law[0].log) == (bench.there, BASE, about_itself[0])
+
+
+@pytest.mark.parametrize(
+    ("worth", "measured", "about_itself", "there"),
+    [
+        (WORTH, False, None, True),  # inputs are exact: there is nothing to linearise
+        (WORTH, True, None, False),  # no time was left to ask it about itself
+        (WORTH, True, WORTH, True),
+        (WORTH, True, 17.0 + NAMED + PRICE_OF_LOOKS, False),  # there it does no more than the effect does there
+        (WORTH + BEYOND_DOUBT, True, None, True),
+    ],
+)
+def test_a_law_that_gains_little_more_than_an_effect_is_asked_about_itself_on_a_measured_drive(
+    monkeypatch: pytest.MonkeyPatch, worth: float, measured: bool, about_itself: float | None, there: bool
+) -> None:
+    """As an effect is: of one that is far better no bounce that is met elsewhere makes the difference."""
+    bench = Bench(monkeypatch)
+    bench.held = HeldLaw(cast(Any, Model((LAW,), worth)), cast(Any, None), cast(Any, None))
+    bench.about_itself = None if about_itself is None else (about_itself, 0.0)
+    parent: Any = Measured((), 0.0) if measured else BASE
+    law = complete_law.law_of_curves(bench.there, parent, cast(Any, Model((TOE,), 17.0)), [drawn("fibre")], 0.0)
+    assert (law is not None) is there
+
+
+class Measured(Model):
+    """A model whose readings are linearised in errors of its inputs."""
+
+    @property
+    def supermodel(self) -> Any:
+        return SimpleNamespace(sensitivities=SimpleNamespace(far=False))
+
+
+@pytest.mark.parametrize(("divided_off", "law"), [(0.0, True), (30.0, False)])
+def test_what_slopes_predict_of_a_curve_is_held_against_an_undivided_gain(
+    monkeypatch: pytest.MonkeyPatch, divided_off: float, law: bool
+) -> None:
+    """Of what is predicted no overdispersion is taken off: the law would be asked for in vain."""
+    bench = Bench(monkeypatch)
+    bench.predicted = 20.0 + NAMED + PRICE_OF_LOOKS + 20.0
+    bench.slopes[TOE] = 0.0
+    chosen = Model((TOE,), 20.0 - 1e-6, divided_off=divided_off)
+    assert (bench.asked(BASE, chosen) is not None) is law
+
+
+@pytest.mark.parametrize(("held_back", "asked"), [(False, True), (True, False)])
+def test_no_law_of_what_comes_before_the_first_bounces_takes_the_place_of_two_effects(
+    monkeypatch: pytest.MonkeyPatch, held_back: bool, asked: bool
+) -> None:
+    bench = Bench(monkeypatch)
+    parent: Any = SimpleNamespace(supermodel=SimpleNamespace(sensitivities=SimpleNamespace(far=held_back)))
+    first: Any = SimpleNamespace(search=bench.there, parent=parent)
+    put(monkeypatch, "law_about", lambda *of: "a law")
+    found = unnamed._law_instead(first, cast(Any, Model((TOE, HARDENING), 60.0)), BEFORE, {"fibre"})
+    assert (found == "a law") is asked
 
 
 @pytest.mark.parametrize(
@@ -314,7 +378,7 @@ def test_a_law_is_not_lost_with_the_time_that_what_it_makes_needless_takes(monke
 
     bench = Bench(monkeypatch, **{f"{STRIBECK.name}+{TOE.name}": 60.0})
     bench.gap, bench.held = FAR, HeldLaw(cast(Any, Model((STRIBECK, LAW), WORTH)), cast(Any, None), cast(Any, None))
-    monkeypatch.setattr(module, "pruned", late)
+    put(monkeypatch, "pruned", late)
     found = bench.asked(Model((STRIBECK,), 0.0), Model((STRIBECK, TOE), 17.0))
     assert found is not None
     assert found.law[0].effects == (STRIBECK, LAW)
@@ -330,7 +394,7 @@ def test_an_effect_is_led_where_the_law_it_is_held_against_was(monkeypatch: pyte
 
     bench = Bench(monkeypatch, **{TOE.name: 17.0})
     bench.gap, bench.proposed_in, bench.led = FAR, (bench.there, Model((), 0.0)), led
-    monkeypatch.setattr(module, "fitted_about", about)
+    put(monkeypatch, "fitted_about", about)
     bench.asked(BASE, Model((TOE,), 50.0))
     assert said[0] is led
 
@@ -384,14 +448,16 @@ def test_effects_that_come_near_a_law_are_asked_before_it_is_told(
     """Of one slopes predicted a fifth of what it gained: those are not asked of which they predict hardly anything."""
     bench = Bench(monkeypatch)
     bench.predicted, bench.second = 500.0, effect
-    monkeypatch.setattr(module, "_second_does_as_well", lambda found, best, near: False)
+    put(monkeypatch, "_second_does_as_well", lambda found, best, near: False)
     found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
-    assert (found is not None) is there
+    assert found is not None
+    law, comparison = found
+    assert (law is not None) is there
     assert bench.least == [pytest.approx(HARDLY * (WORTH - PRICE_OF_LOOKS - NAMED))]
-    if found is not None:
-        law, comparison = found
+    # What was found of effects is the round where there is no law.
+    assert [one.log for one in comparison.found] == [effect]
+    if law is not None:
         assert law.law[0].log == WORTH
-        assert [one.log for one in comparison.found] == [effect]
 
 
 @pytest.mark.parametrize(("share", "asked"), [(0.9 * PROMISING, False), (1.1 * PROMISING, True)])
@@ -400,10 +466,11 @@ def test_a_further_effect_beside_one_that_does_half_of_a_law_is_asked_before_it_
     monkeypatch: pytest.MonkeyPatch, share: float, asked: bool, second: bool
 ) -> None:
     bench, beside = Bench(monkeypatch), list[float]()
-    monkeypatch.setattr(module, "_second_does_as_well", lambda found, best, near: (beside.append(best.log), second)[1])
+    put(monkeypatch, "_second_does_as_well", lambda found, best, near: (beside.append(best.log), second)[1])
     bench.predicted, bench.second = 500.0, share * (WORTH - PRICE_OF_LOOKS - NAMED)
     found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
-    assert (found is None) is (asked and second)
+    assert found is not None
+    assert (found[0] is None) is (asked and second)
     assert beside == [bench.second] * asked
 
 
@@ -453,7 +520,7 @@ def test_a_law_beside_what_was_found_accounts_for_all_that_tests_see_left(
     monkeypatch: pytest.MonkeyPatch, left: float, there: bool
 ) -> None:
     bench = Bench(monkeypatch, base=left)
-    found = module.law_without_choice(cast(Any, Removing), cast(Any, BASE), BEFORE, [drawn("guide")])
+    found = unnamed.law_without_choice(cast(Any, Removing), cast(Any, BASE), BEFORE, [drawn("guide")])
     assert (found is not None) is there
     # Its curves are those at hand.
     assert bench.ports == []
@@ -461,7 +528,7 @@ def test_a_law_beside_what_was_found_accounts_for_all_that_tests_see_left(
 
 def test_a_law_in_the_place_of_a_name_comes_before_one_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch)
-    found = module.law_without_choice(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, [drawn("fibre")])
+    found = unnamed.law_without_choice(cast(Any, Removing), cast(Any, Model((TOE,), 20.0)), BEFORE, [drawn("fibre")])
     assert found is not None
     assert bench.ports == [{"fibre"}]
     assert found.parent.names == ()
@@ -541,7 +608,7 @@ class Removing:
 
 def in_place(monkeypatch: pytest.MonkeyPatch, gain: float, effects: Any = (TOE,), **left: float) -> Any:
     bench = Bench(monkeypatch, **left)
-    found = module.law_without_choice(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE, [drawn("fibre")])
+    found = unnamed.law_without_choice(cast(Any, Removing), cast(Any, Model(effects, gain)), BEFORE, [drawn("fibre")])
     return found if bench.ports else None
 
 
@@ -565,5 +632,5 @@ def test_a_law_in_place_of_a_name_leaves_noise_and_more_than_what_is_left_beside
 
 def test_a_name_that_no_curve_of_its_port_adds_to_is_held_against_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch)
-    module.law_without_choice(cast(Any, Removing), cast(Any, Model((TOE,), WORTH - 20.0)), BEFORE, [drawn("guide")])
+    unnamed.law_without_choice(cast(Any, Removing), cast(Any, Model((TOE,), WORTH - 20.0)), BEFORE, [drawn("guide")])
     assert bench.ports == []

@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.core.time_limit import time_limit
 from fibrefit.fitting import reported as last_step
-from fibrefit.fitting.gls import cost_with_one_held
+from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.each_by_itself import means
@@ -68,6 +68,7 @@ def test_a_profile_of_the_objective_is_its_normal_interval(task: Task, found: Id
     place = unknowns.names.index("damping")
     which = int(np.argmin(np.abs(evidence.grid - evidence.mode.sigma).sum(axis=1)))
     error = np.sqrt(evidence.covariance[which, place, place])
+    assert error_of_objective(found.gls, index) == pytest.approx(error * evidence.mode.values[place], rel=1e-6)
     cost = cost_with_one_held(found.gls, index)
     for sign in (-1.0, 1.0):
         moved = found.values.copy()

@@ -12,6 +12,7 @@ from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants, number_of_sets
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem.estimate.other_minima import costs_of
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,14 @@ class LaplaceFit:
             divided_off=divided_off,
         )
 
+    @property
+    def undivided(self) -> LaplaceFit:
+        """The same with what an overdispersion took off: that decides a name, and a next model is compared without."""
+        return self.with_log(self.log + self.divided_off) if self.divided_off else self
+
     def largest_loss_to(self, other: LaplaceFit) -> float:
         """Nats of the record that loses most to another hypothesis, both in the same noise."""
-        mine, others = self.evidence.mode.normal.costs, other.evidence.mode.normal.costs
+        mine, others = costs_of(self.evidence.mode), costs_of(other.evidence.mode)
         return 0.5 * float(np.max(mine - others, initial=0.0))
 
     @property

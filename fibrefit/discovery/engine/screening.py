@@ -12,6 +12,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.discovery.engine.candidates import SEEN_FOLDED, starting_sizes
 from fibrefit.discovery.engine.effort import is_followed_elsewhere
 from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gram import Gram
@@ -74,6 +75,8 @@ class PredictedGain(NamedTuple):
         None where the effect does not grow in proportion to its strength.
     elsewhere : tuple of mappings of str to float
         Other frequencies, and shapes, of which nearly as much is predicted: it is followed from all of them.
+    opposite : bool
+        Whether records ask for less than none of an effect that cannot be less.
     """
 
     gain: float
@@ -82,6 +85,12 @@ class PredictedGain(NamedTuple):
     slight: dict[str, float]
     accompaniment: Accompaniment | None = None
     elsewhere: tuple[dict[str, float], ...] = ()
+    opposite: bool = False
+
+    @property
+    def promise(self) -> float:
+        """Nats that it may gain: nothing where records ask for the opposite."""
+        return min(self.gain, -PRICE) if self.opposite else self.gain
 
     @property
     def starts(self) -> list[dict[str, float]]:
@@ -104,8 +113,8 @@ def best_of(found: Sequence[PredictedGain], valleys: bool) -> PredictedGain:
     A ring that is sampled seldom is seen alike at several frequencies: of a resonance of 4.8 kHz slopes predicted 26
     nats at 4.3 kHz and 21 to 25 at ten others, from which it gained 0.7 to 18.
     """
-    ranked = sorted(found, key=lambda one: -one.gain)
-    others = [one.values for i, one in enumerate(ranked) if i > 0 and one.gain > 0.0 and is_followed_elsewhere(i)]
+    ranked = sorted(found, key=lambda one: (-one.promise, -one.gain))
+    others = [one.values for i, one in enumerate(ranked) if i > 0 and one.promise > 0.0 and is_followed_elsewhere(i)]
     return ranked[0]._replace(elsewhere=tuple(others if valleys else ()))
 
 
@@ -152,6 +161,12 @@ def _is_folded(effect: type[Effect], name: str, value: float) -> bool:
     """Whether a strength is a frequency so far above the usual one that it rings between samples."""
     parameter = next(one for one in effect.parameters if one.name == name)
     return parameter.unit == "Hz" and value in SEEN_FOLDED * parameter.typical
+
+
+def cannot_be_opposite(supermodel: Supermodel, effect: type[Effect], name: str) -> bool:
+    """Whether a strength has one sign, and slopes at its null tell which one the records ask for."""
+    declared = supermodel.declared[name]
+    return not effect.singular and not (declared.lower < declared.null < declared.upper)
 
 
 def grows_in_proportion(supermodel: Supermodel, name: str) -> bool:

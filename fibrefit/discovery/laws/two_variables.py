@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from fibrefit.discovery.curves.free_form import FittedCurve
+from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.curves.variables import in_motion
 from fibrefit.discovery.engine.candidates import fit_all, transferred
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -56,7 +57,10 @@ def with_second_variables(
         The curves that they stand for.
     """
     search.tell("looking for a second variable of the law", None)
-    first = list({law.probe: (fit, law) for fit, law in reversed(ranked)}.values())[::-1][:CHANGED]
+    best = dict[type[Curve], tuple[LaplaceFit, Composed]]()
+    for fit, law in ranked:
+        best.setdefault(law.probe, (fit, law))
+    first = list(best.values())[:CHANGED]
     knots, spans = {one.probe: one.knots for one in curves}, _spans(search, before)
     taken = {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
     jobs, told = [], []

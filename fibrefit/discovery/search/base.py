@@ -96,8 +96,8 @@ class SearchState:
         return replace(self, inference=inference)
 
     def gap(self, hypothesis: Hypothesis) -> float:
-        """Rms of what a hypothesis leaves, in units of the noise."""
-        return float(np.sqrt(hypothesis.fit.cost / self.samples))
+        """Rms of what a hypothesis leaves of the samples that count where it was fitted, in units of the noise."""
+        return float(np.sqrt(hypothesis.fit.cost / hypothesis.supermodel.samples.sum()))
 
     def plain(self, fitted: LaplaceFit) -> Hypothesis:
         """A hypothesis at its posterior mode, with what it leaves in plain squares."""

@@ -77,10 +77,15 @@ def linearised_about(
     return search_about(search, plain, *_sensitivities_about(search, plain, coefficients, counts), led=led)
 
 
+def is_held_back(found: LaplaceFit | Hypothesis) -> bool:
+    """Whether a hypothesis was held to what comes before the first bounces alone."""
+    known = found.supermodel.sensitivities
+    return known is not None and known.far
+
+
 def _is_led_on(search: Search, plain: Hypothesis) -> bool:
     """Whether a hypothesis was held to what is before the first bounces alone, and leaves little of that."""
-    known = plain.supermodel.sensitivities
-    return known is not None and known.far and search.gap(plain) <= TOO_FAR
+    return is_held_back(plain) and search.gap(plain) <= TOO_FAR
 
 
 def _ahead(search: Search, plain: Hypothesis) -> tuple[Hypothesis, bool]:

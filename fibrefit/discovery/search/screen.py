@@ -17,6 +17,7 @@ from fibrefit.discovery.engine.screening import (
     PredictedGain,
     accompaniment_of,
     best_of,
+    cannot_be_opposite,
     directions,
     rings,
     slightly,
@@ -130,6 +131,7 @@ class Screen:
         worth = np.where(opposite, 0.0, 0.5 * test.score**2 / seen) - PRICE
         gains = np.where(test.information > 0.0, worth, -np.inf)
         found_all = []
+        one_sided = [cannot_be_opposite(supermodel, effect, name) for effect, name, _ in ways]
         for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):
             shapes = {f"{effect.name}.{shape}": size for shape, size in there[effect].shapes.items()}
             start = {name: starting_strength(supermodel, name, float(value), share)}
@@ -138,7 +140,8 @@ class Screen:
             slight = {name: float(value)}
             places = shapes | start, shapes | hardly, shapes | slight
             beside = accompaniment_of(supermodel, unknowns, name, test, i)
-            found_all.append((effect, PredictedGain(float(gain), *places, beside)))
+            predicted = PredictedGain(float(gain), *places, beside, opposite=one_sided[i] and bool(share <= 0.0))
+            found_all.append((effect, predicted))
         return found_all
 
     @property

@@ -91,7 +91,7 @@ class Search(SearchState):
         """
         slopes, plain = self.inference.slopes(parent), self.plain(parent)
         predictions = self.predicted_gains(parent, slopes, effects, what, near)
-        most = max((prediction.gain for prediction in predictions.values()), default=-np.inf)
+        most = max((prediction.promise for prediction in predictions.values()), default=-np.inf)
         if little_is_missing(self.gap(plain), most):
             follow = partial(is_worth_following, least=least, of_singular=of_singular)
             found = self._from_slopes(parent, slopes, predictions, what, follow, near)
@@ -116,7 +116,7 @@ class Search(SearchState):
             views.append((pooled, {effect: one._replace(weak=one.values) for effect, one in there.items()}, seed))
             seen = [effect for effect in seen if effect in there]
         starts = [
-            EffectStart(predicted[effect].gain + view.log - parent.log, effect, view, predicted[effect], seed)
+            EffectStart(predicted[effect].promise + view.log - parent.log, effect, view, predicted[effect], seed)
             for view, predicted, seed in views
             for place, effect in enumerate(most_promising(predicted, seen))
             if view is parent or is_followed_instead(place)

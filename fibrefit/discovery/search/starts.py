@@ -66,7 +66,7 @@ def most_promising(
     predictions: Mapping[type[Effect], PredictedGain], seen: Sequence[type[Effect]]
 ) -> list[type[Effect]]:
     """The effects that were seen, those that slopes predict most of first."""
-    return sorted(seen, key=lambda effect: -predictions[effect].gain)
+    return sorted(seen, key=lambda effect: -predictions[effect].promise)
 
 
 def has_valleys(effect: type[Effect]) -> bool:

@@ -96,11 +96,11 @@ def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float
     name = residual_set.channels[channel]
     fitted, known = residual_set.fitted[name], residual_set.noise[name]
     pieces = [
-        (residual_set.residuals[r, channel, :count] * residual_set.sigma[r, channel], residual_set.rate)
+        (residual_set.residuals[r, channel, :count] * residual_set.sigma[r, channel], float(residual_set.rates[r]))
         for r, count in enumerate(residual_set.counts)
     ]
     moving, resting = _shares(pieces, fitted), _shares(residual_set.rests.get(name, ()), fitted)
-    edges = 0.5 * residual_set.rate / 2.0 ** np.arange(1, 11)
+    edges = 0.5 * residual_set.rates.max() / 2.0 ** np.arange(1, 11)
     found = []
     for edge in edges:
         left, still = (of.of_octave(edge) for of in (moving, resting))
@@ -233,8 +233,8 @@ def _drawn(residual_set: ResidualSet, channel: int) -> np.ndarray:
     random, noise = np.random.default_rng(0), residual_set.noise[residual_set.channels[channel]]
     found = np.zeros((DRAWS, *residual_set.counted[:, channel].shape))
     for draw in found:
-        for row, count in zip(draw, residual_set.counts, strict=True):
-            row[:count] = noise.draw(int(count), residual_set.rate, random)
+        for row, count, rate in zip(draw, residual_set.counts, residual_set.rates, strict=True):
+            row[:count] = noise.draw(int(count), float(rate), random)
     return found
 
 

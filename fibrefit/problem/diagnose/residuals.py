@@ -64,6 +64,11 @@ class ResidualSet:
         return np.asarray(self.problem.observations.experiment.count)
 
     @cached_property
+    def rates(self) -> np.ndarray:
+        """Samples a second of each record, ``(n_record,)`` in Hz."""
+        return np.array([1.0 / np.diff(times[:n]).mean() for times, n in zip(self.times, self.counts, strict=True)])
+
+    @cached_property
     def rate(self) -> float:
-        """Samples a second, in Hz."""
-        return float(1.0 / np.diff(self.times[0]).mean())
+        """Their mean, in Hz."""
+        return float(self.rates.mean())

@@ -113,7 +113,8 @@ class View:
 
         What is fitted takes noise along, most of it where the noise is slow. Values that are off by what is not known
         of them put it back: the mean power over these residuals is what is expected of the noise itself, given the
-        records (the expectation step of EM; for linear models, restricted maximum likelihood).
+        records (the expectation step of EM; for linear models, restricted maximum likelihood). Errors of inputs follow
+        them: what those make good of a change of the values is in no reading.
 
         Source
         ------
@@ -124,7 +125,19 @@ class View:
         places = np.searchsorted(np.asarray(self.problem.layout.local_free), evidence.mode.unknowns.columns)
         slopes = np.asarray(self.problem.followed(local)[0].slopes)[..., places]
         moved = np.einsum("rcti,rik->krct", slopes, roots_of_posterior(evidence))
-        return spread_about(best, moved)
+        return spread_about(best, self._with_errors_at_their_best(moved))
+
+    def _with_errors_at_their_best(self, moved: np.ndarray) -> np.ndarray:
+        """Changes of the readings ``(n_change, n_record, n_channel, n_time)`` that are left once inputs follow them."""
+        if self.sensitivities is None or self.raw is None:
+            return moved
+        white = moved if self.whitening is None else np.asarray(self.whitening.whiten_rows(jnp.asarray(moved)))
+        left = moved.copy()
+        for r, (seen, raw) in enumerate(zip(self.sensitivities.records, self.raw.records, strict=True)):
+            change = left[:, r]
+            best = seen.best(white[:, r].reshape(len(moved), -1))
+            change -= raw.imitated(best, change[0].size).reshape(change.shape)
+        return left
 
 
 def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.random.Generator) -> np.ndarray:

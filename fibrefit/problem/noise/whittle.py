@@ -162,9 +162,9 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
     valid : (n_record, n_time) bool
     counts : (n_record,) int
     """
-    parts = []
+    parts, rates = [], np.asarray(bank.rate)
     for r, (mask, count) in enumerate(zip(valid, counts, strict=True)):
-        number, rate = int(mask.sum()), float(np.asarray(bank.rate)[r])
+        number, rate = int(mask.sum()), float(rates[r])
         if number < 2:
             continue
         inner = slice(1, (int(count) + 1) // 2)
@@ -173,7 +173,9 @@ def periodograms(draws: np.ndarray, valid: np.ndarray, counts: np.ndarray, bank:
         decay, seen = np.asarray(bank.decay)[r], mask[:count]
         expected = lag_transforms(decay, seen)[:, inner] * (4.0 / (number * rate))
         pink = np.asarray(bank.pink)[r] @ expected[:-1]
-        expected = np.concatenate([expected[:-1], pink[None], expected[-1:]])
+        # Records have the density of white noise in common; its variance is that of the mean rate.
+        white = expected[-1:] * (rate / rates.mean())
+        expected = np.concatenate([expected[:-1], pink[None], white])
         parts.append((frequency, power, expected.T, np.full(len(frequency), r)))
     return Periodograms(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
@@ -226,7 +228,7 @@ def _line(
     sums, number = np.zeros(len(grid)), np.zeros(len(grid))
     for r in numbers:
         mine = whole.record == r
-        near = np.clip(np.searchsorted(whole.frequency[mine], grid - 1e-9), 0, mine.sum() - 1)
+        near = _nearest(whole.frequency[mine], grid)
         sums += np.where(free[mine], whole.power[mine] / density[mine], 0.0)[near]
         number += free[mine][near]
     from scipy.special import gammaincc
@@ -236,6 +238,14 @@ def _line(
     if tail[best] > LINE_BY_CHANCE:
         return None
     return _refined(draws, float(grid[best]), density, whole)
+
+
+def _nearest(frequencies: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Places ``(n_grid,)`` of the nearest ones of rising frequencies."""
+    above = np.clip(np.searchsorted(frequencies, grid), 1, max(len(frequencies) - 1, 1))
+    below = above - 1
+    above = np.minimum(above, len(frequencies) - 1)
+    return np.where(grid - frequencies[below] < frequencies[above] - grid, below, above)
 
 
 def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodograms) -> tuple[float, float]:

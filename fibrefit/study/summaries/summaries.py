@@ -179,7 +179,7 @@ class StatisticsSummary(Part):
     bic: Known = Field(
         default=None,
         description="Bayesian information criterion, chi-square + free values * ln(samples): for models of the same "
-        "records; it takes each sample for one by itself.",
+        "records; it takes each sample for one by itself. None where inputs have errors or records differ.",
     )
 
 
