@@ -378,7 +378,10 @@ def input_noise(summary: FitResultSummary) -> list[str]:
     lines = []
     for name, error in summary.input_errors.items():
         rms, noise = (format_quantity(value, error.unit, 2) for value in (error.rms, error.noise))
-        text = f"The measured {name} was corrected by {rms} rms (errors in variables); its noise is {noise}."
+        text = f"The measured {name} was corrected by {rms} rms (errors in variables); its noise is {noise}"
+        if error.looked_for is not None:
+            text += f", {format_quantity(error.looked_for, error.unit, 2)} of it where errors are looked for"
+        text += "."
         if error.rms == 0.0:
             text = f"The {name} was taken as it was measured; its noise is {noise}."
         if not math.isfinite(error.rms):

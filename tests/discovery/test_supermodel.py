@@ -28,6 +28,7 @@ from fibrefit.discovery.engine.supermodel import (
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
+from fibrefit.problem.estimate.view import View
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors
@@ -208,6 +209,23 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     assert common_noise.whitened(supermodel).costs(local, whole).sum() == pytest.approx(cost, rel=SINGLE)
     # The negative control: were only the readings counted, the errors would cost nothing.
     assert wave @ wave > 10.0 * SINGLE * cost
+
+
+def test_a_change_that_errors_of_the_input_make_good_is_in_no_reading(task: Task) -> None:
+    """What values take along of the noise is put back with the errors of the input at their best for it."""
+    known = input_errors(task)
+    plain = sensitivities_of(task, task.start, no_errors(known))
+    assert plain is not None
+    view = View(task.problem, None, plain, plain)
+    shape = (1, 1, *np.asarray(task.problem.linearised_at(task.problem.layout.local(task.start)).residuals).shape[1:])
+    strong = plain.records[0].imitated(1e3 * np.eye(len(plain.records[0].rows))[:1], int(np.prod(shape))).reshape(shape)
+    left = view._with_errors_at_their_best(strong)
+    power = float(np.sum((strong / 1e3) ** 2))
+    # Of a change along one direction a share of 1 / (1 + its power) is left.
+    np.testing.assert_allclose(left, strong / (1.0 + power), rtol=SINGLE, atol=SINGLE * np.abs(strong).max())
+    assert power > 100.0
+    # The negative control: without sensitivities it stays as it is.
+    assert View(task.problem)._with_errors_at_their_best(strong) is strong
 
 
 @pytest.mark.slow

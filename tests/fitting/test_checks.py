@@ -13,7 +13,7 @@ from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
-from fibrefit.fitting.misfit.structure import structure_checks
+from fibrefit.fitting.misfit.structure import _spectrum, structure_checks
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.uncertainty import sandwich
 from fibrefit.problem.diagnose.phases import Motion
@@ -253,14 +253,47 @@ def test_a_force_that_depends_on_speed_is_named(clean: ResidualSet) -> None:
     assert "force residual depends on the speed" in fit_sentence(states)
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_each_record_is_judged_at_its_own_rate(clean: ResidualSet, order: int) -> None:
+    """White noise of one density, logged at 1 and 4 kHz: which record comes first makes no difference."""
+    rates, random = np.array([1000.0, 4000.0])[::order], np.random.default_rng(4)
+    counts = (rates * SAMPLES / rates.max()).astype(int)
+    noise, data = Noise(1e-3, 0.0, 0.0, 4000), clean.problem.observations
+    times = np.arange(SAMPLES) / rates[:, None]
+    residuals = np.zeros((2, len(CHANNELS), SAMPLES))
+    weight = np.zeros((2, SAMPLES))
+    for r, (rate, count) in enumerate(zip(rates, counts, strict=True)):
+        sigma = np.sqrt(0.5 * noise.white * rate)
+        weight[r, :count] = 1.0 / sigma
+        for channel in range(len(CHANNELS)):
+            residuals[r, channel, :count] = noise.draw(count, rate, random) / sigma
+    there = data._replace(
+        experiment=data.experiment._replace(times=times, count=counts), weight=dict.fromkeys(CHANNELS, weight)
+    )
+    problem: Any = SimpleNamespace(observations=there, model=clean.problem.model)
+    each = dict.fromkeys(CHANNELS, noise)
+    spectrum = _spectrum(ResidualSet(problem, residuals, clean.motion, each, each))
+    assert spectrum.passed
+    assert spectrum.statistic < 1.2
+
+
 @pytest.mark.parametrize(("rms", "passed"), [(0.8, True), (1.1, True), (1.3, False)])
 def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool) -> None:
     (check,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=rms * 1e-5, noise=1e-5, unit="m")})
     assert check.passed is passed
     assert (
         passed
-        or "the error of the drive would have to be 1.3 times its noise; at most 1.15" in fit_sentence(check).lower()
+        or "the error of the drive would have to be 1.3 times its noise at the frequencies at which it is looked for; "
+        "at most 1.15"
+        in fit_sentence(check).lower()
     )
+
+
+def test_noise_of_an_input_where_no_error_is_looked_for_is_no_excuse() -> None:
+    """White noise of 10 um at 5 kHz has 2 um up to 100 Hz: an error of 5 um there is what the model lacks."""
+    error = InputErrorSummary(rms=5e-6, noise=1e-5, unit="m", looked_for=2e-6)
+    (check,) = judge.inputs_within_noise({"drive": error})
+    assert (check.passed, check.statistic) == (False, pytest.approx(2.5))
 
 
 def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:

@@ -122,6 +122,8 @@ def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: di
     frequency = np.arange(0.25 / duration, 60.0, 0.5 / duration)
     power = noise.density(frequency).sum() * 0.5 / duration + 2.0 * noise.line
     assert rms[0] == pytest.approx(np.sqrt(power), rel=0.3)
+    # Before anything is drawn it is the mean over all draws.
+    assert known["drive"].rms == pytest.approx(np.sqrt(power), rel=0.1)
     assert rms[1] == pytest.approx(2.0 * rms[0], rel=1e-12)
 
 

@@ -12,6 +12,7 @@ from fibrefit.problem.noise.periodogram_fit import STEPS, _Bands, fitted
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive
 from fibrefit.problem.noise.whittle import (
+    _nearest,
     noise_of_residuals,
     noise_of_signals,
     periodograms,
@@ -290,3 +291,23 @@ def test_steps_of_some_parts_are_those_of_all_with_the_others_at_nothing() -> No
             plain = plain * ((share * bands.power / (expected @ plain)) @ expected) / (share @ expected)
         np.testing.assert_allclose(weights, plain, rtol=1e-9)
         assert not np.delete(weights, some).any()
+
+
+@pytest.mark.parametrize("rates", [(1000.0, 4000.0), (4000.0, 1000.0)])
+def test_records_at_several_rates_have_the_density_of_white_noise_in_common(rates: tuple[float, float]) -> None:
+    """A faster logger's noise of the same density has a larger variance, and no more of it at any frequency."""
+    random, density, seconds = np.random.default_rng(3), 2e-3, 2.0
+    counts = np.array([round(rate * seconds) for rate in rates])
+    times, values = np.zeros((2, counts.max())), np.zeros((2, counts.max()))
+    for row, at, rate, count in zip(values, times, rates, counts, strict=True):
+        row[:count] = np.sqrt(0.5 * density * rate) * random.standard_normal(count)
+        at[:] = np.arange(counts.max()) / rate
+    noise = noise_of_signals(values[None], times, counts)
+    assert noise.white == pytest.approx(density, rel=LEVEL)
+    assert noise.density(np.array([30.0]))[0] == pytest.approx(density, rel=SLOW)
+
+
+def test_the_nearest_ordinate_may_be_the_one_before() -> None:
+    places = _nearest(np.array([1.0, 2.0, 3.5]), np.array([0.2, 1.4, 1.6, 2.7, 2.8, 9.0]))
+    assert places.tolist() == [0, 0, 1, 1, 2, 2]
+    assert _nearest(np.array([1.0]), np.array([0.5, 7.0])).tolist() == [0, 0]

@@ -100,6 +100,9 @@ def test_it_says_what_was_taken_off_an_input() -> None:
     said = " ".join(fit_report(FIT.model_copy(update={"expected_gap": 0.946, "input_errors": errors})).split())
     assert "The measured drive was corrected by 5.8 um rms (errors in variables); its noise is 10 um." in said
     assert "the expected gap of a perfect model is 0.95" in said.lower()
+    looked_for = {"drive": errors["drive"].model_copy(update={"looked_for": 6e-6})}
+    told = " ".join(fit_report(FIT.model_copy(update={"input_errors": looked_for})).split())
+    assert "its noise is 10 um, 6 um of it where errors are looked for." in told
     assert "perfect model" not in fit_report(FIT)
 
 

@@ -123,7 +123,10 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
     linear, scores = _scores(found, local, shares)
     rms = error_rms(problem, known, found.coefficients)
     usual = {name: _mean_rms(task.input_noise[name], task) for name in rms}
-    errors = {name: InputErrorSummary(rms=size, noise=usual[name], unit=ROLES[name]) for name, size in rms.items()}
+    errors = {
+        name: InputErrorSummary(rms=size, noise=usual[name], unit=ROLES[name], looked_for=known[name].rms)
+        for name, size in rms.items()
+    }
     expected = float(np.sqrt(np.mean(shares**2)))
     return Optimum(
         found.problem,

@@ -49,6 +49,12 @@ class InputErrors(NamedTuple):
     weights: Any
     kind: Any
 
+    @property
+    def rms(self) -> float:
+        """Rms in SI units that such errors have beforehand, the mean square over the records."""
+        square = np.asarray(self.size) ** 2 * np.where(np.asarray(self.numbers) == 0, 1.0, 0.5)
+        return float(np.sqrt(np.mean(np.sum(square, axis=1))))
+
 
 def smoothed_cosines(times: jax.Array, known: InputErrors, places: jax.Array) -> Signals:
     """Cosines at some places of one `COSINES`, after the smoother, ``(n_place, n_time)``; zero where there is no such.

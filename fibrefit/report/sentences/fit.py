@@ -272,8 +272,8 @@ def _input_error(check: Check) -> str:
     if check.statistic == 0.0:
         return f"The {name} was taken as it was measured: the model lacks more than an error of it could explain."
     return (
-        f"The error of the {name} would have to be {check.statistic:.3g} times its noise; at most {check.threshold:g} "
-        "is expected. The model lacks something."
+        f"The error of the {name} would have to be {check.statistic:.3g} times its noise at the frequencies at "
+        f"which it is looked for; at most {check.threshold:g} is expected. The model lacks something."
     )
 
 

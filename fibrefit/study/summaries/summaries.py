@@ -147,6 +147,15 @@ class InputErrorSummary(Part):
     rms: OrNan
     noise: float = Field(description="Noise rms of the input.")
     unit: str
+    looked_for: Known = Field(
+        default=None,
+        description="Rms that its noise has at the frequencies at which errors are looked for; all of it where None.",
+    )
+
+    @property
+    def times_expected(self) -> float:
+        """Error over what the noise would let it be at the frequencies at which it is looked for."""
+        return self.rms / (self.noise if self.looked_for is None else self.looked_for)
 
 
 class BetweenRecordsSummary(Part):
