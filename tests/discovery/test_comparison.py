@@ -14,6 +14,7 @@ from fibrefit.discovery import comparison
 from fibrefit.discovery.choice import chosen_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.forward_selection import Selection, _near
+from fibrefit.discovery.search.base import SearchState
 from fibrefit.discovery.search.search import Tried
 from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.laws.catalogue import CATALOGUE
@@ -250,3 +251,12 @@ def test_what_was_not_followed_is_not_added_whatever_slopes_predict() -> None:
     unseen = SimpleNamespace(log=100.0, names=("a",), evidence=SimpleNamespace(mode=SimpleNamespace(steps=0)))
     ranked = comparison.Comparison(cast(Any, None), cast(Any, BASE), cast(Any, (unseen,)), frozenset({("b",)}))
     assert chosen_of(ranked, None) is None
+
+
+def test_a_gap_is_over_the_samples_that_counted_where_it_was_fitted() -> None:
+    """Of a model that saw but what comes before the first bounces, all samples of a later one would make it small."""
+    before: Any = SimpleNamespace(
+        fit=SimpleNamespace(cost=400.0), supermodel=SimpleNamespace(samples=np.array([60.0, 40.0]))
+    )
+    later: Any = SimpleNamespace(samples=10_000.0)
+    assert SearchState.gap(later, before) == 2.0

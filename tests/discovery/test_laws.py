@@ -12,6 +12,7 @@ import pytest
 
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.priors import _line
+from fibrefit.discovery.laws import two_variables
 from fibrefit.discovery.laws.forms import FORMS, FittedForm, Form, Quadratic, forms_of
 from fibrefit.discovery.laws.places import PLACES, SECOND, SECOND_VARIABLES, SecondVariable, second_variables
 from fibrefit.discovery.laws.relaxation import nearest_curve, places_along
@@ -218,3 +219,31 @@ def test_where_the_zero_of_its_variable_lies_makes_no_place_of_a_law_less_likely
     _, middle, scale, *_ = _line(place, cast(Any, SimpleNamespace(name="guide.law.knee")), None, [])
     assert middle == pytest.approx(knots[0] + span / 2.0)
     assert scale == pytest.approx(span / 2.0)
+
+
+def test_a_second_variable_is_looked_for_in_the_best_law_of_each_of_the_best_curves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Laws of one curve come among those of others: the worst of them says nothing of its place."""
+    asked = list[str]()
+
+    def composed(probe: Any, form: str, *of: Any) -> Any:
+        asked.append(form)
+        return SimpleNamespace(second=None)
+
+    curves: Any = [SimpleNamespace(probe=probe, knots=None) for probe in "ABC"]
+    monkeypatch.setattr(two_variables, "_spans", lambda *of: {"speed": 1.0})
+    monkeypatch.setattr(two_variables, "second_variables", lambda probe: [SimpleNamespace(variable="speed")])
+    monkeypatch.setattr(two_variables, "composed", composed)
+    monkeypatch.setattr(two_variables, "fit_all", lambda jobs, tell: [None] * len(jobs))
+    names = ("A1", "B1", "B2", "C1", "C2", "A2")
+    ranked: Any = [
+        (SimpleNamespace(log=100.0 - i), SimpleNamespace(probe=name[0], fitted=name)) for i, name in enumerate(names)
+    ]
+    model = SimpleNamespace(effects=())
+    task = SimpleNamespace(problem=SimpleNamespace(model=model))
+    search: Any = SimpleNamespace(tell=lambda *of: None, task=task)
+    parent: Any = SimpleNamespace(effects=())
+    found = two_variables.with_second_variables(search, cast(Any, None), parent, ranked, curves)
+    assert asked == ["A1", "B1"]
+    assert found == ranked
