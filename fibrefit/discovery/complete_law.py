@@ -14,7 +14,7 @@ from fibrefit.discovery.engine.effort import side_search_time
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
-from fibrefit.discovery.laws.told import described, held_law
+from fibrefit.discovery.laws.told import HeldLaw, described, held_law, holding_without
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import pruned
 from fibrefit.discovery.search.alarms import alarms_of
@@ -92,25 +92,27 @@ def law_of_curves(
             return None
         there, fitted = about
     # A law that was found is not lost with the time that this takes.
-    whole, look = (there.parent, fitted), partial(_without_needless, there, fitted)
-    (parent, fitted), _ = in_time(look, whole, side_search_time(time_left()))
-    told = described(there.search, parent, held._replace(fit=fitted))
-    return Unnamed(there.search, parent, curves, (fitted, told))
+    whole = there.parent, held._replace(fit=fitted)
+    (parent, told), _ = in_time(partial(_without_needless, there, whole[1]), whole, side_search_time(time_left()))
+    return Unnamed(there.search, parent, curves, (told.fit, described(there.search, parent, told)))
 
 
-def _without_needless(there: Comparison, law: LaplaceFit) -> tuple[LaplaceFit, LaplaceFit]:
+def _without_needless(there: Comparison, held: HeldLaw) -> tuple[LaplaceFit, HeldLaw]:
     """A law without the effects that it makes needless, as a later effect does, and its parent without them.
 
-    What was added before may be but the likeness of the law, in the first place where some effect did most of it.
+    What was added before may be but the likeness of the law, in the first place where some effect did most of it. They
+    stay where the law does not hold on records left out without them.
     """
     if not there.parent.effects:
-        return there.parent, law
-    inference = there.search.inference
+        return there.parent, held
+    inference, law = there.search.inference, held.fit
     left = pruned(inference, law)
     rest = tuple(effect for effect in there.parent.effects if effect in left.effects)
     if law.effects[-1] not in left.effects or len(rest) == len(there.parent.effects):
-        return there.parent, law
-    return inference.without(there.parent, rest), left
+        return there.parent, held
+    parent = inference.without(there.parent, rest)
+    alone = holding_without(there.search, parent, held._replace(fit=left))
+    return (there.parent, held) if alone is None else (parent, alone)
 
 
 def _about_itself(

@@ -10,23 +10,20 @@ from typing import TypeVar
 import numpy as np
 
 from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, check_time, in_time, time_limit
+from fibrefit.core.time_limit import Budget, check_time, in_time
 from fibrefit.discovery.choice import candidates
-from fibrefit.discovery.curves.curves import drawn
+from fibrefit.discovery.curves.curves import drawn, with_law_over
 from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, probe_all, proposing
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.rivals import Rivals, separating_experiment
-from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, packed_values, transferred
+from fibrefit.discovery.engine.candidates import Hypothesis, transferred
 from fibrefit.discovery.engine.effort import (
     FINAL_STARTS,
-    TOO_FAR,
-    final_spread,
-    motion_lost,
-    time_for_gls,
     time_for_starts,
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED, TELLS
+from fibrefit.discovery.final_fit import final_fit, fit_of_found, is_cut, takes_longer, trouble_of
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.laws.told import ToldLaw, law_for, law_over_course, told_by_fit
 from fibrefit.discovery.model.finding import Finding
@@ -37,15 +34,9 @@ from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.alarms import alarms_of
 from fibrefit.discovery.search.cross_validation import held_out
 from fibrefit.discovery.search.effect_sizes import effect_sizes, of_interest
-from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import is_far
-from fibrefit.discovery.search.time_budget import FITTED_AGAIN, slowdown
-from fibrefit.fitting.checks import COMPLETION
-from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.fitting.search.each_by_itself import lost_beside
-from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.catalogue import look_alikes
 from fibrefit.laws.ports import PORTS
 from fibrefit.study.summaries.discovery import Candidate, Separation, Unexplained, Verdict
@@ -93,31 +84,32 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     budget : Budget
         Of time.
     """
-    search, parts = at.search, _Parts(budget, _takes_longer(at.search, at.best, before))
+    search, parts = at.search, _Parts(budget, takes_longer(at.search, at.best, before))
     alarms, best, law, curves = _left_beside(parts, at, base, before)
     search.tell("fitting the final model", None)
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, of_interest(search, best, limits.least)
-    best, after, refused = _fitted(search, wanted, before, limits, budget, parts.kept)
+    best, after, refused = fit_of_found(search, wanted, before, limits, budget, parts.kept)
     alarms = alarms if best is wanted else alarms_of(search, best)
     # What is still to be fitted comes last, and no other part takes its time.
-    kept_for_law = 0.0 if law is None else before.running + _takes_longer(search, law.fit, before)
+    kept_for_law = 0.0 if law is None else before.running + takes_longer(search, law.fit, before)
     complete, parts = not alarms and not curves and best is wanted, replace(parts, kept=kept_for_law)
     kept, untried, added = search.plain(best), _left_out(at), bool(best.effects)
-    cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at) or at.law)
+    cut, tried = bool(untried or at.cut_short or at.undone or parts.undone), bool(at.steps or _ranking(at) or law)
     verdict, reason = _of_whole_records(*_verdict(best, alarms, curves, cut, tried), after)
     verdict, reason = _after_refusal(verdict, reason, best is not wanted)
+    stays = _curve_stays(parts, law, curves)
     law = None if verdict == "not_trusted" else law
     known = tried or not cut or bool(curves)
     rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
-        reason=(*reason, *small, *(refused or _taken_out(at, found)), *_curve_stays(parts, law, curves)),
+        reason=(*reason, *small, *(refused or _taken_out(at, found)), *stays),
         added=best.effects,
         steps=tuple(step for step in at.steps if set(step.added) & set(best.names)),
         cannot_tell_apart=tuple(dict.fromkeys((*rivals, *_never_tried(search, best)))),
-        unexplained=_left_over(search, kept, after, None if complete else curves, law and law.told),
+        unexplained=_left_over(search, kept, after, None if complete else curves),
         looks_like=None if complete or not known else _looks_like(kept, search, after, curves, cut),
         before=before,
         after=after,
@@ -133,24 +125,29 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     more = (*(("further",) if at.cut_short else ()), *at.undone)
     if law is not None:
         gone = set(found.effects) - set(best.effects)
-        finding = _with_law(finding, law.without(gone), limits.seed, budget)
-        more = (*more, *_not_predicted(search, law.told))
+        finding = _with_law(finding, law.without(gone), before, limits.seed, budget)
+        more = (*more, *_not_predicted(search, finding.proposed_law))
     return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
 
 
-def _with_law(finding: Finding, law: ToldLaw, seed: int, budget: Budget) -> Finding:
+def _with_law(finding: Finding, law: ToldLaw, before: Identification, seed: int, budget: Budget) -> Finding:
     """A finding whose final fit is that with a law, told as that has it; without the law where that loses a motion.
 
-    Where inputs are exact it is the fit that ended in a wrong minimum, as of an effect (see `_fitted`).
+    Where inputs are exact it is the fit that ended in a wrong minimum, as of an effect (`fit_of_found`); one that the
+    time cut short says nothing of the law.
     """
     (search, fit, told), said = law, list[Statement]()
-    after = _final(search, fit, FINAL_STARTS, seed, budget)
-    if trouble := _trouble_of(search, fit, finding.after, after):
+    starts = FINAL_STARTS if time_for_starts(budget.left, takes_longer(search, fit, before)) else 0
+    after = final_fit(search, fit, starts, seed, budget)
+    if trouble := None if is_cut(after) else trouble_of(search, fit, finding.after, after):
         if trouble.identifier == "lost":
-            return replace(finding, proposed_law=None, reason=(*finding.reason, trouble))
+            gone = [trouble, *([Statement("curve_stays")] if finding.unexplained.curves else [])]
+            return replace(finding, proposed_law=None, reason=(*finding.reason, *gone))
         said.append(trouble)
-    told = told_by_fit(told, fit.names[-1], after)
-    return replace(finding, after=after, proposed_law=told, reason=(*finding.reason, *said))
+    told = told_by_fit(told, law.effect, after)
+    left = finding.unexplained
+    over = left.model_copy(update={"curves": with_law_over(left.curves, told)})
+    return replace(finding, after=after, proposed_law=told, unexplained=over, reason=(*finding.reason, *said))
 
 
 def _left_beside(
@@ -184,49 +181,10 @@ def _curve_stays(parts: _Parts, law: ToldLaw | None, curves: Sequence[FittedCurv
     return [Statement("curve_stays")] if curves and law is None and "law" not in parts.undone else []
 
 
-def _not_predicted(search: Search, law: ProposedLaw) -> tuple[str, ...]:
+def _not_predicted(search: Search, law: ProposedLaw | None) -> tuple[str, ...]:
     """What is left undone where no record was predicted from the others with a law."""
     several = len(search.context.whole) > 1
-    return ("left_out",) if several and law.summary.gap_left_out is None else ()
-
-
-def _takes_longer(search: Search, best: LaplaceFit, before: Identification) -> float:
-    """Time in s by which a final fit takes longer than the first one: its simulations may be slower."""
-    return FITTED_AGAIN * before.running * (slowdown(search, best) - 1.0) if best.effects else 0.0
-
-
-def _fitted(
-    search: Search, best: LaplaceFit, before: Identification, limits: Limits, budget: Budget, longer: float
-) -> tuple[LaplaceFit, Identification, list[Statement]]:
-    """What was found and its fit; without what no fit finds again, and what is said of that.
-
-    Where inputs have errors the evidence is that of readings linearised in them. A fit that loses a bounce with an
-    effect that the model without it does not lose shows that the effect is not what is missing. Where inputs are exact
-    so is the motion that the search followed, and it is the fit that ended in a wrong minimum.
-    """
-    said: list[Statement] = []
-    while best.effects:
-        starts = FINAL_STARTS if time_for_starts(budget.left, longer) else 0
-        after = _final(search, best, starts, limits.seed, budget)
-        cut = any(check.identifier == COMPLETION and not check.passed for check in after.checks)
-        trouble = None if cut or limits.choose is not None else _trouble_of(search, best, before, after)
-        if trouble is None or trouble.identifier != "lost":
-            return best, after, said if trouble is None else [trouble]
-        said.append(trouble)
-        best = search.inference.without(best, best.effects[:-1])
-    return best, before, said
-
-
-def _trouble_of(search: Search, found: LaplaceFit, before: Identification, after: Identification) -> Statement | None:
-    """What is wrong with the fit of what was found, beside that without it; None where nothing is."""
-    if found.supermodel.sensitivities is None:
-        if not motion_lost(total(before.gap), total(after.gap)):
-            return None
-        return Statement("fit_in_wrong_minimum", {"gaps": (search.gap_left(found), total(after.gap))})
-    if (record := lost_beside(before.record_gaps, after.record_gaps)) is None:
-        return None
-    gaps = total(before.record_gaps[record]), total(after.record_gaps[record])
-    return Statement("lost", {"effect": found.names[-1], "record": record, "gaps": gaps})
+    return ("left_out",) if law is not None and several and law.summary.gap_left_out is None else ()
 
 
 NOTHING: Verdict = "nothing_missing"
@@ -277,7 +235,6 @@ def _left_over(
     kept: Hypothesis,
     after: Identification,
     curves: Sequence[FittedCurve] | None,
-    law: ProposedLaw | None,
 ) -> Unexplained:
     """What no effect accounts for; `curves`, the free ones, is None where the model is complete."""
     if curves is None:
@@ -285,7 +242,7 @@ def _left_over(
     return Unexplained(
         gap=total(after.gap),
         where=where.places(after.residual_set),
-        curves=drawn(curves, after, search.samples, law),
+        curves=drawn(curves, after, search.samples),
     )
 
 
@@ -326,6 +283,7 @@ def _never_tried(search: Search, best: LaplaceFit) -> list[tuple[str, str]]:
 def _separated(search: Search, rivals: Sequence[Rivals]) -> tuple[Separation, ...]:
     found = []
     for i, pair in enumerate(rivals):
+        check_time()
         search.tell("looking for records that tell effects apart", i / len(rivals))
         found.append(separating_experiment(search, pair))
     return tuple(record for record in found if record is not None)
@@ -352,30 +310,3 @@ def _looks_like(
     if not curves:
         return Statement("unknown", {"lies": where.most_of(found.residual_set), "cut": cut})
     return Statement("curve_left", curve_facts(curves[0]) | {"share": max(share, 0.0)})
-
-
-def _final(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Budget) -> Identification:
-    """The fit of what was found, from so many starts about it; without any, and on a drive, it begins where that is."""
-    plain = search.plain(best)
-    task, local = own_task_by_record(search.task, plain)
-    # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
-    nearby = replace(
-        task,
-        start=packed_values(task, local),
-        spread=final_spread(task.spread),
-        horizons=task.horizons[:1, -1:],
-    )
-    coefficients, differ = coefficients_of(search, best), bool(best.evidence.mode.sigma.any())
-    # Values that all records share lose bounces of records that differ: from there nothing is found that a search knew.
-    coefficients = {} if coefficients is None and (differ or not starts) else coefficients
-    # Where much is missing, readings count up to the first bounce alone: a fit takes them whole.
-    near = None if search.gap(plain) > TOO_FAR else best.supermodel.sensitivities
-    # Where records differ, an estimate that takes them for alike loses bounces, and says nothing.
-    whiten = differ or time_for_gls(budget.left, budget.seconds)
-    # What one law more would be worth has been looked for.
-    how = How(whiten=whiten, rivals=False, ended=Ended(local, differ, coefficients, near))
-    with time_limit(budget.left):
-        return identify(
-            nearby, starts if coefficients is None else 1, seed, how,
-            progress=search.tell, stop=lambda: budget.left < 0.0,
-        )  # fmt: skip

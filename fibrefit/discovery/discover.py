@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fibrefit.core.errors import UsageError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
@@ -26,6 +27,7 @@ from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_u
 from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.fitting.search.multistart import NowhereYet
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import OTHERWISE, Check
@@ -51,29 +53,34 @@ def discover(
     ------
     DataError
         If the model cannot be simulated from any start.
-    KeyboardInterrupt
-        If the time is over, or it is stopped, before any start of the first fit has come anywhere.
+    UsageError
+        If the time is over before any start of the first fit has come anywhere.
     """
     limits, tell = limits or Limits(), progress or quiet
     budget = Budget.of(time_to_use(limits.seconds))
-    before = identify(
-        task,
-        FIRST_STARTS,
-        limits.seed,
-        How(whiten=False, rivals=False),
-        progress=progress,
-        stop=lambda: first_fit_ends(budget.used, budget.seconds),
-    )
+    before = _first_fit(task, limits, budget, progress)
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)
     with _journal(limits.folder) as folder:
         with time_limit(budget.left - kept_for_conclusion(before.running, budget.seconds)):
             started, _ = in_time(partial(_started, task, before, effects, tell, folder), None)
             if started is None:
-                return _not_trusted(before, (Statement("no_time"),), budget)
+                finding = _not_trusted(before, (Statement("no_time"),), budget)
+                return replace(finding, untried=tuple(effect.name for effect in effects), undone=("further",))
             search, base, before = started
             at = forward_select(search, base, before, limits)
         return concluded(before, base, at, limits, budget)
+
+
+def _first_fit(task: Task, limits: Limits, budget: Budget, progress: Progress | None) -> Identification:
+    stop = lambda: first_fit_ends(budget.used, budget.seconds)  # noqa: E731
+    try:
+        with time_limit(budget.left):
+            how = How(whiten=False, rivals=False)
+            return identify(task, FIRST_STARTS, limits.seed, how, progress=progress, stop=stop)
+    except NowhereYet:
+        expected = "enough for a start of the first fit to come anywhere"
+        raise UsageError("time", f"{limits.seconds:g} s", expected, "Give more of it with --time.") from None
 
 
 @contextmanager

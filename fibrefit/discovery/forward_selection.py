@@ -34,7 +34,13 @@ from fibrefit.discovery.pairs import best_pair, incomplete, pruned
 from fibrefit.discovery.residuals import where
 from fibrefit.discovery.residuals.residuals import residual_set_at
 from fibrefit.discovery.search.alarms import alarms_of, most_nats
-from fibrefit.discovery.search.inputs import coefficients_of, is_held_back, relinearised, residuals_left
+from fibrefit.discovery.search.inputs import (
+    coefficients_of,
+    is_held_back,
+    led_through_bounces,
+    relinearised,
+    residuals_left,
+)
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
 from fibrefit.discovery.unnamed import Unnamed, law_before_effects, law_beside_choice, law_without_choice
@@ -170,6 +176,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         mistake, _ = in_time(partial(mistaken, at.search, at.best), None, side_search_time(time_left()))
         if mistake is not None:
             return _settled_there(_grown(at, mistake, mistake.comparison, before, limits)), True
+        at = _led_on(at)
         law_first, _ = in_time(partial(law_before_effects, at.search, at.best, before), None)
         if law_first is not None and law_first[0] is not None:
             return _ended_by(law_first[0], replace(at, comparison=law_first[1])), False
@@ -233,6 +240,12 @@ def _near_choice(at: Selection, found: Believed, single: Comparison) -> LaplaceF
     if found.chosen is None:
         return None
     return _near(at, single, found.comparison, (*at.gained, found.comparison.gain(found.chosen)))
+
+
+def _led_on(at: Selection) -> Selection:
+    """A selection with the model it began with led through the bounces that its first fit lost, where it leads."""
+    anew, _ = in_time(partial(led_through_bounces, at.search, at.best), None, side_search_time(time_left()))
+    return at if anew is None else replace(at, search=anew[0], best=anew[1])
 
 
 def _settled_there(at: Selection) -> Selection:

@@ -49,9 +49,9 @@ def curve_figure(curves: Sequence[FreeCurve]) -> Figure:
     Parameters
     ----------
     curves : sequence of FreeCurve
-        Best first, at least one.
+        Best first, at least one; that of which a law is proposed comes before them.
     """
-    best, others = curves[0], curves[1:]
+    best, *others = sorted(curves, key=lambda one: one.law is None)
     rows = -(-len(others) // COLUMNS)
     figure = new_figure(TOP + LARGE + SHARED_SPACE + STAYS + BOTTOM + rows * (SMALL_HEIGHT + ABOVE))
     beside = f"with it, the gap (residual RMS / noise) is {best.gap_after:.2f}"

@@ -68,9 +68,8 @@ def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
         label(axes, x=words)
         if summary.rivals and i == 0:
             axes.set_xlim(0.0, 100.0)
-            axes.axvline(
-                100.0 * (summary.probability_distinguished_now or 0.0), color=GREY, linewidth=0.7, linestyle="--"
-            )
+            if (now := summary.probability_distinguished_now) is not None:
+                axes.axvline(100.0 * now, color=GREY, linewidth=0.7, linestyle="--")
     return figure
 
 

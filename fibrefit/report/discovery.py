@@ -236,7 +236,11 @@ def law_sentences(law: ProposedLawSummary) -> list[str]:
         )
     if second:
         where += f"; y is the {second[0]}"
-        where += " (1 in the direction of +, -1 against it)" if second[0] == "direction" else ""
+        if second[0] == "direction":
+            where += " (1 in the direction of +, -1 against it)"
+        elif law.second_at_most is not None and len(law.variable_units) > 1:
+            where += f", which the records saw up to {law.second_at_most:.3g} {law.variable_units[1]}"
+        where += "; the picture has the law where y is 0"
     nearest = [f"Next: {one.says} It is {-one.evidence:.3g} nats behind." for one in law.runners_up[:1]]
     file = f"As an effect of your own: {law.effect}, used by study.toml beside this result (--trust runs it)."
     return [f"{said}.", f"{where}.", *nearest, file]

@@ -21,7 +21,13 @@ def plan_report(summary: PlanSummary) -> str:
     """Report of a plan in at most 80 columns; no line break at its end."""
     best = summary.further[: min(MOST, len(summary.further))]
     first = f"{len(summary.further)} records that could be taken next, ranked {WORDS[summary.purpose]}."
-    if summary.rivals and summary.probability_distinguished_now is not None:
+    if summary.rivals and summary.ahead is not None:
+        ahead, behind = summary.rivals if summary.ahead >= 0.0 else summary.rivals[::-1]
+        first += (
+            f" The {len(summary.records)} at hand make {ahead} more probable than {behind} by "
+            f"{abs(summary.ahead):.2g} nats; beyond 5 they are told apart."
+        )
+    elif summary.rivals and summary.probability_distinguished_now is not None:
         first += (
             f" The {len(summary.records)} at hand tell {summary.rivals[0]} from {summary.rivals[1]} with a probability "
             f"of {100.0 * summary.probability_distinguished_now:.0f} %."

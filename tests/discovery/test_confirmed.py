@@ -9,10 +9,11 @@ from typing import Any, cast
 import pytest
 
 from fibrefit.core.time_limit import Budget, check_time, time_limit
-from fibrefit.discovery import choice, comparison, conclusion, forward_selection
+from fibrefit.discovery import choice, comparison, final_fit, forward_selection
 from fibrefit.discovery.choice import believed
 from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _further
+from fibrefit.discovery.search import inputs, setup
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.fitting.search import each_by_itself
 from fibrefit.report.sentences.discovery import discovery_sentence
@@ -282,17 +283,17 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     monkeypatch: pytest.MonkeyPatch, after: float, exact: bool, kept: bool, told: str
 ) -> None:
     before, ended = (
-        SimpleNamespace(gap=gap, record_gaps={"a.csv": 1.0, "b.csv": gap}, checks=(), running=1.0)
+        SimpleNamespace(gap=gap, record_gaps={"a.csv": 1.0, "b.csv": gap}, checks=(), running=1.0, input_errors={})
         for gap in (1.0, after)
     )
-    monkeypatch.setattr(conclusion, "_final", lambda *of: ended)
-    monkeypatch.setattr(conclusion, "total", lambda gap: gap)
+    monkeypatch.setattr(final_fit, "final_fit", lambda *of: ended)
+    monkeypatch.setattr(final_fit, "total", lambda gap: gap)
     monkeypatch.setattr(each_by_itself, "total", lambda gap: gap)
     seen = SimpleNamespace(sensitivities=None if exact else ())
     monkeypatch.setattr(Model, "supermodel", seen, raising=False)
     inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
     search: Any = SimpleNamespace(inference=inference, gap_left=lambda one: 1.01)
-    best, fit, said = conclusion._fitted(
+    best, fit, said = final_fit.fit_of_found(
         search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0), 0.0
     )
     assert best.names == ((A.name,) if kept else ())
@@ -301,18 +302,60 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     assert all(told in discovery_sentence(one) for one in said)
 
 
+@pytest.mark.parametrize(
+    ("lost", "held_back", "found", "anew"),
+    [(2.0, False, 1.0, True), (2.0, True, 1.0, False), (1.0, False, 1.0, False), (2.0, False, 2.5, False)],
+)
+def test_where_the_first_fit_lost_a_motion_that_the_search_found_the_model_is_fitted_again(
+    monkeypatch: pytest.MonkeyPatch, lost: float, held_back: bool, found: float, anew: bool
+) -> None:
+    """Nothing is missing of whole records then, and not only of what comes before their first bounces."""
+    before, ended = (SimpleNamespace(gap=gap, expected_gap=1.0, input_errors={"drive": 1.0}) for gap in (lost, found))
+    monkeypatch.setattr(setup, "total", lambda gap: gap)
+    monkeypatch.setattr(final_fit, "total", lambda gap: gap)
+    monkeypatch.setattr(final_fit, "final_fit", lambda *of: ended)
+    best: Any = SimpleNamespace(effects=(), supermodel=SimpleNamespace(sensitivities=SimpleNamespace(far=held_back)))
+    nothing = cast(Any, None)
+    kept, fit, said = final_fit.fit_of_found(nothing, best, cast(Any, before), Limits(), Budget.of(60.0), 0.0)
+    assert (kept, said) == (best, [])
+    assert fit is (ended if anew else before)
+
+
+@pytest.mark.parametrize(
+    ("far", "rms", "comes", "moved"),
+    [(True, 2.0, True, True), (True, 2.0, False, False), (True, 4.0, True, False), (False, 2.0, True, False)],
+)
+def test_a_model_that_leads_through_bounces_which_its_first_fit_lost_is_asked_about_whole_records(
+    monkeypatch: pytest.MonkeyPatch, far: bool, rms: float, comes: bool, moved: bool
+) -> None:
+    """Where it meets them all in plain squares (MET), and loses no motion with errors of the inputs."""
+    ahead, asked = SimpleNamespace(fit=SimpleNamespace(cost=100 * rms**2)), list[Any]()
+    monkeypatch.setattr(inputs, "through_all_bounces", lambda search, plain: ahead)
+
+    def relinearised(search: Any, held: Any, lead: bool) -> Any:
+        asked.append(lead)
+        return ("there", "the model", True) if comes else None
+
+    monkeypatch.setattr(inputs, "_relinearised", relinearised)
+    task = SimpleNamespace(problem=SimpleNamespace(n_measured=100))
+    search: Any = SimpleNamespace(plain=lambda held: held, task=task)
+    held: Any = SimpleNamespace(supermodel=SimpleNamespace(sensitivities=SimpleNamespace(far=far)))
+    assert inputs.led_through_bounces(search, held) == (("there", "the model") if moved else None)
+    assert asked == ([True] if far and rms < 3.0 else [])
+
+
 @pytest.mark.parametrize(("slower", "searched"), [(2.0, True), (12.0, False)])
 def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     monkeypatch: pytest.MonkeyPatch, slower: float, searched: bool
 ) -> None:
     asked: list[int] = []
     before: Any = SimpleNamespace(gap=1.0, record_gaps={"a.csv": 1.0}, checks=(), running=2.0)
-    monkeypatch.setattr(conclusion, "_final", lambda search, best, starts, *of: asked.append(starts) or before)
-    monkeypatch.setattr(conclusion, "slowdown", lambda *of: slower)
-    monkeypatch.setattr(conclusion, "total", lambda gap: gap)
+    monkeypatch.setattr(final_fit, "final_fit", lambda search, best, starts, *of: asked.append(starts) or before)
+    monkeypatch.setattr(final_fit, "slowdown", lambda *of: slower)
+    monkeypatch.setattr(final_fit, "total", lambda gap: gap)
     best = cast(Any, Model((A,), 40.0))
-    longer = conclusion._takes_longer(cast(Any, None), best, before)
-    conclusion._fitted(cast(Any, None), best, before, Limits(), Budget.of(60.0), longer)
+    longer = final_fit.takes_longer(cast(Any, None), best, before)
+    final_fit.fit_of_found(cast(Any, None), best, before, Limits(), Budget.of(60.0), longer)
     assert [bool(starts) for starts in asked] == [searched]
 
 

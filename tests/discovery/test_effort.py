@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.time_limit import Budget, check_time, time_left
-from fibrefit.discovery import conclusion, discover, forward_selection
+from fibrefit.discovery import discover, final_fit, forward_selection
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort
 from fibrefit.discovery.search import inputs, setup, starts
@@ -86,8 +86,8 @@ def final_starts() -> int:
     """Starts that a conclusion gives the fit of what was found, with time for all."""
     stopped, best = Mock(side_effect=KeyboardInterrupt), cast(Any, SimpleNamespace(effects=("one",)))
     none, limits = cast(Any, None), cast(Any, SimpleNamespace(seed=0))
-    with patch.object(conclusion, "_final", stopped), suppress(KeyboardInterrupt):
-        conclusion._fitted(none, best, none, limits, Budget.of(100.0), 0.0)
+    with patch.object(final_fit, "final_fit", stopped), suppress(KeyboardInterrupt):
+        final_fit.fit_of_found(none, best, none, limits, Budget.of(100.0), 0.0)
     return int(stopped.call_args.args[2])
 
 
@@ -129,7 +129,7 @@ CASES = (
     Bracket("IN_SEVERAL", effort, lambda x: not effort.happens_in_several(int(x)), 1.0, 2.0),
     Bracket("CURVES_WITH_LAWS", effort, lambda x: effort.proposes_laws(int(x)), 2.0, 3.0),
     Bracket("LAWS_FITTED", effort, lambda x: int(x) in effort.laws_in_turn((range(99),)), 5.0, 6.0),
-    Bracket("FINAL_STARTS", conclusion, lambda x: x <= final_starts(), 3.0, 4.0),
+    Bracket("FINAL_STARTS", final_fit, lambda x: x <= final_starts(), 3.0, 4.0),
     Bracket("FINAL_SPREAD", effort, lambda x: x < effort.final_spread(("mass",))["mass"], 1.005, 1.015),
     Bracket("STARTS_NEED", effort, lambda x: effort.time_for_starts(100.0 * x, 100.0), 10.5, 9.5),
     Bracket("LOOKING", effort, lambda x: 100.0 * x < effort.looking_time(100.0), 0.75, 0.85),

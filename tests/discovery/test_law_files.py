@@ -72,7 +72,9 @@ def with_law(task: Task, law: Composed) -> Finding:
         runners_up=(OtherLaw(name="guide.other", says="Another.", evidence=-9.0),),
     )
     after = identified(task, (effect,))
-    told = told_by_fit(ProposedLaw(summary, law.file, law.source, law.probe.name, np.zeros(40)), law.name, after)
+    told = told_by_fit(
+        ProposedLaw(summary, law.file, law.source, law.probe.says, lambda values: np.zeros(40)), law.name, after
+    )
     return replace(FINDINGS["unexplained"](task), added=(), after=after, proposed_law=told)
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -20,16 +21,16 @@ from fibrefit.discovery.design.apart import Contest, Explanation, nats_apart
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import detectable, menu_grams, projected
 from fibrefit.discovery.design.plan import (
+    Standing,
     Worth,
     _errors,
     _worth,
     just_found,
     options_of,
-    probability_distinguished,
     worths,
 )
 from fibrefit.discovery.engine.supermodel import residual_rows
-from fibrefit.discovery.engine.thresholds import APART
+from fibrefit.discovery.engine.thresholds import APART, PRICE
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
@@ -41,7 +42,7 @@ from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.study.summaries.design import PlanSummary
 from fibrefit.study.summaries.files import summary_of
-from fibrefit.workflow.design import plan as workflow
+from fibrefit.workflow.design import rivals as at_hand
 from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, _order, _sentence, plan_study
 from tests.discovery.made import BASE, differing
 from tests.discovery.test_menu import PARAMETERS
@@ -80,15 +81,24 @@ def plan(folder: Path) -> RecordPlan:
 
 def test_a_faster_drop_tells_drag_from_viscous_friction_better_than_one_more_of_the_same(plan: RecordPlan) -> None:
     nats = {i: worth.nats for i, (worth, _) in enumerate(plan.further)}
-    looked = [worth.nats for worth, _ in plan.further if worth.refitted]
-    assert list(nats.values())[: len(looked)] == sorted(looked, reverse=True)
-    assert list(nats.values())[len(looked) :] == sorted(list(nats.values())[len(looked) :], reverse=True)
-    assert f"fitted to {len(looked)} of {len(nats)} further records" in plan.summary().remarks[-1]
-    assert plan.best.conditions["lift"] == pytest.approx(8e-3)
+    looked = sum(worth.refitted for worth, _ in plan.further)
+    assert f"fitted to {looked} of {len(nats)} further records" in plan.summary().remarks[-1]
+    fastest = max((worth for worth, _ in plan.further if worth.refitted), key=lambda worth: worth.nats)
+    assert fastest.choice.conditions["lift"] == pytest.approx(8e-3)
     again = next(worth for worth, _ in plan.further if not worth.choice.conditions)
-    assert plan.further[0][0].nats > 2.0 * again.nats
+    assert fastest.nats > 2.0 * again.nats
     # No record can take away what those at hand say.
-    assert min(nats.values()) >= plan.now * (1.0 - 1e-6)
+    assert min(nats.values()) >= plan.standing.nats * (1.0 - 1e-6)
+
+
+def test_of_records_that_tell_rivals_apart_as_surely_the_cheapest_comes_first(plan: RecordPlan) -> None:
+    most = max(worth.distinguished for worth, _ in plan.further if worth.refitted)
+    shown = [round(min(worth.distinguished, most), 2) for worth, _ in plan.further]
+    assert shown == sorted(shown, reverse=True)
+    as_sure = [minutes for (worth, minutes), share in zip(plan.further, shown, strict=True) if share == shown[0]]
+    looked = sum(worth.refitted for worth, _ in plan.further[: len(as_sure)])
+    assert as_sure[:looked] == sorted(as_sure[:looked])
+    assert all(worth.refitted for worth, _ in plan.further[:looked])
 
 
 def test_error_bars_fall_with_every_record_and_by_a_root_of_two_at_most_where_it_is_repeated(plan: RecordPlan) -> None:
@@ -147,14 +157,38 @@ def test_a_rig_whose_further_records_are_all_alike_is_refused(tmp_path: Path) ->
 
 
 def test_the_probability_to_tell_rivals_apart() -> None:
-    assert probability_distinguished(0.0) == probability_distinguished(float("nan")) == 0.0
-    assert probability_distinguished(APART) == pytest.approx(0.5)
-    assert probability_distinguished(8.0 * APART) > 0.99
+    planned = Standing(0.0).distinguished
+    assert planned(0.0) == planned(float("nan")) == 0.0
+    assert planned(APART) == pytest.approx(0.5)
+    assert planned(8.0 * APART) > 0.99
     # Twice the log of the ratio of two normals a distance d apart, drawn from one of them.
     d = 4.0
     draws = np.random.default_rng(3).standard_normal(200_000)
     share = np.mean(0.5 * d**2 + d * draws > APART)
-    assert probability_distinguished(0.5 * d**2) == pytest.approx(share, abs=5e-3)
+    assert planned(0.5 * d**2) == pytest.approx(share, abs=5e-3)
+
+
+def test_a_rival_with_more_parameters_pays_for_them_where_nothing_is_measured() -> None:
+    assert Standing(0.0, price=4.0).distinguished(APART + 4.0) == pytest.approx(0.5)
+    viscous, stribeck = CATALOGUE["guide.viscous_friction"], CATALOGUE["guide.stribeck_friction"]
+    more = len(stribeck.parameters) - len(viscous.parameters)
+    assert module._price_of_more([Explanation(viscous, {}), Explanation(stribeck, {})]) == PRICE * more
+    assert module._price_of_more([]) == module._price_of_more([Explanation(viscous, {})] * 2) == 0.0
+
+
+@pytest.mark.parametrize("ahead", [-6.0, 0.0, 3.0])
+def test_what_is_measured_is_known_and_only_the_further_record_is_left_to_chance(ahead: float) -> None:
+    """Draws of which rival is right, as probable as the records make it, and then of the further record's ratio."""
+    rng, added = np.random.default_rng(5), 4.0
+    first = rng.random(400_000) < 1.0 / (1.0 + np.exp(-ahead))
+    ratio = ahead + np.where(first, added, -added) + np.sqrt(2.0 * added) * rng.standard_normal(len(first))
+    right = np.where(first, ratio, -ratio) > APART
+    standing = Standing(10.0, ahead)
+    assert standing.distinguished(10.0 + added) == pytest.approx(right.mean(), abs=3e-3)
+    assert standing.now is None
+    # A record that adds nothing leaves them as they are.
+    share = 1.0 / (1.0 + np.exp(-abs(ahead)))
+    assert standing.distinguished(10.0) == pytest.approx(share if abs(ahead) > APART else 0.0)
 
 
 def test_standard_errors_are_those_of_least_squares_with_what_is_each_records_own() -> None:
@@ -228,12 +262,28 @@ def test_a_mean_is_known_no_better_than_records_that_differ_tell_it(scatter: flo
 
 def test_a_record_that_first_shows_an_effect_comes_first() -> None:
     better, first = Worth(Choice(0, {}), {}, {"b": 0.85}), Worth(Choice(1, {}), {}, {"b": 0.9}, shown=("a",))
-    assert sorted([(better, 1.0), (first, 1.0)], key=_order("power"))[0][0] is first
+    assert sorted([(better, 1.0), (first, 1.0)], key=_order("power", []))[0][0] is first
+    # Of two that a sentence tells the same of the cheaper one comes first.
+    dear, cheap = Worth(Choice(0, {}), {"k": 0.501}, {}), Worth(Choice(1, {}), {"k": 0.503}, {})
+    assert sorted([(dear, 17.0), (cheap, 2.0)], key=_order("errors", []))[0][0] is cheap
     lower, known = Worth(Choice(0, {}), {"k": 0.5}, {}), Worth(Choice(1, {}), {"k": 0.9}, {}, determined=("c",))
-    assert sorted([(lower, 1.0), (known, 1.0)], key=_order("errors"))[0][0] is known
+    assert sorted([(lower, 1.0), (known, 1.0)], key=_order("errors", []))[0][0] is known
     said = _sentence(first, 2.0, "a.csv", ())
     assert "it shows a, which the records at hand do not" in said
     assert "it determines c, which the records at hand do not" in _sentence(known, 2.0, "a.csv", ())
+
+
+def test_a_record_of_which_slopes_promise_counts_for_no_more_than_the_best_that_was_looked_into() -> None:
+    """One that was looked into and adds nothing comes behind others of which slopes promise something."""
+    best, useless, promised, little = (
+        Worth(Choice(i, {}), {}, {}, nats=nats, distinguished=share, refitted=looked)
+        for i, (nats, share, looked) in enumerate(
+            [(9.0, 0.7, True), (0.5, 0.0, True), (80.0, 1.0, False), (7.0, 0.6, False)]
+        )
+    )
+    ranked = [useless, little, promised, best]
+    found = sorted(((worth, 2.0) for worth in ranked), key=_order("rivals", ranked))
+    assert [worth for worth, _ in found] == [best, promised, little, useless]
 
 
 def test_an_effect_of_the_added_mass_shows_in_a_record_with_one(folder: Path) -> None:
@@ -291,7 +341,7 @@ def search(task: Task) -> Search:
 def alike(search: Search) -> Any:
     """The base model of a search, of records that do not differ."""
     values = {"supermodel": search.base.supermodel, "local": search.base.fit.local}
-    return SimpleNamespace(**values, evidence=differing(0.0).evidence)
+    return SimpleNamespace(**values, evidence=differing(0.0).evidence, shared={})
 
 
 @pytest.mark.slow
@@ -302,11 +352,12 @@ def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be
         assert one is not None
         strength = one.values[f"{known.effect}.{known.parameter}"]
         assert strength == pytest.approx(np.full(2, known.smallest_detectable), rel=0.3)
-    ranked, now = worths(search, [one for one in found if one is not None], options_of(search.task), Beside())
+    ranked, standing = worths(search, [one for one in found if one is not None], options_of(search.task), Beside())
+    now = standing.nats
     assert now > 0.0
     assert max(worth.nats for worth in ranked) > 2.0 * now
     absent: Any = Explanation(RIVALS[0], dict(zip(base.supermodel.names, base.local.T, strict=True)))
-    assert worths(search, [absent, found[1]], options_of(search.task)[:1], Beside())[1] < 1e-3 * now
+    assert worths(search, [absent, found[1]], options_of(search.task)[:1], Beside())[1].nats < 1e-3 * now
 
 
 @pytest.fixture(scope="module")
@@ -376,25 +427,64 @@ def test_rivals_are_refitted_to_further_records_until_slopes_promise_no_more(mon
     assert nats_apart(*given)[2] == [3]
 
 
+@dataclass(frozen=True)
+class Compared:
+    """A comparison of rivals whose gains are as told."""
+
+    found: list[Any]
+    search: str = "the search"
+    parent: str = "the base"
+
+    def gain(self, one: Any) -> float:
+        return float(one.log)
+
+
+@pytest.fixture
+def gaining(task: Task, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[Any, ...]]:
+    """Rivals at hand that gain so many nats each, and noise as the model leaves it that it is taken of."""
+
+    def made(*logs: float, shown: bool = True) -> tuple[Any, ...]:
+        tried = [SimpleNamespace(effects=(one,), log=log) for one, log in zip(RIVALS, logs, strict=False)]
+        monkeypatch.setattr(at_hand, "prepared_search", lambda *given: ("a search", "a base"))
+        monkeypatch.setattr(at_hand, "comparison_of", lambda *given: Compared(tried))
+        monkeypatch.setattr(at_hand, "just_found", lambda search, base, one: Explanation(one, {}) if shown else None)
+        monkeypatch.setattr(at_hand, "_as_found", lambda one: f"as found with {one.log:g}")
+        monkeypatch.setattr(Beside, "of", lambda search, model: model)
+        fit: Any = SimpleNamespace(plain=SimpleNamespace(values=task.start))
+        return at_hand.rivals_at_hand(task, RIVALS, fit, lambda what, share: None)
+
+    return made
+
+
 @pytest.mark.parametrize(("shown", "says"), [(True, "would just be found"), (False, "they cannot show it")])
 def test_rivals_without_evidence_are_given_a_strength_and_remarked_on(
-    task: Task, monkeypatch: pytest.MonkeyPatch, shown: bool, says: str
+    gaining: Callable[..., tuple[Any, ...]], shown: bool, says: str
 ) -> None:
-    weak = SimpleNamespace(effects=(RIVALS[0],), log=4.9)
-    tried = SimpleNamespace(tried=lambda base, effects, what: SimpleNamespace(found=[weak]))
-    monkeypatch.setattr(workflow, "prepared_search", lambda *given: (tried, SimpleNamespace(log=0.0)))
-    monkeypatch.setattr(workflow, "just_found", lambda search, base, one: Explanation(one, {}) if shown else None)
-    monkeypatch.setattr(Beside, "of", lambda search, base: Beside())
-    fit: Any = SimpleNamespace(plain=SimpleNamespace(values=task.start))
-    found, remarks, _ = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
+    found, remarks, beside, ahead = gaining(4.9, shown=shown)
     assert [one.effect for one in found] == list(RIVALS)
     assert len(remarks) == 2
     assert all(says in remark for remark in remarks)
-    weak.log = 5.1
-    monkeypatch.setattr(workflow, "_as_found", lambda one: "as found")
-    found, remarks, _ = workflow._rivals(task, cast(Any, None), RIVALS, fit, lambda what, share: None)
-    assert found[0] == "as found"
+    assert (beside, ahead) == ("the base", None)
+    found, remarks, beside, ahead = gaining(5.1)
+    assert found[0] == "as found with 5.1"
     assert len(remarks) == 1
+    # Its noise is that of the model with it; how far it is ahead of one without evidence is not known.
+    assert beside.log == 5.1
+    assert ahead is None
+
+
+def test_of_rivals_that_the_records_show_it_is_known_which_is_ahead(gaining: Callable[..., tuple[Any, ...]]) -> None:
+    found, remarks, beside, ahead = gaining(7.0, 9.5)
+    assert found == ["as found with 7", "as found with 9.5"]
+    assert (remarks, beside.log, ahead) == ((), 9.5, -2.5)
+
+
+def test_a_true_model_has_no_deviations_of_single_records() -> None:
+    """What records differ by costs the rival something, and is no difference between the two models."""
+    local = np.array([[31.0, 0.1], [35.0, 0.2]])
+    found = Explanation.by(RIVALS[0], ("stiffness", "zero"), local, {"stiffness": 33.0})
+    np.testing.assert_array_equal(found.values["stiffness"], [33.0, 33.0])
+    np.testing.assert_array_equal(found.values["zero"], [0.1, 0.2])
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.01, 0.1])

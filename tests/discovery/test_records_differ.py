@@ -14,10 +14,11 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import Budget
-from fibrefit.discovery import comparison, conclusion
+from fibrefit.discovery import comparison
 from fibrefit.discovery.engine import laplace_inference, linearisation
 from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.final_fit import final_fit
 from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
@@ -141,7 +142,7 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
     assert anew is not None
     for linearisations, low, high in ((gls.MOST_LINEARISATIONS, 0.9, 1.1), (1, 2.0, np.inf)):
         monkeypatch.setattr(gls, "MOST_LINEARISATIONS", linearisations)
-        found = conclusion._final(*anew, 1, 0, Budget.of(1e3))
+        found = final_fit(*anew, 1, 0, Budget.of(1e3))
         assert low < total(found.gap) < high
         assert found.gls is not None
 

@@ -14,9 +14,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.study.summaries.discovery import FreeCurve
 
 
-def drawn(
-    curves: Sequence[FittedCurve], found: Identification, samples: float, law: ProposedLaw | None = None
-) -> tuple[FreeCurve, ...]:
+def drawn(curves: Sequence[FittedCurve], found: Identification, samples: float) -> tuple[FreeCurve, ...]:
     """Fitted probes as curves a person can look at, in the same order.
 
     Parameters
@@ -26,18 +24,15 @@ def drawn(
         Of the model they were fitted on: its motion tells where the records spend their time.
     samples : float
         Number of measured samples.
-    law : ProposedLaw, optional
-        Drawn over the curve that it stands for.
     """
     stays = in_motion(found)
-    shown = tuple(_drawn(curve, *stays[curve.probe.variable], samples) for curve in curves)
-    if law is None:
-        return shown
+    return tuple(_drawn(curve, *stays[curve.probe.variable], samples) for curve in curves)
+
+
+def with_law_over(curves: Sequence[FreeCurve], law: ProposedLaw) -> tuple[FreeCurve, ...]:
+    """Curves with a law drawn over the one that it stands for."""
     over = {"law": tuple(law.heights.tolist())}
-    return tuple(
-        one.model_copy(update=over) if curve.probe.name == law.probe else one
-        for curve, one in zip(curves, shown, strict=True)
-    )
+    return tuple(one.model_copy(update=over) if one.says == law.curve else one for one in curves)
 
 
 def _drawn(curve: FittedCurve, values: np.ndarray, stays: np.ndarray, samples: float) -> FreeCurve:

@@ -52,6 +52,26 @@ class Explanation:
     effect: type[Effect]
     values: Mapping[str, np.ndarray]
 
+    @classmethod
+    def by(
+        cls, effect: type[Effect], names: Sequence[str], local: np.ndarray, mean: Mapping[str, float]
+    ) -> Explanation:
+        """That of a fit, its records alike but for what is each one's own.
+
+        A rival pays for what it follows by deviations of a record: what records really differ by is none of its due.
+
+        Parameters
+        ----------
+        effect : Effect class
+        names : sequence of str
+            Of the values of a record.
+        local : (n_record, n_local) in SI units
+        mean : mapping of str to float, in SI units
+            What the records share.
+        """
+        found = {name: local[:, j] for j, name in enumerate(names)}
+        return cls(effect, found | {name: np.full(len(local), mean[name]) for name in names if name in mean})
+
 
 @dataclass(frozen=True)
 class Lengthened(Supermodel):
@@ -127,7 +147,10 @@ class Contest:
         unweighted, alike = replace(blank.at_hand, whitening=None), replace(blank.subset, scatter={})
         fits = [refit(unweighted, alike, start, context.whole, enough=FITTED_WELL) for start in starts]
         best = min(fits, key=lambda fit: fit.cost if np.isfinite(fit.cost) else np.inf)
-        return replace(blank, found=best.local)
+        # Of a value that is zero, as a friction that a rival takes the place of, no share differs between records.
+        nothing = {name for j, name in enumerate(plain.names) if not best.local[:, j].any()}
+        scatter = {name: sd for name, sd in blank.subset.scatter.items() if name not in nothing}
+        return replace(blank, found=best.local, subset=replace(blank.subset, scatter=scatter))
 
     @cached_property
     def at_hand(self) -> Supermodel:
@@ -210,10 +233,13 @@ def nats_apart(
     nats = np.min([way.by_slopes(choices) for way in ways], axis=0).tolist()
     refitted: list[int] = []
     for i in np.argsort(-np.nan_to_num(np.array(nats)), kind="stable")[:LOOKS]:
-        if refitted and not nats[i] > max((nats[j] for j in refitted if np.isfinite(nats[j])), default=-np.inf):
+        if refitted and not nats[i] > max(nats[j] for j in refitted):
             break
-        nats[i] = min(way.refitted(choices[i]) for way in ways)
-        refitted.append(int(i))
+        ends = [way.refitted(choices[i]) for way in ways]
+        # Where either way loses the motion, slopes are all that is known of the record.
+        if np.isfinite(ends).all():
+            nats[i] = min(ends)
+            refitted.append(int(i))
     return min(way.now for way in ways), nats, refitted
 
 

@@ -29,7 +29,7 @@ class Beside:
 
     @classmethod
     def of(cls, search: Search, base: LaplaceFit) -> Beside:
-        """That of the model without the rivals."""
+        """That of a model that leaves little: what it lacks would pass for noise, and for differences of records."""
         evidence, unknowns = base.evidence, base.evidence.mode.unknowns
         levels = evidence.weight @ evidence.grid
         names = [unknowns.names[i] for i in unknowns.scattering]

@@ -2,8 +2,9 @@
 
 Source
 ------
-Error bars: D-optimal design, e.g. Pukelsheim, Optimal Design of Experiments (1993). Rivals: where the one that is
-wrong, at its best, still misses most (T-optimal design), Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
+Error bars: the geometric mean of standard errors, each with the others unknown, so that no unit counts; of the optimal
+designs in Pukelsheim, Optimal Design of Experiments (1993), it is nearest to A. Rivals: where the one that is wrong, at
+its best, still misses most (T-optimal design), Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import expit
 from scipy.stats import norm
 
 from fibrefit.discovery.design.apart import Explanation, nats_apart
@@ -31,7 +33,7 @@ from fibrefit.discovery.design.thresholds import CONCERNED, UNKNOWN
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import APART, gate
+from fibrefit.discovery.engine.thresholds import APART, PRICE, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
@@ -52,6 +54,8 @@ class Worth:
         Factor on the detection limit of each effect that the records at hand show.
     nats : float
         Expected logarithm of the likelihood ratio of two rivals with it, the smaller of both ways round; nan without.
+    distinguished : float
+        Probability that the rivals are distinguished with it, see `Standing`.
     determined : tuple of str
         Shared parameters that are determined with it, and not by the records at hand.
     shown : tuple of str
@@ -64,14 +68,10 @@ class Worth:
     errors: dict[str, float]
     limits: dict[str, float]
     nats: float = float("nan")
+    distinguished: float = 0.0
     determined: tuple[str, ...] = ()
     shown: tuple[str, ...] = ()
     refitted: bool = False
-
-    @property
-    def distinguished(self) -> float:
-        """Probability that the rivals are distinguished."""
-        return probability_distinguished(self.nats)
 
     @property
     def error(self) -> float:
@@ -88,14 +88,50 @@ def _mean(factors: Mapping[str, float]) -> float:
     return float(np.exp(np.mean(np.log(list(factors.values()))))) if factors else 1.0
 
 
-def probability_distinguished(nats: float) -> float:
-    """Probability that a likelihood ratio, of which so much is expected, comes out beyond doubt.
+@dataclass(frozen=True)
+class Standing:
+    """How two rivals stand in the records at hand.
 
-    Twice its logarithm is normal about the noncentrality with twice its root as standard deviation.
+    Parameters
+    ----------
+    nats : float
+        Expected logarithm of their likelihood ratio in these records, the smaller of both ways round; nan without
+        rivals.
+    ahead : float or None
+        Nats by which the records make the first one more probable than the second; None where that is not known, as
+        nothing is measured, or they do not show both.
+    price : float
+        Nats that the one with more parameters pays for them, where nothing is measured.
     """
+
+    nats: float = float("nan")
+    ahead: float | None = None
+    price: float = 0.0
+
+    def distinguished(self, nats: float) -> float:
+        """Probability that the right one comes out ahead beyond doubt, with records of which so much is expected.
+
+        Twice the logarithm of a likelihood ratio is normal about the noncentrality with twice its root as standard
+        deviation. What is measured is known, and each rival is as probable as that makes it; of records that are yet to
+        be taken the rival counts of which less is expected, the one with more parameters.
+        """
+        if self.ahead is None:
+            return _exceeds(nats - self.price, nats)
+        added = max(nats - self.nats, 0.0)
+        first = float(expit(self.ahead))
+        return first * _exceeds(self.ahead + added, added) + (1.0 - first) * _exceeds(added - self.ahead, added)
+
+    @property
+    def now(self) -> float | None:
+        """Probability that records like those at hand distinguish them; None where they are measured and known to."""
+        return None if self.ahead is not None else self.distinguished(self.nats)
+
+
+def _exceeds(mean: float, nats: float) -> float:
+    """Probability that a log ratio of such a mean is beyond doubt, chance being that of so many nats."""
     if not nats > 0.0:
-        return 0.0
-    return float(norm.cdf((nats - APART) / np.sqrt(2.0 * nats)))
+        return float(mean > APART)
+    return float(norm.cdf((mean - APART) / np.sqrt(2.0 * nats)))
 
 
 def options_of(task: Task) -> list[Choice]:
@@ -105,9 +141,13 @@ def options_of(task: Task) -> list[Choice]:
 
 
 def worths(
-    search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice], beside: Beside
-) -> tuple[list[Worth], float]:
-    """What each of some records would add, and the nats by which the records at hand tell the rivals apart.
+    search: Search,
+    rivals: Sequence[Explanation],
+    choices: Sequence[Choice],
+    beside: Beside,
+    ahead: float | None = None,
+) -> tuple[list[Worth], Standing]:
+    """What each of some records would add, and how the rivals stand in those at hand.
 
     Inputs count as known. Records that cannot be simulated are left out.
 
@@ -120,6 +160,8 @@ def worths(
     choices : sequence of Choice
     beside : Beside
         Of the records at hand.
+    ahead : float, optional
+        Nats by which these make the first rival more probable, see `Standing`.
     """
     plain, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
     supermodel = replace(plain, whitening=beside.whitening)
@@ -140,12 +182,24 @@ def worths(
     now, nats, refitted = float("nan"), [float("nan")] * len(possible), list[int]()
     if rivals and possible:
         now, nats, refitted = nats_apart(search, rivals, [choices[i] for i in possible], beside)
+    standing = Standing(now, ahead, _price_of_more(rivals))
     found = [
-        replace(_worth(search, (grams, added[i]), own, choices[i]), nats=nats[j], refitted=j in refitted)
+        replace(
+            _worth(search, (grams, added[i]), own, choices[i]),
+            nats=nats[j],
+            distinguished=standing.distinguished(nats[j]),
+            refitted=j in refitted,
+        )
         for j, i in enumerate(possible)
         if not rivals or np.isfinite(nats[j])
     ]
-    return found, now
+    return found, standing
+
+
+def _price_of_more(rivals: Sequence[Explanation]) -> float:
+    """Nats that the rival with more parameters pays for them."""
+    numbers = [len(one.effect.parameters) for one in rivals]
+    return PRICE * (max(numbers) - min(numbers)) if numbers else 0.0
 
 
 def _worth(search: Search, grams: tuple[np.ndarray, np.ndarray], own: int, choice: Choice) -> Worth:
@@ -222,5 +276,5 @@ def just_found(search: Search, base: LaplaceFit, effect: type[Effect]) -> Explan
     ((_, declared),) = strengths_of((effect,))
     if not declared.reciprocal:
         strength = declared.null + np.sign(declared.typical - declared.null) * strength
-    values = {name: local[:, j] for j, name in enumerate(supermodel.names)}
-    return Explanation(effect, values | {f"{effect.name}.{declared.name}": np.full(len(local), strength)})
+    mean = base.shared | {f"{effect.name}.{declared.name}": strength}
+    return Explanation.by(effect, supermodel.names, local, mean)

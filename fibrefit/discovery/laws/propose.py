@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time, time_left
+from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.engine.candidates import (
@@ -118,7 +118,10 @@ def proposed(
         look = partial(with_second_variables, found.search, before, found.parent, found.ranked, curves)
         ranked, _ = in_time(look, found.ranked, second_look_time(time_left()))
         found = found._replace(ranked=ranked)
-    return found if found.gain > needed else None
+    if found.gain > needed:
+        return found
+    check_time()  # of laws that were not fitted in time nothing is known
+    return None
 
 
 def _about_the_best(found: Proposal, needed: float) -> Proposal:

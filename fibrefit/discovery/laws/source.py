@@ -47,7 +47,7 @@ class {cls}({base}):
 
     Valid range
     -----------
-    {variable_says} from {low:.6g} to {high:.6g} {variable_unit}, where the records saw it.
+    {variable_says} from {low:.6g} to {high:.6g} {variable_unit}{second_range}, where the records saw it.
 
     Source
     ------
@@ -81,6 +81,8 @@ class Composed(NamedTuple):
         Of the file.
     second : SecondVariable, optional
         What it changes with, too.
+    span : float
+        How far that goes in the records, in its unit.
     """
 
     probe: type[Curve]
@@ -90,6 +92,7 @@ class Composed(NamedTuple):
     expression: str
     source: str
     second: SecondVariable | None = None
+    span: float = 1.0
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -135,8 +138,9 @@ def composed(
     taken : collection of str
         Names of effects that it must not have.
     second : SecondVariable, optional
-        What it changes with, too, and how far that goes in the records, in its unit.
+        What it changes with, too.
     span : float
+        How far that goes in the records, in its unit.
     """
     place, low, high = PLACES[probe.name], float(knots[0]), float(knots[-1])
     unit, effect = SI[probe.variable], _name(probe, form.form, place.port, taken)
@@ -160,10 +164,11 @@ def composed(
         also="" if second is None else f", y the {second.variable} in {second.unit}",
         cls=class_name(effect), base=place.base, law=expression, unit=probe.unit, variable=probe.variable,
         variable_unit=unit, variable_says=probe.variable.capitalize(), low=low, high=high,
+        second_range="" if second is None else f", {second.variable} of at most {span:.6g} {second.unit}",
         name=f"{place.port}.{effect}", more=more, fields="\n".join(fields),
         code=_code(form.form, ends, mirrored), hook=hook.replace("VARIABLE", place.variable),
     )  # fmt: skip
-    return Composed(probe, form, f"{place.port}.{effect}", says, expression, source, second)
+    return Composed(probe, form, f"{place.port}.{effect}", says, expression, source, second, span)
 
 
 def _with_second(place: PortPlace, hook: str, second: SecondVariable) -> str:

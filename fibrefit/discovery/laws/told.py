@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -50,6 +51,11 @@ class HeldLaw(NamedTuple):
     left_out: tuple[float, float] = (np.nan, np.nan)
     elpd_gain: float = np.nan
 
+    @property
+    def holds(self) -> bool:
+        """Whether it foresees records left out better than the model without it."""
+        return bool(0.0 < self.elpd_gain < np.inf)
+
 
 def holding(proposal: Proposal) -> HeldLaw | None:
     """Of laws that are not distinguished, the one that predicts left-out records best; None where none holds on them.
@@ -62,7 +68,7 @@ def holding(proposal: Proposal) -> HeldLaw | None:
     if len(proposal.search.task.problem.layout.records) == 1:
         return best
     found, came = in_time(partial(_by_left_out, proposal), best)
-    return found if not came or 0.0 < found.elpd_gain < np.inf else None
+    return found if not came or found.holds else None
 
 
 def held_law(
@@ -84,23 +90,44 @@ def held_law(
     return None if proposal is None else holding(proposal)
 
 
+def holding_without(search: Search, parent: LaplaceFit, held: HeldLaw) -> HeldLaw | None:
+    """A law beside fewer effects, by records left out there; None where it does not hold on them.
+
+    Parameters
+    ----------
+    search : Search
+    parent : LaplaceFit
+        The model without the law, and without what it makes needless.
+    held : HeldLaw
+        Its fit is that without them too.
+    """
+    if not np.isfinite(held.elpd_gain):
+        return held
+    (found,) = _foreseeing(search, parent, [held])
+    return found if found.holds else None
+
+
 def _by_left_out(proposal: Proposal) -> HeldLaw:
     """The law that foresees most of records left out, each with deviations of its own, as probable as they are.
 
     What shared values leave of a record is mostly what it differs by: a law that is right moves that as it comes.
     """
-    search = proposal.search
     near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
-    number = 1 + len(near)
+    found = _foreseeing(proposal.search, proposal.parent, [HeldLaw(end, law, proposal) for end, law in near])
+    return max(found, key=lambda one: one.elpd_gain if np.isfinite(one.elpd_gain) else -np.inf)
+
+
+def _foreseeing(search: Search, parent: LaplaceFit, laws: Sequence[HeldLaw]) -> list[HeldLaw]:
+    """Laws with what they say of records left out, beside the model without them."""
+    number = 1 + len(laws)
     before, *seen = (
         left_out(search, one, lambda share, i=i: search.tell(FORESEEING, (i + share) / number))  # type: ignore[misc]
-        for i, one in enumerate((proposal.parent, *(end for end, _ in near)))
+        for i, one in enumerate((parent, *(law.fit for law in laws)))
     )
-    found = [
-        HeldLaw(end, law, proposal, (before.gap, with_it.gap), float(np.sum(with_it.elpd - before.elpd)))
-        for (end, law), with_it in zip(near, seen, strict=True)
+    return [
+        law._replace(left_out=(before.gap, with_it.gap), elpd_gain=float(np.sum(with_it.elpd - before.elpd)))
+        for law, with_it in zip(laws, seen, strict=True)
     ]
-    return max(found, key=lambda one: one.elpd_gain if np.isfinite(one.elpd_gain) else -np.inf)
 
 
 class ToldLaw(NamedTuple):
@@ -114,6 +141,11 @@ class ToldLaw(NamedTuple):
         """The same with a model without effects that are not kept."""
         kept = tuple(effect for effect in self.fit.effects if effect not in gone)
         return self if kept == self.fit.effects else self._replace(fit=self.search.inference.without(self.fit, kept))
+
+    @property
+    def effect(self) -> str:
+        """Name of the law in the model."""
+        return self.told.summary.name
 
 
 def law_for(search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve]) -> ToldLaw | None:
@@ -185,6 +217,7 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
             variables=tuple(law.variables),
             variable_units=tuple(law.variables.values()),
             valid_range=(float(knots[0]), float(knots[-1])),
+            second_at_most=None if law.second is None else law.span,
             form=law.fitted.form.name,
             expression=law.expression,
             parameters=_parameters(law, fit),
@@ -203,8 +236,8 @@ def described(search: Search, parent: LaplaceFit, held: HeldLaw) -> ProposedLaw:
         ),
         file=law.file,
         source=law.source,
-        probe=law.probe.name,
-        heights=_heights(law, _values(law, fit), knots),
+        curve=law.probe.says,
+        shape=partial(_heights, law, knots),
     )
 
 
@@ -226,7 +259,7 @@ def told_by_fit(law: ProposedLaw, effect: str, after: Identification) -> Propose
         error = one.std_error if there.std_error is None else there.std_error
         parameters[name] = one.model_copy(update={"value": there.value, "std_error": error})
     summary = law.summary.model_copy(update={"parameters": parameters, "gap_after": total(after.gap)})
-    return ProposedLaw(summary, law.file, law.source, law.probe, law.heights)
+    return replace(law, summary=summary)
 
 
 def _parameters(law: Composed, fit: LaplaceFit) -> dict[str, LawParameter]:
@@ -248,7 +281,7 @@ def _values(law: Composed, fit: LaplaceFit) -> list[float]:
     return [shared[f"{law.name}.{term.name}"] for term in law.terms]
 
 
-def _heights(law: Composed, values: Sequence[float], knots: np.ndarray) -> np.ndarray:
+def _heights(law: Composed, knots: np.ndarray, values: Sequence[float]) -> np.ndarray:
     """The law at places along its variable, without the median."""
     found = heights_of(law, knots, values)
     return found - np.median(found)

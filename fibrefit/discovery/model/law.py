@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,14 +22,20 @@ class ProposedLaw:
     summary : ProposedLawSummary
     file, source : str
         Its file in the folder `LAWS`, by name and content.
-    probe : str
-        Name of the free curve it stands for.
-    heights : (n_knot,)
-        Of the law at the knots of that curve, without their median, in SI units.
+    curve : str
+        What the free curve it stands for is, in words.
+    shape : callable
+        From values of its parameters to its heights ``(n_knot,)`` at the knots of that curve, without their median,
+        all in SI units; a second variable counts as zero.
     """
 
     summary: ProposedLawSummary
     file: str
     source: str
-    probe: str
-    heights: np.ndarray
+    curve: str
+    shape: Callable[[Sequence[float]], np.ndarray]
+
+    @property
+    def heights(self) -> np.ndarray:
+        """Heights with the values that are told."""
+        return self.shape([one.value for one in self.summary.parameters.values()])

@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.core.time_limit import in_time
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
-from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, motion_lost, slopes_tell
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, meets_all_bounces, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.linearisation import Linearisation, Reactions, linearised_at
@@ -143,6 +143,21 @@ def relinearised(search: Search, fitted: LaplaceFit) -> tuple[Search, LaplaceFit
     None without such inputs, and where a motion is lost there.
     """
     found = _relinearised(search, fitted)
+    return None if found is None else found[:2]
+
+
+def led_through_bounces(search: Search, held: LaplaceFit) -> tuple[Search, LaplaceFit] | None:
+    """Search and hypothesis from whole records, of one that a first fit held to what comes before the first bounces.
+
+    A first fit that loses a bounce of one record says nothing of the model: led through them all it may leave noise.
+    None where it was not held back, or leads to no motion that meets them.
+    """
+    if not is_held_back(held):
+        return None
+    ahead = through_all_bounces(search, search.plain(held))
+    if not meets_all_bounces(ahead.fit.cost, search.task.problem.n_measured):
+        return None
+    found = _relinearised(search, held, lead=True)
     return None if found is None else found[:2]
 
 

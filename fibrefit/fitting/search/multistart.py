@@ -206,7 +206,8 @@ def _searched(
             tell = lambda share, stage=stage: on_progress((stage + share) / stages)  # noqa: E731
             ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
             reached = lost | np.isin(leader, done)
-            if not reached.all():
+            # One start alone is followed to its end in any case.
+            if not reached.all() or (stage < stages - 1 and number > 1 and stop()):
                 known = _as_far_as_known(found, ended, leader, reached)
                 if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
                     return Searched(known, reached)
@@ -262,6 +263,10 @@ def _stage(
     return ended._replace(steps=found.steps + ended.steps), np.concatenate(parts[:done])
 
 
+class NowhereYet(KeyboardInterrupt):
+    """A search was stopped before any of its starts had come anywhere."""
+
+
 def _best_alone(
     follow: Callable[..., Run], known: Descent, width: np.ndarray, counts: np.ndarray, stage: int, reached: np.ndarray
 ) -> Searched:
@@ -270,7 +275,7 @@ def _best_alone(
     first = stage + 1 if ahead.any() else stage
     cost = np.where(ahead, known.cost, np.inf) if ahead.any() else known.cost
     if not np.isfinite(cost).any():
-        stopped = KeyboardInterrupt()
+        stopped = NowhereYet()
         stopped.add_note("No start of the search had come anywhere yet; nothing was written.")
         raise stopped
     best = np.array([int(np.argmin(cost))])

@@ -66,7 +66,14 @@ class PlanSummary(Part):
     records: tuple[str, ...] = Field(description="Those at hand.")
     purpose: Literal["errors", "rivals", "power"] = Field(description="What the records are ranked by.")
     rivals: tuple[str, str] | None = None
-    probability_distinguished_now: Known = Field(default=None, description="The probability with the records at hand.")
+    probability_distinguished_now: Known = Field(
+        default=None, description="Probability that records like those at hand distinguish the rivals; see `ahead`."
+    )
+    ahead: Known = Field(
+        default=None,
+        description="Nats by which the records at hand make the first rival more probable; null where they do not show "
+        "both. Where it is known, the probabilities rest on it.",
+    )
     further: tuple[FurtherRecord, ...]
     remarks: tuple[str, ...] = ()
     provenance: Provenance | None = None

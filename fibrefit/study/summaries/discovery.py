@@ -210,6 +210,7 @@ class ProposedLawSummary(Part):
     valid_range: tuple[float, float] | None = Field(
         default=None, description="Of the first variable: where records saw it."
     )
+    second_at_most: Known = Field(default=None, description="How far the second variable goes in the records, if any.")
     form: str
     expression: str = Field(description="x the first variable, y the second; the symbols are those of the parameters.")
     parameters: dict[str, LawParameter]

@@ -14,30 +14,21 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.design.apart import Explanation
-from fibrefit.discovery.design.beside import Beside
-from fibrefit.discovery.design.plan import (
-    Worth,
-    just_found,
-    options_of,
-    probability_distinguished,
-    worths,
-)
-from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.thresholds import NAMED
+from fibrefit.discovery.design.plan import Standing, Worth, options_of, worths
 from fibrefit.discovery.model.finding import Choice
-from fibrefit.discovery.search.search import Search
-from fibrefit.discovery.search.setup import prepared_search, set_up
+from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.rigs.rig import Rig
 from fibrefit.store import read_summary
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.workflow.design.rivals import rivals_at_hand
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
 from fibrefit.workflow.saved import FoundResult
@@ -92,23 +83,29 @@ class RecordPlan(FoundResult):
     purpose : str
     rivals : tuple of str
         Two, or none.
-    now : float
-        Nats by which the records at hand tell them apart.
+    standing : Standing
+        Of the rivals in the records at hand.
     further : tuple of (Worth, float)
         Each with its cost in minutes.
     seconds : float
     remarks : tuple of str
         What a reader should know besides.
+    status : {"ok", "suspect", "failed"}
+        Of the fit it rests on.
+    settings : mapping of str to str
+        What it was asked for besides, by option.
     """
 
     study: Study
     rig: Rig
     purpose: Purpose
     rivals: tuple[str, ...]
-    now: float
+    standing: Standing
     further: tuple[tuple[Worth, float], ...]
     seconds: float
     remarks: tuple[str, ...] = ()
+    status: Status = "ok"
+    settings: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def best(self) -> Choice:
@@ -119,15 +116,19 @@ class RecordPlan(FoundResult):
         """Content of ``summary.json``."""
         records = tuple(record.label for record in self.study.records)
         return PlanSummary(
+            status=self.status,
             study=self.study.name,
             rig=self.rig.kind,
             records=records,
             purpose=self.purpose,
             rivals=(self.rivals[0], self.rivals[1]) if self.rivals else None,
-            probability_distinguished_now=probability_distinguished(self.now) if self.rivals else None,
+            probability_distinguished_now=self.standing.now if self.rivals else None,
+            ahead=self.standing.ahead if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
             remarks=self.remarks,
-            provenance=provenance(self.study, self.study.input_files(), seconds=self.seconds),
+            provenance=provenance(
+                self.study, self.study.input_files(), seconds=self.seconds, settings=dict(self.settings)
+            ),
         )
 
     def _record(self, worth: Worth, minutes: float, records: Sequence[str]) -> FurtherRecord:
@@ -150,12 +151,15 @@ class RecordPlan(FoundResult):
 
 FROM_SLOPES = "Predicted from slopes about the values found, with known inputs,"
 AS_MEASURED = f"{FROM_SLOPES} in the noise that the measured records leave; records may differ as these do."
+ALONE = (
+    f"{FROM_SLOPES} in the noise that the measured record leaves; by how much records differ one alone does not say, "
+    "and what is usual counts."
+)
 AS_PLANNED = f"{FROM_SLOPES} in white noise, and records are alike: nothing is measured yet."
 BY_SLOPES = (
     "The rivals were fitted to {} of {} further records, first to that of which slopes promise most; for the others "
     "slopes speak alone, and they mostly promise too much."
 )
-NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 
 
 @one_blas_thread
@@ -192,7 +196,8 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     """
     began, study, aim = time.perf_counter(), as_study(study), aim or Aim()
     tell = progress or quiet
-    rivals = aim.rivals or _of_discovery(study)
+    # A plan for anything else leaves the model as it is, the effects that a search named in it.
+    rivals = aim.rivals or (_of_discovery(study) if aim.purpose in (None, "rivals") else ())
     purpose = aim.purpose or ("rivals" if rivals else "errors")
     _refuse(rivals, purpose, aim.minutes)
     study = _without(study, rivals)
@@ -207,19 +212,38 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     sought = candidates_of(study, aim.only, aim.exclude)
     effects = {name: effect for name, effect in sought.items() if name in aim.only or is_lasting(effect)}
     named = _named(study, rivals)
-    _refuse_costs(aim.minutes, {*task.problem.observations.experiment.conditions, *MINUTES})
+    _refuse_costs(aim.minutes, {RECORD, *(name for choice in choices for name in choice.conditions)})
     fit = None if is_planned(study) else identify(task_to_fit(study, task), 1, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
-    found, remarks, beside = _rivals(task, search, named, fit, tell)
+    found, remarks, beside, ahead = rivals_at_hand(task, named, fit, tell)
     tell("weighing the records that could be taken", None)
-    ranked, now = worths(search, found, choices, beside)
-    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), AS_PLANNED if fit is None else AS_MEASURED)
+    ranked, standing = worths(search, found, choices, beside, ahead)
+    as_they_are = AS_PLANNED if fit is None else AS_MEASURED if len(study.records) > 1 else ALONE
+    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *_doubted(fit, named), as_they_are)
     if refitted := sum(worth.refitted for worth in ranked):
         remarks += (BY_SLOPES.format(refitted, len(ranked)),)
     cost = {**MINUTES, **aim.minutes}
     stated = task.problem.observations.experiment.conditions
-    priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose))
-    return RecordPlan(study, rig, purpose, tuple(rivals), now, tuple(priced), time.perf_counter() - began, remarks)
+    priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose, ranked))
+    return RecordPlan(
+        study, rig, purpose, tuple(rivals), standing, tuple(priced), time.perf_counter() - began, remarks,
+        "ok" if fit is None or named else fit.status, _settings(aim),
+    )  # fmt: skip
+
+
+def _doubted(fit: Identification | None, rivals: Sequence[type[Effect]]) -> tuple[str, ...]:
+    """Remark on a fit that failed checks; where rivals stand beside the model, it is known to lack something."""
+    failed = [] if fit is None or rivals else [check.name for check in fit.checks if not check.passed]
+    if not failed:
+        return ()
+    return (f"The fit of the records at hand does not pass its checks ({_listed(failed)}): so is all that follows.",)
+
+
+def _settings(aim: Aim) -> dict[str, str]:
+    costs = ", ".join(f"{name}={minutes:g}" for name, minutes in aim.minutes.items())
+    lists = {"only": aim.only, "exclude": aim.exclude, "rivals": aim.rivals}
+    given = {"for": aim.purpose or "", "cost": costs, **{name: ", ".join(names) for name, names in lists.items()}}
+    return {name: value for name, value in given.items() if value}
 
 
 def _left_out(study: Study, number: int, offered: int) -> tuple[str, ...]:
@@ -277,44 +301,6 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
     return study.model_copy(update={"model": model, "parameters": parameters})
 
 
-def _rivals(
-    task: Task, search: Search, effects: Sequence[type[Effect]], fit: object, tell: Progress
-) -> tuple[list[Explanation], tuple[str, ...], Beside]:
-    """Rivals, if any, with the values they have in the records at hand, remarks on those without any, and noise.
-
-    One without evidence for it has the strength that would just be found, as by itself it would be none; of its
-    typical size are those that the records cannot show, and all where nothing is measured.
-    """
-    if fit is None:
-        return [_typical(task, effect, task.start) for effect in effects], (), Beside()
-    search, base = prepared_search(task, fit, effects, tell)  # type: ignore[arg-type]
-    asked = search.tried(base, effects, "fitting the rivals").found if effects else ()
-    tried = {one.effects[-1]: one for one in asked}
-    found, remarks = [], []
-    for effect in effects:
-        if effect in tried and tried[effect].log - base.log > NAMED:
-            found.append(_as_found(tried[effect]))
-        elif (weak := just_found(search, base, effect)) is not None:
-            found.append(weak)
-            remarks.append(f"{NOT_THERE.format(effect.name)} as strong as would just be found.")
-        else:
-            found.append(_typical(task, effect, fit.plain.values))  # type: ignore[attr-defined]
-            remarks.append(f"{NOT_THERE.format(effect.name)} of its typical size, as they cannot show it.")
-    return found, tuple(remarks), Beside.of(search, base)
-
-
-def _typical(task: Task, effect: type[Effect], values: np.ndarray) -> Explanation:
-    local = np.asarray(task.problem.layout.local(values))
-    named = {name: local[:, j] for j, name in enumerate(task.problem.layout.names)}
-    sizes = {f"{effect.name}.{p.name}": np.full(len(local), p.typical) for p in effect.parameters}
-    return Explanation(effect, named | sizes)
-
-
-def _as_found(one: LaplaceFit) -> Explanation:
-    values = {name: one.local[:, j] for j, name in enumerate(one.supermodel.names)}
-    return Explanation(one.effects[-1], values)
-
-
 def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, float]) -> float:
     """Cost of a record: its own, and that of each condition that none of those at hand has."""
     minutes = cost[RECORD]
@@ -324,21 +310,22 @@ def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, fl
     return minutes
 
 
-def _order(purpose: Purpose):  # type: ignore[no-untyped-def]
-    """Key by which records are ranked; of two that add as much the cheaper one comes first.
+def _order(purpose: Purpose, ranked: Sequence[Worth]):  # type: ignore[no-untyped-def]
+    """Key by which records are ranked; of two of which a sentence tells the same the cheaper one comes first.
 
-    What is determined or shown for the first time gains more than any factor; a record to which rivals were fitted is
-    known to tell them apart, of others slopes say so.
+    What is determined or shown for the first time gains more than any factor. Slopes alone mostly promise too much: a
+    record of which they do counts for no more than the best of those to which the rivals were fitted.
     """
+    most = max((worth.distinguished for worth in ranked if worth.refitted), default=1.0)
 
-    def key(priced: tuple[Worth, float]) -> tuple[int, float, float]:
+    def key(priced: tuple[Worth, float]) -> tuple[int, float, bool, float, float]:
         worth, minutes = priced
-        first, gained = {
-            "errors": (len(worth.determined), worth.error),
-            "power": (len(worth.shown), worth.limit),
-            "rivals": (int(worth.refitted), -worth.nats),
+        first, gained, exactly = {
+            "errors": (len(worth.determined), worth.error, worth.error),
+            "power": (len(worth.shown), worth.limit, worth.limit),
+            "rivals": (0, -(worth.distinguished if worth.refitted else min(worth.distinguished, most)), -worth.nats),
         }[purpose]
-        return -first, float(gained), minutes
+        return -first, round(float(gained), 2), purpose == "rivals" and not worth.refitted, minutes, float(exactly)
 
     return key
 
