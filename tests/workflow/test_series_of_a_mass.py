@@ -35,7 +35,7 @@ def told(silent: int | None = None) -> SeriesResult:
         errors[silent, 0] = 0.0
     declared = {"mass": Parameter("mass", "kg", "", 1.0), "friction": Parameter("friction", "N", "", 1.0, upper=MOST)}
     model = SimpleNamespace(supermodel=SimpleNamespace(declared=declared))
-    own = OwnValues(("mass", "friction"), VALUES, errors)
+    own = OwnValues(("mass", "friction"), VALUES, errors, np.zeros(2))
     pooled = {name: population(VALUES[:, j], errors[:, j]) for j, name in enumerate(own.names)}
     speeds = np.linspace(0.1, 0.2, 6)[:, None] * np.array([0.5, 1.0, 2.0])
     curve = LawCurve(BY_EFFECT["guide.friction_speed_exponent"], *np.ones((4, 3)))

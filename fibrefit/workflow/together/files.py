@@ -109,6 +109,7 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
             parameters[parameter] = s.OwnSummary(
                 value=float(found.own.values[r, j]),
                 std_error=float(found.own.errors[r, j]),
+                common_error=float(found.own.common[j]),
                 shrunk=None if pooled is None else float(pooled.shrunk[r]),
                 shrunk_error=None if pooled is None else float(pooled.shrunk_error[r]),
                 unit=found.units[parameter],
@@ -195,7 +196,8 @@ def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, V
     for j, name in enumerate(found.own.names):
         unit = found.units[name]
         records[name] = Variable(found.own.values[:, j], ("record",), unit, "Of the record by itself.")
-        records[f"{name}_std_error"] = Variable(found.own.errors[:, j], ("record",), unit, "Its standard error.")
+        said = "Its standard error, without the part that is alike in all records."
+        records[f"{name}_std_error"] = Variable(found.own.errors[:, j], ("record",), unit, said)
     left = {
         f"{key}_{what}": Variable(getattr(one, what), ("record",), "-", "Of each record, predicted from the others.")
         for key, one in found.left_out.items()
