@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import uncertainty
-from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
+from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, kind_of_interval
 from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.problem import Problem
@@ -89,7 +89,7 @@ def estimates(
         value, error, limits = float(values[i]), float(errors[bars.method][i]), slot.range
         low, high = (value - Z_95 * error, value + Z_95 * error) if gls is None else gls.intervals[i]
         low, high = max(float(low), limits.lower), min(float(high), limits.upper)
-        differs = record is None and gls is not None and slot.name in gls.between and gls.between[slot.name].found
+        kind = "record" if record is not None else kind_of_interval(slot.name, {} if gls is None else gls.between)
         summary = ParameterSummary(
             unit=slot.unit,
             value=value,
@@ -97,7 +97,7 @@ def estimates(
             interval_95=(low, high),
             # What the model lacks makes a value less sure; it does not bring it to a limit.
             at_bound=judge.at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
-            interval_kind="population" if differs else "normal" if record is None else "record",
+            interval_kind=kind,
             std_errors={name: float(column[i]) for name, column in errors.items()},
             plain_value=None if plain is None else float(plain.values[i]),
             plain_error=None if plain is None else float(plain.errors[i]),

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem.estimate.population import quantiles
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
@@ -34,6 +35,34 @@ class Why(NamedTuple):
     identifier: str
     ratio: float = math.nan
     failed: tuple[str, ...] = ()
+
+
+def interval_of_shared(evidence: MarginalLikelihood, index: int) -> tuple[float, float]:
+    """Ends of the 95 % interval of a shared value in SI units, over all standard deviations between records.
+
+    Parameters
+    ----------
+    evidence : MarginalLikelihood
+    index : int
+        Of the value among the shared ones.
+    """
+    mean, here = evidence.mean, np.arange(len(evidence.mean)) == index
+    ends = (evidence.mode.unknowns.value(np.where(here, z, mean))[index] for z in quantiles(evidence, index))
+    # The typical value of a strength may lie below its null: its coordinate falls then as it rises.
+    low, high = sorted(map(float, ends))
+    return low, high
+
+
+def kind_of_interval(name: str, between: Mapping[str, BetweenRecordsSummary]) -> str:
+    """Of what the interval of a shared value is: of the mean of a population where records differ in it.
+
+    Parameters
+    ----------
+    name : str
+    between : mapping of str to BetweenRecordsSummary
+        How much records differ, for each value that may.
+    """
+    return "population" if name in between and between[name].found else "normal"
 
 
 @dataclass(frozen=True)

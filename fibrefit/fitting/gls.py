@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.time_limit import time_left
-from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
+from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, interval_of_shared
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
@@ -29,7 +29,7 @@ from fibrefit.problem.estimate.evidence import (
 )
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arrowhead, local_of, place_of
-from fibrefit.problem.estimate.population import between, covariance_of_all, quantiles
+from fibrefit.problem.estimate.population import between, covariance_of_all
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
 from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View, apart
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -277,10 +277,7 @@ def _intervals(
     """Intervals of 95 %, ``(n_free, 2)`` in SI units."""
     found = values[:, None] + Z_95 * errors[:, None] * np.array([-1.0, 1.0])
     for i in np.flatnonzero(shared & np.isfinite(errors)):
-        for end, z in enumerate(quantiles(evidence, int(places[i]))):
-            here = evidence.mean.copy()
-            here[places[i]] = z
-            found[i, end] = evidence.mode.unknowns.value(here)[places[i]]
+        found[i] = interval_of_shared(evidence, int(places[i]))
     return found
 
 

@@ -12,7 +12,8 @@ MOST_LAWS = 3
 SIGNIFICANT = 0.05
 """Probability, corrected for all looks, below which a trend is reported: the usual one in twenty."""
 OUTLIER = 0.01
-"""Probability by chance of an outlier in a whole series, below which a record is named: one series in a hundred."""
+"""Probability by chance of an outlier in a whole series, all records and lines of it together, below which a record is
+named: one series in a hundred."""
 FEWEST_RECORDS = 4
 """Records from which a line can be tested: two are the line's, and of three no one stands out from the others."""
 MOST_OUTLIERS = 0.1

@@ -5,8 +5,8 @@ Law
 ``y_r = a + b x_r + b_r + e_r`` with ``var = tau^2 + s_r^2 + b^2 u_r^2``, u the error of the condition; the line is the
 most probable one by the errors of both (York), whose slope is not drawn to nil by those of the condition. tau is where
 the weighted sum of squares equals its degrees of freedom (Paule and Mandel), and tests are Student's (Hartung, Knapp).
-A record further from the line than chance allows among so many, by the studentised residual it has when it is left
-out, is named and left out; significance is corrected for all looks (Holm).
+A record further from the line than chance allows among so many records and lines, by the studentised residual it has
+when it is left out, is named and left out (Bonferroni); significance is corrected for all looks (Holm).
 
 Source
 ------
@@ -64,7 +64,7 @@ class Outlier:
     score : float
         Distance from the line of the others, in standard deviations.
     chance : float
-        Probability of one as far in a series of this length.
+        Probability of one as far in any line of a series of this length.
     """
 
     record: str
@@ -135,7 +135,7 @@ def trends(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> 
     """
     from statsmodels.stats.multitest import multipletests
 
-    found = [line for y, x in pairs if (line := trend_of(names, y, x)) is not None]
+    found = [line for y, x in pairs if (line := trend_of(names, y, x, len(pairs))) is not None]
     if not found:
         return ()
     corrected = multipletests([line.chance for line in found], method="holm")[1]
@@ -143,8 +143,18 @@ def trends(names: Sequence[str], pairs: Sequence[tuple[Quantity, Quantity]]) -> 
     return tuple(sorted(listed, key=lambda line: line.chance))
 
 
-def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
-    """One parameter against one condition; None where there is too little to tell, or errors explain the condition."""
+def trend_of(names: Sequence[str], y: Quantity, x: Quantity, looks: int = 1) -> Trend | None:
+    """One parameter against one condition; None where there is too little to tell, or errors explain the condition.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the records.
+    y, x : Quantity
+        Parameter and condition.
+    looks : int
+        Lines of the series, in any of which a record may stray by chance.
+    """
     seen = np.isfinite(y.values) & np.isfinite(y.errors) & np.isfinite(x.values)
     kept = np.flatnonzero(seen)
     if len(kept) < FEWEST_RECORDS or len(np.unique(x.values[kept])) < 2:
@@ -152,7 +162,7 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity) -> Trend | None:
     outliers: list[Outlier] = []
     while True:
         line = _line(x.values[kept], y.values[kept], x.errors[kept], y.errors[kept])
-        outlier = None if line is None else _outlier(line, seen.sum())
+        outlier = None if line is None else _outlier(line, looks * seen.sum())
         if outlier is None or len(outliers) >= max(1, int(MOST_OUTLIERS * seen.sum())) or len(kept) <= FEWEST_RECORDS:
             break
         place, score, chance = outlier
@@ -276,7 +286,14 @@ def _between(x: np.ndarray, y: np.ndarray, known: np.ndarray, slope: float | Non
 
 
 def _outlier(line: _Line, number: int) -> tuple[int, float, float] | None:
-    """The record that is furthest from the line of the others, where that is more than chance."""
+    """The record that is furthest from the line of the others, where that is more than chance.
+
+    Parameters
+    ----------
+    line : _Line
+    number : int
+        Distances that may be large by chance: those of all records from all lines.
+    """
     from scipy.stats import t
     from statsmodels.regression.linear_model import OLS
     from statsmodels.stats.outliers_influence import OLSInfluence

@@ -62,6 +62,36 @@ def test_a_stray_record_is_named_and_left_out() -> None:
     assert line.slope_interval_95[0] < 200.0 < line.slope_interval_95[1]
 
 
+SERIES = 100
+"""In which records stray by chance: one is expected to name one, and of a thousand such sums one exceeds five."""
+
+
+def names_a_record(seed: int, corrected: bool) -> bool:
+    """Whether a record of a series is named, in one of ten parameters of which all are sound."""
+    several = [(parameter(0.0, 1000 + 10 * seed + n, name=str(n)), ORDER) for n in range(10)]
+    if corrected:
+        return any(line.outliers for line in trends(NAMES, several))
+    return any(line.outliers for y, x in several if (line := trend_of(NAMES, y, x)) is not None)
+
+
+def test_one_series_in_a_hundred_names_a_record_by_chance() -> None:
+    assert sum(names_a_record(seed, True) for seed in range(SERIES)) <= 5
+    # The negative control: each line for itself, of which one in a hundred does.
+    assert sum(names_a_record(seed, False) for seed in range(SERIES)) > 5
+
+
+def test_a_record_that_strays_is_named_among_many_lines() -> None:
+    stray = parameter(0.0, 1)
+    stray.values[7] += 6.0
+    pairs = [(stray, ORDER), *((parameter(0.0, n, name=str(n)), x) for n in range(2, 10) for x in (LIFT, ORDER))]
+    named = {line.parameter: [one.record for one in line.outliers] for line in trends(NAMES, pairs) if line.outliers}
+    assert named == {"damping": ["record 7"]}
+    (outlier,) = next(line.outliers for line in trends(NAMES, pairs) if line.outliers)
+    alone = trend_of(NAMES, stray, ORDER)
+    assert alone is not None
+    assert outlier.chance == pytest.approx(len(pairs) * alone.outliers[0].chance)
+
+
 def test_an_uncertain_condition_widens_what_is_said_of_the_slope() -> None:
     exact = trend_of(NAMES, parameter(200.0, 4, scatter=0.0, error=0.05), LIFT)
     blurred = Quantity("lift", "m", LIFT.values, np.full(NUMBER, 2e-3))

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from fibrefit.core.parameter import Parameter
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
+from fibrefit.problem.estimate.population import quantiles
 from fibrefit.series.population import population
 from fibrefit.series.together.laws import BY_EFFECT
 from fibrefit.series.together.verdict import LawCurve, OwnValues, Verdict
@@ -16,6 +19,7 @@ from fibrefit.series.trends import BY_ORDER, Quantity
 from fibrefit.study.parameters import ParameterSetting
 from fibrefit.workflow.together import files, words
 from fibrefit.workflow.together.series import SeriesResult
+from tests.problem import toys
 
 NAMES = tuple("abcdef")
 ORDER = Quantity(BY_ORDER, "-", np.arange(1.0, 7.0), np.zeros(6))
@@ -31,7 +35,7 @@ def told(silent: int | None = None) -> SeriesResult:
         errors[silent, 0] = 0.0
     declared = {"mass": Parameter("mass", "kg", "", 1.0), "friction": Parameter("friction", "N", "", 1.0, upper=MOST)}
     model = SimpleNamespace(supermodel=SimpleNamespace(declared=declared))
-    own = OwnValues(("mass", "friction"), VALUES, errors)
+    own = OwnValues(("mass", "friction"), VALUES, errors, np.zeros(2))
     pooled = {name: population(VALUES[:, j], errors[:, j]) for j, name in enumerate(own.names)}
     speeds = np.linspace(0.1, 0.2, 6)[:, None] * np.array([0.5, 1.0, 2.0])
     curve = LawCurve(BY_EFFECT["guide.friction_speed_exponent"], *np.ones((4, 3)))
@@ -96,3 +100,30 @@ def test_a_record_that_says_nothing_of_a_parameter_is_not_drawn_to_the_others() 
     frame = told(silent=2)._tidy()
     rows = frame[frame["parameter"] == "mass"]
     assert np.isnan(rows["shrunk"].to_numpy()).tolist() == [name == "c" for name in NAMES]
+
+
+def shared_of(scatter: float, lowest: float = 0.0) -> tuple[Any, MarginalLikelihood]:
+    """Shared values of a model of eight records: their stiffness may differ, damping and a strength may not."""
+    linear, of = toys.Linear.drawn(4, np.array([0.3, -0.2, 0.5]), scatter, 8, 3.0), toys.unknowns((0,), 8)
+    evidence = laplace_evidence(of, toys.begun(of, records=8), linear.gram, tolerance=1e-9)
+    declared = {name: Parameter(name, "-", "", 1.0) for name in toys.NAMES}
+    slots = [SimpleNamespace(name=name, range=SimpleNamespace(lower=lowest, upper=np.inf)) for name in toys.NAMES]
+    layout = SimpleNamespace(layout=SimpleNamespace(slots=slots))
+    model = LaplaceFit((), cast(Any, SimpleNamespace(declared=declared, problem=layout)), evidence)
+    return files.parameters_of(model), evidence
+
+
+def test_an_interval_is_that_of_a_population_only_where_records_differ() -> None:
+    alike, _ = shared_of(0.0)
+    assert {one.interval_kind for one in alike.values()} == {"normal"}
+    differing, evidence = shared_of(0.05)
+    kinds = {name: one.interval_kind for name, one in differing.items()}
+    assert kinds == {"stiffness": "population", "damping": "normal", "strength": "normal"}
+    # As in a fit it is the mixture over all standard deviations between records, with tails wider than a normal one's.
+    low, high = (evidence.mode.unknowns.value(np.array([z, 0.0, 0.0]))[0] for z in quantiles(evidence, 0))
+    assert differing["stiffness"].interval_95 == pytest.approx((low, high))
+
+
+def test_an_interval_ends_where_the_range_of_a_value_does() -> None:
+    ends = [shared_of(0.05, lowest)[0]["stiffness"].interval_95[0] for lowest in (0.0, 27.0)]
+    assert ends[0] < 27.0 == ends[1]

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, gap_of_record
 from fibrefit.discovery.search.search import Search
-from fibrefit.series.together.models import Own, log_evidence
+from fibrefit.problem.estimate.normal_equations import arranged, local_grams
+from fibrefit.series.together.models import own_evidence
 
 
-def own_left_out(search: Search, own: Own) -> LeftOut:
+def own_left_out(search: Search, own: LaplaceFit) -> LeftOut:
     """Predictions where each record has values of its own: of another the others tell no more than their mean."""
-    places, gaps, said = own.mode.unknowns.shared[own.mode.unknowns.scattering], [], []
-    number = len(own.local)
+    at, whole = own.evidence.mode, search.context.whole
+    places, number = at.unknowns.shared[at.unknowns.scattering], len(own.local)
+    seen = search.inference.common_noise.whitened(own.supermodel)
+    grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, whole))
+
+    def said(kept: np.ndarray) -> float:
+        place = at.place._replace(eta=np.where(kept[:, None], at.place.eta, 0.0))
+        normal = arranged(at.unknowns, grams * kept[:, None, None])
+        return own_evidence(replace(at, place=place, normal=normal)).log
+
+    gaps, elpd = [], []
     for r in range(number):
         others = np.delete(own.local[:, places], r, axis=0)
         local = own.local.copy()
         local[:, places] = np.exp(np.log(np.maximum(others, 1e-300)).mean(axis=0))
         gaps.append(gap_of_record(search, own.supermodel, local, r))
-        said.append(log_evidence(own.mode) - log_evidence(own.mode, np.arange(number) != r))
-    return LeftOut(np.array(gaps), np.array(said))
+        elpd.append(said(np.ones(number, dtype=bool)) - said(np.arange(number) != r))
+    return LeftOut(np.array(gaps), np.array(elpd))

@@ -1,7 +1,8 @@
 """Three models of the same records: one set of parameters, parameters with a law of speed, parameters of each record.
 
 All are compared in one noise. In the first two, records may differ by chance, as in a fit; in the third each record has
-values of its own about which nothing is known beforehand but their order of magnitude.
+values of its own about which nothing is known beforehand but their order of magnitude. What no record has for itself,
+such as a value with a prior, has that prior in all of them.
 """
 
 from __future__ import annotations
@@ -17,45 +18,26 @@ from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.engine.candidates import transferred, with_values
 from fibrefit.discovery.engine.effort import FIRST_STARTS, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.pairs import pruned
-from fibrefit.discovery.search.inputs import relinearised
+from fibrefit.discovery.search.inputs import overdispersion_corrected, overdispersion_of, relinearised
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, place_of
-from fibrefit.problem.estimate.schur import log_determinant
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns, own_precision, place_of
 from fibrefit.problem.task import Task
 from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.search import SpeedSearch
 
-
-@dataclass(frozen=True)
-class Own:
-    """The model in which each record has parameters of its own.
-
-    Parameters
-    ----------
-    mode : PosteriorMode
-        Deviations of the records from the reference, with a standard deviation of `BASE_SD`.
-    log : float
-        Logarithm of the marginal likelihood.
-    supermodel : Supermodel
-    """
-
-    mode: PosteriorMode
-    log: float
-    supermodel: Supermodel
-
-    @property
-    def local(self) -> np.ndarray:
-        """Values of each record, ``(n_record, n_local)`` in SI units."""
-        return self.mode.local
+OF_SHARED = ("log", "reference", "scale", "mean", "lower", "upper", "one_sided")
+"""What `Unknowns` say of each shared value."""
 
 
 class TriedLaw(NamedTuple):
@@ -88,7 +70,8 @@ class ThreeModels:
     constant : LaplaceFit
     law : LaplaceFit
         The most probable one with a law of speed, whether or not it is more probable than constant parameters.
-    own : Own
+    own : LaplaceFit
+        Values of each record: their deviations from the reference, with a standard deviation of `BASE_SD`.
     tried : tuple of TriedLaw
         All laws by themselves, the most probable first.
     beside : tuple of LaplaceFit
@@ -99,7 +82,7 @@ class ThreeModels:
     before: Identification
     constant: LaplaceFit
     law: LaplaceFit
-    own: Own
+    own: LaplaceFit
     tried: tuple[TriedLaw, ...]
     beside: tuple[LaplaceFit, ...]
 
@@ -123,24 +106,44 @@ def three_models(task: Task, seed: int = 0, tell: Progress = quiet) -> ThreeMode
     search = rounds[-1].search
     tell("comparing constant parameters, and parameters of each record", None)
     constant = _constant(rounds[-1], law, base)
-    own = own_values(search, law.supermodel, constant)
+    law = law if law.divided_off else with_counted_gain(search.inference, constant, law)
+    best = max(constant, law, key=lambda one: one.log)
+    own = with_counted_gain(search.inference, best, own_values(search, law.supermodel, constant))
     return ThreeModels(search, before, constant, law, own, _tried(rounds[0], law, constant), _beside(rounds, law))
 
 
 def _grown(search: Search, base: LaplaceFit, tell: Progress) -> tuple[list[Comparison], LaplaceFit]:
     """All rounds of trying laws, and the model with those that are needed; with the best one where none is.
 
-    A law that stood in for another one is left out once that has been found.
+    A law that stood in for another one is left out once that has been found. A model whose laws were taken in rounds is
+    as it was fitted: what counts of its gain over constant parameters is not the sum of what counted in each round.
     """
     rounds = [comparison_of(SpeedSearch.of(search), base, "trying each law of speed")]
     while found := _simplest(rounds[-1]):
         search, found = _about(rounds[-1].search, found)
         law = pruned(search.inference, found)
         if not _may_grow(law, len(rounds)):
-            return [*rounds, replace(rounds[-1], search=search, parent=law, found=())], law
+            return [*rounds, replace(rounds[-1], search=search, parent=law, found=())], law.undivided
         rounds.append(comparison_of(SpeedSearch.of(search), law, "trying a further law of speed"))
     last = rounds[-1]
-    return rounds, last.parent if last.parent.effects else _at_its_mode(last)
+    return rounds, last.parent.undivided if last.parent.effects else _at_its_mode(last)
+
+
+def with_counted_gain(inference: LaplaceInference, lesser: LaplaceFit, richer: LaplaceFit) -> LaplaceFit:
+    """A model with its gain over a lesser one as it counts in a search, see `overdispersion_corrected`.
+
+    What was divided off the lesser one is taken off both.
+
+    Parameters
+    ----------
+    inference : LaplaceInference
+        In whose noise both were fitted.
+    lesser, richer : LaplaceFit
+        The richer one as it was fitted.
+    """
+    whole, taken = lesser.undivided, lesser.divided_off
+    found = overdispersion_corrected(whole, richer, overdispersion_of(inference, whole, richer))
+    return found.with_log(found.log - taken, found.divided_off + taken)
 
 
 def _tried(first: Comparison, law: LaplaceFit, constant: LaplaceFit) -> tuple[TriedLaw, ...]:
@@ -203,7 +206,7 @@ def _of_laws(supermodel: Supermodel) -> np.ndarray:
     return np.array(["." in name for name in supermodel.names])
 
 
-def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> Own:
+def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> LaplaceFit:
     """Each record with base parameters of its own.
 
     Law
@@ -222,7 +225,7 @@ def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> 
     start = place_of(unknowns, local, eta)
     start = start._replace(z=np.where(np.isin(np.arange(len(lower)), held), 0.0, start.z))
     found = mode(unknowns, start, search.inference.secant(supermodel), np.full(len(held), BASE_SD))
-    return Own(found, log_evidence(found), supermodel)
+    return LaplaceFit((), supermodel, own_evidence(found))
 
 
 def _alone(search: Search, supermodel: Supermodel, near: np.ndarray) -> np.ndarray:
@@ -245,21 +248,64 @@ def _alone(search: Search, supermodel: Supermodel, near: np.ndarray) -> np.ndarr
     return found
 
 
-def log_evidence(found: PosteriorMode, kept: np.ndarray | None = None) -> float:
-    """Laplace's evidence of records that share nothing, up to what all models of them share.
+def own_evidence(found: PosteriorMode) -> MarginalLikelihood:
+    """Laplace's evidence of records that have base parameters of their own, up to what all models of them share.
+
+    What they share beside these is paid for as in any other model.
 
     Parameters
     ----------
     found : PosteriorMode
-    kept : (n_record,) bool, optional
-        Those that say something; all by default.
+        With the standard deviations of the deviations, which are known.
     """
-    n = len(found.unknowns.each)
-    precision = np.concatenate([np.zeros(n), found.sigma**-2.0])
-    said = np.ones(len(found.normal.blocks)) if kept is None else kept.astype(float)
-    blocks = found.normal.blocks * said[:, None, None] + np.diag(precision)
-    log_det = log_determinant(blocks)
-    deviation = (found.place.eta / found.sigma) ** 2
-    cost = float(said @ (found.normal.costs + deviation.sum(axis=1)))
-    # A record that says nothing has a block of nothing but its prior, whose determinant its width takes away again.
-    return float(-0.5 * cost - 0.5 * log_det.sum() - len(blocks) * np.log(found.sigma).sum())
+    there = laplace(_with_own_parameters(found))
+    rest, size = others_shared(found.unknowns), len(found.unknowns.shared)
+    z, covariance = found.place.z.copy()[None], np.zeros((1, size, size))
+    z[:, rest] = there.z
+    covariance[0][np.ix_(rest, rest)] = there.covariance[0]
+    log = there.log - len(found.place.eta) * float(np.log(found.sigma).sum())
+    return MarginalLikelihood(found, log, found.sigma[None], np.array([log]), np.ones(1), z, covariance)
+
+
+def others_shared(unknowns: Unknowns) -> np.ndarray:
+    """Places among the shared values of those that do not deviate: effects, values with a prior."""
+    return np.setdiff1d(np.arange(len(unknowns.shared)), unknowns.scattering)
+
+
+def _with_own_parameters(found: PosteriorMode) -> PosteriorMode:
+    """The same mode with deviations among each record's own values, what is believed of them among what it says.
+
+    They are where they are best: what slopes predict of a further step, none has brought.
+    """
+    unknowns, place, normal = found.unknowns, found.place, found.normal
+    rest, deviating = others_shared(unknowns), unknowns.scattering
+    names = [unknowns.names[i] for i in (*rest, *range(len(unknowns.shared), len(unknowns.names)), *deviating)]
+    precision = own_precision(unknowns, found.sigma)
+    believed = np.sum((place.eta / found.sigma) ** 2, axis=1)
+    return replace(
+        found,
+        unknowns=replace(
+            unknowns,
+            names=tuple(names),
+            shared=unknowns.shared[rest],
+            each=np.concatenate([unknowns.each, unknowns.shared[deviating]]),
+            free=np.concatenate([unknowns.free, np.ones_like(place.eta, dtype=bool)], axis=1),
+            scattering=deviating[:0],
+            precision=unknowns.precision[np.ix_(rest, rest)],
+            size=np.concatenate([unknowns.size, np.ones(len(deviating))]),
+            offset=np.broadcast_to(unknowns.offset, len(unknowns.shared))[rest],
+            **{name: getattr(unknowns, name)[rest] for name in OF_SHARED},
+        ),
+        place=place._replace(z=place.z[rest], own=np.concatenate([place.own, place.eta], axis=1), eta=place.eta[:, :0]),
+        normal=normal._replace(
+            shared=normal.shared[np.ix_(rest, rest)],
+            cross=normal.cross[:, rest],
+            blocks=normal.blocks + np.diag(precision),
+            pull=normal.pull[rest],
+            pulls=np.zeros_like(normal.pulls),
+            cost=normal.cost + float(believed.sum()),
+            costs=normal.costs + believed,
+        ),
+        sigma=found.sigma[:0],
+        unmet=0.0,
+    )

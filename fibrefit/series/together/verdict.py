@@ -11,13 +11,13 @@ import numpy as np
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, left_out
-from fibrefit.problem.estimate.normal_equations import PosteriorMode
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.schur import inverses
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
 from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of
 from fibrefit.series.together.left_out import own_left_out
-from fibrefit.series.together.models import PREFERRED, ThreeModels, three_models
+from fibrefit.series.together.models import PREFERRED, ThreeModels, others_shared, three_models
 from fibrefit.series.together.speeds import span, speeds_of
 
 Answer = Literal["constant", "speed_law", "per_record"]
@@ -54,11 +54,15 @@ class OwnValues:
     ----------
     names : tuple of str
     values, errors : (n_record, n_name) in SI units
+        Errors are those of each record alone.
+    common : (n_name,) in SI units
+        Standard errors that all records share: of effects, exponents and values with a prior. More records leave them.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     errors: np.ndarray
+    common: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,7 @@ class Verdict:
     speeds : mapping of parameter to (n_record, 3) in m/s
         See `speeds_of`.
     own : OwnValues
-        About the model with constant parameters; about the law where that is preferred.
+        About the model that answers.
     populations : mapping of parameter to Population
     alike : tuple of str
         Forms of the law that are not distinguished from the one that was taken.
@@ -136,11 +140,14 @@ def judged(task: Task, seed: int = 0, tell: Progress = quiet) -> Verdict:
     answer = _answer(found, predicted)
     motion = found.before.motion
     speeds = speeds_of(motion, np.asarray(task.problem.observations.experiment.count))
-    own = own_values_about(found.law if answer == "speed_law" else found.constant, found, answer)
+    about: dict[Answer, LaplaceFit] = {"constant": found.constant, "speed_law": found.law, "per_record": found.own}
+    own = own_values_about(about[answer].evidence)
     curves = tuple(
         _law_curve(found.law, BY_EFFECT[effect.name], speeds) for effect in found.law.effects if parameter_of(effect)
     )
-    pooled = {name: population(own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)}
+    pooled = {
+        name: population(own.values[:, j], own.errors[:, j], float(own.common[j])) for j, name in enumerate(own.names)
+    }
     return Verdict(
         answer=answer,
         models=found,
@@ -175,25 +182,34 @@ def _alike(found: ThreeModels) -> tuple[str, ...]:
     )
 
 
-def own_values_about(best: LaplaceFit, found: ThreeModels, answer: Answer) -> OwnValues:
-    """Base parameters that each record by itself asks for, the law of speed as all records have it.
+def own_values_about(evidence: MarginalLikelihood) -> OwnValues:
+    """Base parameters that each record by itself asks for, one step from a mode by the record's own matrix.
 
-    Where each record has its own anyway, they are those; else one step from the mode, with the record's own matrix.
+    All else that records share is as all of them together have it. Where that is off, so are their values: by as much
+    as each asks for, of which the mean is an error of all and the rest one of each.
     """
-    if answer == "per_record":
-        return _of_mode(found.own.mode)
-    return _of_mode(best.evidence.mode)
-
-
-def _of_mode(at: PosteriorMode) -> OwnValues:
+    at = evidence.mode
     unknowns, normal, n = at.unknowns, at.normal, len(at.unknowns.each)
-    scattering = unknowns.scattering
-    inverse = inverses(normal.blocks)
-    step = -np.einsum("rij,rj->ri", inverse, normal.pulls)[:, n:]
-    z = at.place.z[scattering] + at.place.eta + np.clip(step, -1.0, 1.0)
-    values = unknowns.reference[scattering] * np.exp(z)
-    relative = np.sqrt(np.maximum(np.einsum("rii->ri", inverse)[:, n:], 0.0))
-    return OwnValues(tuple(unknowns.names[k] for k in scattering), values, values * relative)
+    deviating, rest = unknowns.scattering, others_shared(unknowns)
+    inverse = inverses(normal.blocks)[:, n:]
+    step = -np.einsum("rij,rj->ri", inverse, normal.pulls)
+    z = at.place.z[deviating] + at.place.eta + np.clip(step, -1.0, 1.0)
+    values = unknowns.reference[deviating] * np.exp(z)
+    variance = np.maximum(np.einsum("rii->ri", inverse[:, :, n:]), 0.0)
+    said = variance > 0.0
+    weights = np.where(said, 1.0 / np.where(said, variance, 1.0), 0.0)
+    follows = -np.einsum("rij,rkj->rik", inverse, normal.cross[:, rest])
+    mean = np.einsum("ri,rik->ik", weights, follows) / np.maximum(weights.sum(axis=0), 1e-300)[:, None]
+    spread = evidence.spread[np.ix_(rest, rest)]
+    apart = np.where(said, _variance(follows - mean, spread), 0.0)
+    relative, common = np.sqrt(variance + apart), np.sqrt(_variance(mean, spread))
+    names = tuple(unknowns.names[k] for k in deviating)
+    return OwnValues(names, values, values * relative, np.median(values, axis=0) * common)
+
+
+def _variance(along: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Variances ``(...)`` along directions ``(..., n)``."""
+    return np.maximum(np.einsum("...j,jk,...k->...", along, covariance, along), 0.0)
 
 
 def _law_curve(found: LaplaceFit, law: SpeedLaw, speeds: Mapping[str, np.ndarray]) -> LawCurve:

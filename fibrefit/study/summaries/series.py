@@ -58,9 +58,10 @@ class OwnSummary(Part):
     """What one record says by itself, and drawn to the others by as much as it is uncertain."""
 
     value: float
-    std_error: float
+    std_error: float = Field(description="Of the record alone, by which records are compared.")
+    common_error: float = Field(default=0.0, description="Further error, alike in all records: of what they share.")
     shrunk: Known = None
-    shrunk_error: Known = None
+    shrunk_error: Known = Field(default=None, description="Both parts together.")
     unit: str
 
 

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
+from fibrefit.fitting.estimates import interval_of_shared, kind_of_interval
+from fibrefit.problem.estimate.population import between
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import LawCurve, Verdict
@@ -16,7 +18,6 @@ from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, begin_at
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ParameterSummary
 from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record
@@ -43,19 +44,21 @@ def rival_summaries(found: Verdict) -> dict[s.Answer, s.RivalSummary]:
 def parameters_of(model: LaplaceFit) -> dict[str, ParameterSummary]:
     """Shared values of a model with their errors."""
     units = {name: declared.unit for name, declared in model.supermodel.declared.items()}
-    errors = model.errors
-    return {
-        name: ParameterSummary(
+    limits = {slot.name: slot.range for slot in model.supermodel.problem.layout.slots}
+    errors, differ = model.errors, between(model.evidence)
+    found = {}
+    for index, (name, value) in enumerate(model.shared.items()):
+        low, high = interval_of_shared(model.evidence, index)
+        found[name] = ParameterSummary(
             value=value,
             std_error=errors[name],
-            interval_95=(value - Z_95 * errors[name], value + Z_95 * errors[name])
+            interval_95=(max(low, limits[name].lower), min(high, limits[name].upper))
             if np.isfinite(errors[name])
             else None,
             unit=units[name],
-            interval_kind="population" if "." not in name else "normal",
+            interval_kind=kind_of_interval(name, differ),
         )
-        for name, value in model.shared.items()
-    }
+    return found
 
 
 def law_summaries(found: Verdict) -> tuple[s.LawSummary, ...]:
@@ -106,6 +109,7 @@ def record_summaries(found: Verdict, names: Sequence[str], conditions: Sequence[
             parameters[parameter] = s.OwnSummary(
                 value=float(found.own.values[r, j]),
                 std_error=float(found.own.errors[r, j]),
+                common_error=float(found.own.common[j]),
                 shrunk=None if pooled is None else float(pooled.shrunk[r]),
                 shrunk_error=None if pooled is None else float(pooled.shrunk_error[r]),
                 unit=found.units[parameter],
@@ -192,7 +196,8 @@ def series_groups(found: Verdict, names: Sequence[str]) -> dict[str, dict[str, V
     for j, name in enumerate(found.own.names):
         unit = found.units[name]
         records[name] = Variable(found.own.values[:, j], ("record",), unit, "Of the record by itself.")
-        records[f"{name}_std_error"] = Variable(found.own.errors[:, j], ("record",), unit, "Its standard error.")
+        said = "Its standard error, without the part that is alike in all records."
+        records[f"{name}_std_error"] = Variable(found.own.errors[:, j], ("record",), unit, said)
     left = {
         f"{key}_{what}": Variable(getattr(one, what), ("record",), "-", "Of each record, predicted from the others.")
         for key, one in found.left_out.items()

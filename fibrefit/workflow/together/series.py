@@ -89,7 +89,8 @@ class SeriesResult(FoundResult):
         """Base parameters of each record by itself."""
         own, units = self.verdict.own, self.verdict.units
         return tuple(
-            Quantity(name, units[name], own.values[:, j], own.errors[:, j]) for j, name in enumerate(own.names)
+            Quantity(name, units[name], own.values[:, j], own.errors[:, j], float(own.common[j]))
+            for j, name in enumerate(own.names)
         )
 
     @cached_property
