@@ -210,3 +210,17 @@ def test_a_search_whose_time_ended_goes_on_where_it_is_asked_to(demo: Run, calls
     # What was tried to its end is not: there is nothing to go on with.
     assert "--force makes it again" in demo("discover", "demo", "--out", "out", "--resume").err
     assert len(calls) == 2
+
+
+def test_a_search_is_the_same_whatever_time_it_is_given(demo: Run, calls: list[Any]) -> None:
+    """One that came to its end is shown; to one whose time ended more is given with --resume."""
+    assert demo("discover", "demo", "--out", "out", "--time", "10 min").code == 0
+    for time in ((), ("--time", "20 min")):
+        assert "The same search was made before" in demo("discover", "demo", "--out", "out", *time).err
+    summary = json.loads(Path("out/summary.json").read_text())
+    assert summary["provenance"]["settings"]["time"] == "600"
+    Path("out/summary.json").write_text(json.dumps(summary | {"untried": ["fibre.creep"]}))
+    assert "--resume goes on with it" in demo("discover", "demo", "--out", "out", "--time", "20 min").err
+    assert len(calls) == 1
+    assert demo("discover", "demo", "--out", "out", "--time", "20 min", "--resume").code == 0
+    assert len(calls) == 2

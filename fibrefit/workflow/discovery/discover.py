@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import mkdtemp
@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from fibrefit.store.hdf5 import Variable
 
 Choose = Callable[[Sequence[Candidate]], str | None]
+
+TIME = "time"
+"""What the time a search was given is called among the settings of its result."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class SearchOptions:
     def as_settings(self) -> dict[str, str]:
         """Settings as a summary keeps them; the seed has a place of its own there."""
         lists = {name: ", ".join(sorted(getattr(self, name))) for name in ("only", "exclude", "also")}
-        time = {} if self.seconds == SECONDS else {"time": f"{self.seconds:g}"}
+        time = {} if self.seconds == SECONDS else {TIME: f"{self.seconds:g}"}
         least = {"least": f"{self.least:g}"} if self.least else {}
         return {
             "max_effects": str(self.max_effects),
@@ -276,6 +279,8 @@ def own_laws(study: Study, options: SearchOptions) -> list[Path]:
 def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySummary | None:
     """Result of the same search in a folder: the same study, files, settings, seed and versions.
 
+    How long it may take is no part of what it finds out: one that was ended by it says so, and is gone on with.
+
     Parameters
     ----------
     folder : pathlib.Path
@@ -299,9 +304,10 @@ def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySum
     now: Mapping[str, object] = {
         "resolved_study": study.resolved_toml(),
         "inputs": sorted(digests),
-        "settings": options.as_settings(),
+        "settings": replace(options, seconds=SECONDS).as_settings(),
         "seed": options.seed,
         "versions": versions(),
     }
     then = {name: getattr(origin, name) for name in now} | {"inputs": sorted(origin.inputs.values())}
+    then["settings"] = {name: value for name, value in origin.settings.items() if name != TIME}
     return summary if then == now else None
