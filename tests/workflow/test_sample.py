@@ -79,6 +79,12 @@ def test_the_summary_keeps_to_its_schema_and_tells_all(kept: Path) -> None:
     assert content["fit_status"] == "ok"
     assert content["interval_kind"] == "equal_tailed"
     assert content["likelihood"] == "coloured"
+    for channel, noise in made.NOISE.items():
+        left = content["gap"][channel]
+        assert left["noise"] == pytest.approx(noise, rel=0.15)
+        assert left["rms"] == pytest.approx(left["ratio"] * left["noise"])
+    (size,) = (check for check in content["checks"] if check["identifier"] == "residual_size")
+    assert size["statistic"] == pytest.approx(max(content["gap"][channel]["ratio"] for channel in made.NOISE))
     stiffness = content["parameters"]["stiffness"]
     assert stiffness["unit"] == "N/m"
     assert stiffness["prior"].endswith("(default)")
