@@ -171,7 +171,7 @@ def test_the_better_model_predicts_better(study: Study, kept: Path) -> None:
 def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept: Path) -> None:
     rival = rival_of(kept, study)
     own = dataclasses.replace(sampled.cross_validation, blocks=rival.blocks + 0.5)
-    found = compared(own, sampled.posterior.log_evidence, rival)
+    found = compared(own, sampled.posterior.log_evidence, rival, "coloured")
     assert found.elpd.value == pytest.approx(0.5 * len(rival.blocks))
     # What both find hard cancels, however much the blocks differ among themselves.
     assert found.elpd.error < 1e-6
@@ -179,7 +179,7 @@ def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept
     assert found.log_evidence.value == 0.0
     fewer = dataclasses.replace(own, blocks=own.blocks[1:])
     with pytest.raises(UsageError, match="Both must use the same samples"):
-        compared(fewer, None, rival)
+        compared(fewer, None, rival, "coloured")
 
 
 def test_a_comparison_is_reported(sampled: Sampled, kept: Path, study: Study) -> None:

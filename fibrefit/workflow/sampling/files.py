@@ -117,10 +117,12 @@ def _cross_check(posterior: Posterior, found: CrossCheck) -> CrossCheckSummary:
     names = posterior.target.names
     return CrossCheckSummary(
         agrees=found.agrees,
-        draws=int(np.prod(found.points.shape[:2])),
+        draws=found.draws,
         divergent=found.divergent,
         scores=dict(zip(names, found.scores.tolist(), strict=True)),
         spread=dict(zip(names, found.spread.tolist(), strict=True)),
+        spread_scores=dict(zip(names, found.spread_scores.tolist(), strict=True)),
+        r_hat=dict(zip(names, found.r_hat.tolist(), strict=True)),
     )
 
 
