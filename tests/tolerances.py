@@ -112,6 +112,7 @@ REASONS: dict[str, dict[str, str]] = {
     "study.rigs.inverted_pendulum": {"MOST": WORK},
     "workflow.batches.item": {"FEW": STEP, "MOST_READ": WORK},
     "workflow.batches.shards": {"DIGITS": WORK},
+    "workflow.compare": {"FEWEST_BLOCKS": FORMULA},
     "workflow.design.plan": {"MOST_LISTED": PAGE},
     "workflow.prediction.files": {"Z_95": FORMULA},
     "workflow.sampling.progress": {"90.0": PAGE, "5400.0": PAGE},

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from scipy.special import ndtri, stdtrit
+
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
 from fibrefit.report.text import between_sentence, rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K, PRIOR_MATTERS
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import ComparedModel, PosteriorParameter, PosteriorSummary
+from fibrefit.study.summaries.held_against import ComparedModel
+from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.summaries import PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
     "ok": "The chains converged and every check passed: this posterior can be believed as far as its model can.",
@@ -145,12 +149,45 @@ def _predictive(summary: PosteriorSummary) -> list[str]:
 
 
 def _rivals(rivals: Sequence[ComparedModel]) -> list[str]:
-    rows = []
+    rows, said = [], []
     for rival in rivals:
-        difference, error = rival.elpd.value, rival.elpd.error
-        better = "alike" if abs(difference) <= DECISIVE * error else "this one" if difference > 0.0 else "the other"
         evidence = "" if rival.log_evidence is None else f"{rival.log_evidence.value:+.1f}"
-        name = shortened(", ".join(rival.effects) or f"base model, {rival.result}", 32)
-        rows.append((name, f"{difference:+.1f} +/- {error:.1f}", evidence, better))
+        name = shortened(", ".join(rival.effects) or f"base model, {rival.result}", 30)
+        rows.append((name, _with_its_error(rival.elpd), evidence, better_model(rival)))
+        said += [f"Against {name}: {one}" for one in _doubts(rival)]
     lines = table(("this model against", "delta elpd_loo", "log Bayes factor", "better"), rows, right={1, 2})
-    return ["", *lines] if lines else []
+    return ["", *lines, *map(paragraph, said)] if lines else []
+
+
+def better_model(rival: ComparedModel) -> str:
+    """Which of two models predicts better; unreliable where that rests on blocks whose figure is."""
+    whole = _better_by(rival.elpd, rival.blocks)
+    if not rival.unsure or rival.blocks is None:
+        return whole
+    sure = None if rival.elpd_sure is None else _better_by(rival.elpd_sure, rival.blocks - rival.unsure)
+    return whole if whole == sure else "unreliable"
+
+
+def _better_by(difference: Measure, blocks: int | None) -> str:
+    """Which one predicts better, by a difference that is known from how it scatters between so many blocks."""
+    share = 1.0 - 0.5 * DECISIVE
+    most = float(ndtri(share) if blocks is None else stdtrit(blocks - 1, share)) * difference.error
+    return "alike" if abs(difference.value) <= most else "this one" if difference.value > 0.0 else "the other"
+
+
+def _with_its_error(measure: Measure) -> str:
+    return f"{measure.value:+.1f} +/- {measure.error:.1f}"
+
+
+def _doubts(rival: ComparedModel) -> list[str]:
+    """What a comparison does not rest on, and how it would be without."""
+    said = []
+    if rival.unsure:
+        others = "too few others" if rival.elpd_sure is None else f"the others: {_with_its_error(rival.elpd_sure)}"
+        said.append(f"Pareto k > {PARETO_K:g} under one of both in {rival.unsure} of {rival.blocks} blocks; {others}.")
+    if not rival.same_noise:
+        said.append(
+            "noise is of another kind there, and marginal likelihoods do not pay for the numbers of its spectrum: they "
+            "are not compared. Sample both with the same --noise."
+        )
+    return said

@@ -74,7 +74,7 @@ class Approximation:
         Parameters
         ----------
         log_density : callable ``(n_point, n) -> (n_point,)``
-        random : numpy.random.RandomState
+        random : numpy.random.RandomState or numpy.random.Generator
 
         Returns
         -------

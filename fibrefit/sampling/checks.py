@@ -77,17 +77,19 @@ def walkers_mix(names: Sequence[str], course: ChainHistory, settings: Settings) 
 
 
 def one_mode(modes: Sequence[Mode], target: Target) -> Check:
-    """Whether a second mode has a weight worth naming."""
+    """Whether all other modes together have a weight worth naming."""
     others = [mode for mode in modes[1:] if not mode.absorbed]
-    weight = max((mode.weight for mode in others), default=0.0)
+    weight = float(sum(mode.weight for mode in others))
+    # Of many that have it together, those are named that have as much as they have in the mean.
+    named = [modes[0], *(mode for mode in others if mode.weight * len(others) >= SECOND_MODE)]
     return Check(
         name="there is one mode",
         passed=weight < SECOND_MODE,
         statistic=weight,
         threshold=SECOND_MODE,
         identifier="second_mode",
-        quantity="weight of a second mode",
-        facts={"others": len(others), "modes": tuple(_described(m, target) for m in modes if m.weight >= SECOND_MODE)},
+        quantity="weight of other modes",
+        facts={"others": len(others), "modes": tuple(_described(mode, target) for mode in named)},
     )
 
 

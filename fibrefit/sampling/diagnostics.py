@@ -48,7 +48,7 @@ def mixing(chain: np.ndarray) -> Mixing:
     return Mixing(
         r_hat=_r_hat(together),
         r_hat_walkers=_r_hat(apart),
-        ess_bulk=np.array([_ess(z) for z in columns]),
+        ess_bulk=np.array([effective_draws(z) for z in columns]),
         ess_tail=np.array([_ess_tail(chain[..., i]) for i in range(size)]),
     )
 
@@ -69,7 +69,7 @@ def _r_hat(columns: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(found), found, np.inf)
 
 
-def _ess(values: np.ndarray) -> float:
+def effective_draws(values: np.ndarray) -> float:
     """Effective number of draws of `values` ``(n_ensemble, n_step, n_walker)``, from the means of the ensembles."""
     from arviz_stats.base import array_stats
 
@@ -83,4 +83,4 @@ def _ess(values: np.ndarray) -> float:
 
 
 def _ess_tail(values: np.ndarray) -> float:
-    return min(_ess((values <= np.quantile(values, share)).astype(float)) for share in (0.05, 0.95))
+    return min(effective_draws((values <= np.quantile(values, share)).astype(float)) for share in (0.05, 0.95))

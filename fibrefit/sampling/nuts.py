@@ -15,8 +15,9 @@ import numpy as np
 from fibrefit.core.errors import UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.sampling.diagnostics import effective_draws, mixing
 from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.thresholds import DIFFERS
+from fibrefit.sampling.thresholds import DIFFERS, DIVERGENT, NUTS_R_HAT
 from fibrefit.study.summaries.check import Check
 
 CHAINS, CHAIN_DRAWS = 4, 200
@@ -36,19 +37,41 @@ class CrossCheck:
         Difference of the means of both samplers over its Monte-Carlo standard error.
     spread : (n,)
         Ratio of the standard deviations.
+    spread_scores : (n,)
+        Its logarithm over the Monte-Carlo standard error of that.
+    r_hat : (n,)
+        Between the chains of NUTS.
     """
 
     points: np.ndarray
     divergent: int
     scores: np.ndarray
     spread: np.ndarray
+    spread_scores: np.ndarray
+    r_hat: np.ndarray
+
+    @property
+    def alike(self) -> bool:
+        """Whether no mean and no standard deviation differs by more than chance allows for as many as there are."""
+        from scipy.stats import norm
+
+        every = np.abs([self.scores, self.spread_scores])
+        return bool(np.max(every) < norm.isf(0.5 * DIFFERS / every.size))
+
+    @property
+    def converged(self) -> bool:
+        """Whether the chains of NUTS agree among themselves, and few of their transitions were divergent."""
+        return bool(np.max(self.r_hat) < NUTS_R_HAT) and self.divergent <= DIVERGENT * self.draws
+
+    @property
+    def draws(self) -> int:
+        """Of all chains."""
+        return int(np.prod(self.points.shape[:2]))
 
     @property
     def agrees(self) -> bool:
-        """Whether no mean differs by more than chance allows, for as many coordinates as there are."""
-        from scipy.stats import norm
-
-        return bool(np.max(np.abs(self.scores)) < norm.isf(0.5 * DIFFERS / len(self.scores)))
+        """Whether NUTS converged, to the posterior of the ensembles."""
+        return self.alike and self.converged
 
     def check(self, names: Sequence[str]) -> Check:
         """Whether both samplers found the same posterior.
@@ -58,15 +81,22 @@ class CrossCheck:
         names : sequence of str
             Of the coordinates.
         """
-        worst = int(np.argmax(np.abs(self.scores)))
-        most = float(np.abs(self.scores[worst]))
+        every = np.abs([self.scores, self.spread_scores])
+        which, worst = divmod(int(np.argmax(every)), every.shape[1])
+        apart = int(np.argmax(self.r_hat))
         return Check(
             name="NUTS finds the same posterior",
             passed=self.agrees,
-            statistic=most,
+            statistic=float(every.max()),
             identifier="nuts",
             quantity="agreement with NUTS",
-            facts={"worst": names[worst], "divergent": self.divergent},
+            facts={
+                "of": ("mean", "standard deviation")[which],
+                "worst": names[worst],
+                "alike": self.alike,
+                "r_hat": (float(self.r_hat[apart]), names[apart], NUTS_R_HAT),
+                "divergent": (self.divergent, self.draws, DIVERGENT),
+            },
         )
 
 
@@ -86,14 +116,17 @@ def cross_check(posterior: Posterior, seed: int = 0, progress: Progress | None =
     require_nuts()
     approximation = posterior.modes[0].approximation
     frame = (jnp.asarray(approximation.centre), jnp.asarray(approximation.root), approximation.log_density)
+    # As the ensembles do, chains begin wider than the posterior, so that agreement has to be earned.
+    begun, _ = approximation.cloud(posterior.target.log_density, CHAINS, np.random.default_rng(seed))
+    starts = np.linalg.solve(approximation.root, (begun - approximation.centre).T).T
     found = []
     for chain in range(CHAINS):
         if progress:
             progress("cross-check with NUTS", chain / CHAINS)
         key = jax.random.fold_in(jax.random.key(seed), chain)
-        found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, CHAIN_DRAWS, key)))
+        found.append(jax.tree.map(np.asarray, _chain(posterior.density, frame, jnp.asarray(starts[chain]), key)))
     points = np.stack([points for points, _ in found])
-    return CrossCheck(points, sum(int(bad) for _, bad in found), *_compared(posterior, points))
+    return _compared(posterior, points, sum(int(bad) for _, bad in found))
 
 
 def require_nuts() -> Any:
@@ -116,9 +149,9 @@ def require_nuts() -> Any:
 
 
 @eqx.filter_jit
-def _chain(density: LogPosterior, frame: Any, draws: int, key: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _chain(density: LogPosterior, frame: Any, start: jax.Array, key: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Draws ``(n_draw, n)`` of one chain and its divergences, in a frame in which the mode is a unit ball."""
-    blackjax = require_nuts()
+    blackjax, draws = require_nuts(), CHAIN_DRAWS
     centre, root, level = frame
 
     def log_density(position: jax.Array) -> jax.Array:
@@ -126,8 +159,7 @@ def _chain(density: LogPosterior, frame: Any, draws: int, key: jax.Array) -> tup
         # Beyond a limit there is no slope to follow; a finite wall ends the move.
         return jnp.where(jnp.isfinite(value), value, -1e10)
 
-    start_key, warm_key, run_key = jax.random.split(key, 3)
-    start = jax.random.normal(start_key, centre.shape)
+    warm_key, run_key = jax.random.split(key)
     (state, tuned), _ = blackjax.window_adaptation(blackjax.nuts, log_density).run(warm_key, start, num_steps=draws)
     step = blackjax.nuts(log_density, **tuned).step
 
@@ -139,11 +171,27 @@ def _chain(density: LogPosterior, frame: Any, draws: int, key: jax.Array) -> tup
     return centre + positions @ root.T, jnp.sum(divergent)
 
 
-def _compared(posterior: Posterior, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from arviz_stats.base import array_stats
-
-    own = posterior.course.kept.reshape(-1, points.shape[-1])
-    other = points.reshape(-1, points.shape[-1])
-    ess = np.array([float(array_stats.ess(points[..., i], chain_axis=0, draw_axis=1)) for i in range(points.shape[-1])])
-    error = np.sqrt(own.var(axis=0) / posterior.course.mixing.ess_bulk + other.var(axis=0) / ess)
-    return (own.mean(axis=0) - other.mean(axis=0)) / error, own.std(axis=0) / other.std(axis=0)
+@np.errstate(divide="ignore", invalid="ignore")  # of chains that have not moved
+def _compared(posterior: Posterior, points: np.ndarray, divergent: int) -> CrossCheck:
+    """Both samples, by the same estimates of how well their means and standard deviations are known."""
+    own, other = posterior.course.kept, points[:, :, None]
+    mixed = mixing(other)
+    means, logs, errors, log_errors = [], [], [], []
+    for sample, ess in ((own, posterior.course.mixing.ess_bulk), (other, mixed.ess_bulk)):
+        mean, spread = sample.mean(axis=(0, 1, 2)), sample.std(axis=(0, 1, 2))
+        # The error of the variance is that of the mean of these squares: it knows of heavy tails.
+        squares = ((sample - mean) / spread) ** 2
+        size = np.array([effective_draws(squares[..., i]) for i in range(points.shape[-1])])
+        means.append(mean)
+        logs.append(np.log(spread))
+        errors.append(spread / np.sqrt(ess))
+        log_errors.append(0.5 * squares.std(axis=(0, 1, 2)) / np.sqrt(size))
+    ratio = logs[0] - logs[1]
+    return CrossCheck(
+        points,
+        divergent,
+        scores=(means[0] - means[1]) / np.hypot(*errors),
+        spread=np.exp(ratio),
+        spread_scores=ratio / np.hypot(*log_errors),
+        r_hat=mixed.r_hat,
+    )

@@ -20,7 +20,7 @@ from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
 from fibrefit.sampling.thresholds import GAINED
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap
 
 INTERVAL_KIND = "equal_tailed"
 
@@ -111,6 +111,8 @@ class Posterior:
     moving : float
         Standard deviations by which errors of inputs still moved when readings were last linearised in them; 0 where
         they had come to rest.
+    gap : mapping of channel to ChannelGap
+        What is left of each channel at the mode, beside its noise.
     """
 
     target: Target
@@ -128,6 +130,7 @@ class Posterior:
     inputs: DrawnInputs | None = None
     alike: bool = False
     moving: float = 0.0
+    gap: Mapping[str, ChannelGap] = field(default_factory=dict)
 
     @property
     def course(self) -> ChainHistory:

@@ -13,6 +13,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.problem.estimate.hausman import hausman_check
 from fibrefit.problem.estimate.population import differ_within
+from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.task import Task
@@ -26,7 +27,7 @@ from fibrefit.sampling.posterior import Posterior, marginals
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, Ready, coordinates_of, prepare
 from fibrefit.sampling.settings import Settings
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary
+from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap
 
 if TYPE_CHECKING:
     from fibrefit.study.parameters import PriorSetting
@@ -109,7 +110,17 @@ def _concluded(
         inputs=ready.inputs,
         alike=ready.alike,
         moving=ready.moving,
+        gap=_gap(task, ready),
     )
+
+
+def _gap(task: Task, ready: Ready) -> dict[str, ChannelGap]:
+    """What is left of each channel at the mode: so many times the noise of its quietest readings as residuals are."""
+    data, channels = ready.density.problem.observations, task.problem.model.rig.channels
+    number = np.stack([np.sum(np.asarray(data.weight[c]) > 0.0, axis=1) for c in channels], axis=1)
+    noise = np.sqrt(np.sum(unit_of(data, channels) ** 2 * number, axis=0) / np.maximum(number.sum(axis=0), 1))
+    sizes = zip(channels, noise.tolist(), ready.ratio.tolist(), strict=True)
+    return {c: ChannelGap.beside(rms, ratio * rms, task.units[c]) for c, rms, ratio in sizes if rms > 0.0}
 
 
 def _differ_within(ready: Ready) -> list[Check]:

@@ -15,7 +15,7 @@ STUCK = 0.02
 """Acceptance below which a walker counts as stuck: a tenth of the lowest that is usual (Foreman-Mackey et al., Publ.
 Astron. Soc. Pac. 125 (2013))."""
 SECOND_MODE = 0.01
-"""Weight from which a second mode must not be passed over: of the 2.5 % beyond an end of the interval it is 1."""
+"""Weight from which other modes must not be passed over: of the 2.5 % beyond an end of the interval it is 1."""
 NEGLIGIBLE_MODE = 1e-4
 """Weight by Laplace's method below which a mode is not sampled: a hundredth of `SECOND_MODE`."""
 SAME_MODE = 3.0
@@ -28,7 +28,14 @@ FEWEST_ENSEMBLES = 4
 FLAT_PART = 1e-2
 """Component along a direction that neither data nor prior limit from which a parameter is named: less is rounding."""
 DIFFERS = 0.01
-"""Probability by chance, over all coordinates, of a difference between two samplers below which they disagree."""
+"""Probability by chance, over means and standard deviations of all coordinates, of a difference between two samplers
+below which they disagree."""
+NUTS_R_HAT = 1.05
+"""R-hat between the chains of NUTS from which they have not converged: of 800 draws, a third of them effective, chance
+makes up to 1.04 in the worst of 15 coordinates."""
+DIVERGENT = 0.01
+"""Share of divergent transitions of NUTS above which it misses a part of the posterior that counts: of the 2.5 % beyond
+an end of the interval, a large part (Betancourt, arXiv:1701.02434)."""
 GAINED = 0.8
 """Standard error of the GLS estimate over that of the OLS one, below which it is reported: a third less variance."""
 UNCONTRACTED = 0.8
@@ -44,5 +51,6 @@ TRUNCATED = 0.1
 PARETO_K = 0.7
 """Pareto's k above which a block's importance weights cannot be relied on (Vehtari, Gelman and Gabry, Statistics and
 Computing 27 (2017))."""
-DECISIVE = 2.0
-"""Standard errors by which one of two models must predict better to be called so: one in twenty does by chance."""
+DECISIVE = 0.05
+"""Probability by chance of so large a difference below which one of two models is said to predict better, by Student's
+law, as its error is that of a scatter between blocks."""

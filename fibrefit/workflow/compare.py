@@ -10,9 +10,15 @@ import numpy as np
 from fibrefit.core.errors import UsageError
 from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
+from fibrefit.sampling.thresholds import PARETO_K
 from fibrefit.store import read_result, read_summary, sha256_of
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import ComparedModel, Measure, PosteriorSummary
+from fibrefit.study.summaries.held_against import ComparedModel
+from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.summaries import PosteriorSummary
+
+FEWEST_BLOCKS = 2
+"""Of which a scatter can be told."""
 
 
 @dataclass(frozen=True)
@@ -21,13 +27,14 @@ class Rival:
 
     Parameters
     ----------
-    blocks : (n_block,)
-        Expected log density of each block left out.
+    blocks, pareto_k : (n_block,)
+        Expected log density of each block left out, and how reliable that is.
     """
 
     folder: Path
     summary: PosteriorSummary
     blocks: np.ndarray
+    pareto_k: np.ndarray
 
 
 def rival_of(folder: Path, study: Study) -> Rival:
@@ -43,11 +50,15 @@ def rival_of(folder: Path, study: Study) -> Rival:
     Raises
     ------
     UsageError
-        If it is no posterior, one of other records or of another order of them, or one without blocks to compare by.
+        If it is no posterior, one that failed, one of other records or of another order of them, or one without blocks
+        to compare by.
     """
     summary = read_summary(folder)
     if not isinstance(summary, PosteriorSummary) or summary.provenance is None:
         raise UsageError(str(folder), "not a posterior", "the result of fibrefit sample", "Name another folder.")
+    if summary.status == "failed":
+        do = "Mend it first: fibrefit show tells which check failed; chains go on with --resume."
+        raise UsageError(str(folder), "a posterior that failed its checks", "one that can be relied on", do)
     mine = {sha256_of(study.path_of(file)): record.label for record in study.records for file in record.files}
     # Inputs are listed in the order of the records.
     theirs = list(dict.fromkeys(digest for digest in summary.provenance.inputs.values() if digest in mine))
@@ -64,17 +75,24 @@ def rival_of(folder: Path, study: Study) -> Rival:
             "Blocks of time are compared one by one: list the records of both studies alike.",
         )  # fmt: skip
     groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
-    blocks = np.asarray(groups["cross_validation"]["elpd"].values)
-    if len(blocks) < 2:
+    left_out = groups["cross_validation"]
+    blocks, pareto_k = (np.asarray(left_out[name].values, dtype=float) for name in ("elpd", "pareto_k"))
+    if len(blocks) < FEWEST_BLOCKS:
         raise UsageError(
             str(folder), "a posterior of a single block of time", "two blocks or more",
             "How sure a difference is comes of how it scatters between blocks: sample longer records.",
         )  # fmt: skip
-    return Rival(folder, summary, blocks)
+    return Rival(folder, summary, blocks, pareto_k)
 
 
-def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> ComparedModel:
+def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival, noise: str) -> ComparedModel:
     """One model against another: block by block, so that what both find hard cancels.
+
+    Parameters
+    ----------
+    noise : str
+        Kind of the noise of this one. A spectrum is found before the first draw and has no prior: of two kinds one has
+        more numbers than the other, and a marginal likelihood does not pay for them.
 
     Raises
     ------
@@ -87,15 +105,26 @@ def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival) -> C
             "Both must use the same samples of the records.",
         )  # fmt: skip
     difference = own.blocks - rival.blocks
-    elpd = Measure(value=float(difference.sum()), error=float(np.sqrt(len(difference) * np.var(difference, ddof=1))))
+    sure = np.maximum(own.pareto_k, rival.pareto_k) <= PARETO_K
+    # Heavy tails are a value with a prior, behind the kind of the noise.
+    same_noise = rival.summary.likelihood.partition(",")[0] == noise
     theirs, both = rival.summary.log_evidence, None
-    if evidence is not None and theirs is not None:
+    if evidence is not None and theirs is not None and same_noise:
         error = float(np.hypot(evidence.error, theirs.error))
         both = Measure(value=evidence.log_value - theirs.value, error=error)
     return ComparedModel(
         result=rival.folder.as_posix(),
         study=rival.summary.study,
         effects=rival.summary.effects,
-        elpd=elpd,
+        elpd=_summed(difference),
+        blocks=len(difference),
+        unsure=int(np.sum(~sure)),
+        elpd_sure=_summed(difference[sure]) if np.sum(sure) >= FEWEST_BLOCKS else None,
         log_evidence=both,
+        same_noise=same_noise,
     )
+
+
+def _summed(blocks: np.ndarray) -> Measure:
+    """Sum over blocks, with the error that their scatter tells."""
+    return Measure(value=float(blocks.sum()), error=float(np.sqrt(len(blocks) * np.var(blocks, ddof=1))))

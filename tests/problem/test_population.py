@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm, t
@@ -83,6 +85,19 @@ def test_records_that_agree_are_said_to() -> None:
     low, high = quantiles(found, 0)
     assert 0.5 * (high - low) == pytest.approx(norm.ppf(0.975) * ERROR / np.sqrt(RECORDS), rel=0.15)
     np.testing.assert_allclose(covariance_of_all(found), found.spread, rtol=1e-3)
+
+
+def test_of_records_that_tell_nothing_the_prior_says_how_much_a_new_one_may_differ() -> None:
+    """Half of it lies where they agree, and the median with it."""
+    found = weighed(ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]))
+    prior = np.exp(weighing.prior_of_grid(found.grid))
+    told = between(replace(found, weight=prior))["stiffness"]
+    assert told.agree == pytest.approx(0.5)
+    assert told.sd == 0.0
+    assert told.rms == pytest.approx(np.sqrt(prior @ found.grid[:, 0] ** 2 / prior.sum()))
+    assert told.rms == pytest.approx(0.032, abs=0.001)
+    known = between(weighed(0.02 * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])))["stiffness"]
+    assert known.sd < known.rms < known.interval_95[1]
 
 
 def test_roots_of_the_posterior_are_those_of_its_covariance() -> None:

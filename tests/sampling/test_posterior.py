@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -23,10 +25,10 @@ from fibrefit.sampling.mode.modes import distinct
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import Bands, draw_noise, predict
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of, prepare
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import _gap, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.hdf5 import read_result, write_result
-from fibrefit.study.summaries.summaries import Provenance
+from fibrefit.study.summaries.summaries import ChannelGap, Provenance
 from fibrefit.workflow.sampling.groups import posterior_groups
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
@@ -290,3 +292,16 @@ def test_nuts_without_its_package_says_what_to_install(posterior: Posterior, mon
     monkeypatch.setitem(sys.modules, "blackjax", None)
     with pytest.raises(UsageError, match=r"Install it: pip install 'fibrefit\[nuts\]'"):
         cross_check(posterior)
+
+
+def test_what_is_left_is_told_in_units_of_the_channel() -> None:
+    """So many times the noise as residuals are in units of it; a channel that nobody measured tells nothing."""
+    weight = {"force": np.array([[2.0, 2.0, 0.0], [1.0, 0.5, 0.5]]), "position": np.full((2, 3), 1e4)}
+    rig = SimpleNamespace(channels=tuple(weight))
+    problem = SimpleNamespace(observations=SimpleNamespace(weight=weight), model=SimpleNamespace(rig=rig))
+    ready = SimpleNamespace(density=SimpleNamespace(problem=problem), ratio=np.array([1.5, 1.0]))
+    task = SimpleNamespace(problem=problem, units={"force": "N", "position": "m"})
+    found = _gap(cast(Any, task), cast(Any, ready))
+    noise = np.sqrt((2 * 0.5**2 + 3 * 1.0**2) / 5)
+    assert found["force"] == ChannelGap.beside(noise, 1.5 * noise, "N")
+    assert (found["position"].rms, found["position"].unit) == (pytest.approx(1e-4), "m")

@@ -21,6 +21,8 @@ from fibrefit.sampling.mode import mode as search
 from fibrefit.sampling.mode import modes as found_modes
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
+from fibrefit.study.summaries.held_against import ComparedModel
+from fibrefit.study.summaries.part import Measure
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -67,10 +69,10 @@ def marginal(share: float, gap: float = 5.0) -> dict[str, Marginal]:
 
 def alike(difference: float) -> bool:
     """Whether two models count as alike, so many standard errors apart."""
-    rival = SimpleNamespace(
-        elpd=SimpleNamespace(value=difference, error=1.0), log_evidence=None, effects=(), result="results/other"
-    )
-    return "alike" in "".join(report._rivals([cast(Any, rival)]))
+    rival = ComparedModel(
+        result="results/other", study="drops", effects=(), elpd=Measure(value=difference, error=1.0)
+    )  # fmt: skip
+    return "alike" in "".join(report._rivals([rival]))
 
 
 def at(distance: float) -> bool:
@@ -142,13 +144,21 @@ def gains(factor: float) -> bool:
     return sampled.Posterior._of_autocorrelation(cast(Any, run)) == ()
 
 
+def checked(score: float = 0.0, r_hat: float = 1.0, divergent: int = 0) -> nuts.CrossCheck:
+    """A sound cross-check of one coordinate but for what is said."""
+    one = np.ones(1)
+    return nuts.CrossCheck(np.zeros((4, 250, 1)), divergent, np.array([score]), one, 0.0 * one, r_hat * one)
+
+
 CASES = (
     Bracket("NEGLIGIBLE_MODE", found_modes, is_sampled, 1.5e-4, 0.7e-4),
     Bracket("SAME_MODE", found_modes, one_mode, 2.0, 4.5),
     Bracket("LEFT_MODE", found_modes, stayed, 0.03, 0.08),
     Bracket("FEWEST_ENSEMBLES", settings, lambda n: accepted(int(n)), 4, 3),
     Bracket("FLAT_PART", search, limited, 0.7e-2, 1.3e-2),
-    Bracket("DIFFERS", nuts, lambda z: nuts.CrossCheck(np.ones(1), 0, np.array([z]), np.ones(1)).agrees, 2.45, 2.7),
+    Bracket("DIFFERS", nuts, lambda z: checked(score=z).agrees, 2.65, 2.95),
+    Bracket("NUTS_R_HAT", nuts, lambda r_hat: checked(r_hat=r_hat).agrees, 1.04, 1.06),
+    Bracket("DIVERGENT", nuts, lambda share: checked(divergent=int(1000 * share)).agrees, 0.008, 0.012),
     Bracket("GAINED", sampled, gains, 0.9, 0.7),
     Bracket(
         "HOPELESS_R_HAT", judge, lambda x: not judge.ensembles_agree(NAMES, course(r_hat=x), SETTINGS).fatal, 1.05, 1.15
@@ -174,7 +184,7 @@ CASES = (
     ),
     Bracket("STRONG_CORRELATION", judge, lambda x: judge.correlation(NAMES, correlated(x)).passed, 0.99, 0.9975),
     Bracket("FAR_FROM_START", judge, at, np.sqrt(2.0) + 3.0, np.sqrt(2.0) + 5.0),
-    Bracket("DECISIVE", report, alike, 1.5, 2.5),
+    Bracket("DECISIVE", report, alike, 1.8, 2.1),
     Bracket("PARETO_K", compare, lambda x: CrossValidation(np.zeros(1), np.array([x]), 0.0).unreliable == 0, 0.6, 0.8),
     Bracket("TRUNCATED", judge, lambda x: judge.truncation(marginal(0.1, x)).passed, 0.15, 0.07),
 )
@@ -183,6 +193,19 @@ CASES = (
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_verdict_turns_at_the_threshold(case: Bracket, monkeypatch: pytest.MonkeyPatch) -> None:
     case.test(monkeypatch)
+
+
+def test_other_modes_count_together_and_are_named() -> None:
+    """None of three has as much as one alone must have."""
+    light = [modes(0.004)[1] for _ in range(3)]
+    check = judge.one_mode([*modes(0.0)[:1], *light], TARGET)
+    assert not check.passed
+    assert check.statistic == pytest.approx(0.012)
+    assert posterior_sentence(check).count("weight 0.004 at a = 0 N") == 3
+    # The negative control: those whose draws lie in the first one count for nothing.
+    for mode in light:
+        mode.absorbed = True
+    assert judge.one_mode([*modes(0.0)[:1], *light], TARGET).passed
 
 
 def test_residuals_of_a_posterior_may_be_as_large_as_those_of_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:

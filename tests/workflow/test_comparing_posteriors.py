@@ -10,15 +10,21 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import UsageError
+from fibrefit.report.posterior import better_model, posterior_report
 from fibrefit.sampling.compare import CrossValidation
+from fibrefit.sampling.evidence import Evidence
+from fibrefit.sampling.thresholds import DECISIVE
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
+from fibrefit.study.summaries.held_against import ComparedModel
+from fibrefit.study.summaries.part import Measure
 from fibrefit.study.summaries.summaries import PosteriorSummary, Provenance
 from fibrefit.workflow import compare
-from fibrefit.workflow.compare import Rival, rival_of
+from fibrefit.workflow.compare import Rival, compared, rival_of
 from fibrefit.workflow.sampling import files
 from fibrefit.workflow.sampling.files import scored_draws
+from tests.report.test_posterior import PLAIN
 
 
 def a_study(folder: Path, **contents: str) -> Study:
@@ -32,17 +38,24 @@ def a_study(folder: Path, **contents: str) -> Study:
 
 
 def asked(
-    study: Study, others: Study, monkeypatch: pytest.MonkeyPatch, blocks: tuple[float, ...] = (1.0, 2.0)
+    study: Study,
+    others: Study,
+    monkeypatch: pytest.MonkeyPatch,
+    blocks: tuple[float, ...] = (1.0, 2.0),
+    status: str = "ok",
 ) -> Rival:
     """A posterior of the records of another study, as a rival of one of this study."""
     paths = [others.path_of(record.file) for record in others.records]  # type: ignore[arg-type]
     origin = Provenance(
         created="", versions={}, inputs={p.as_posix(): sha256_of(p) for p in paths}, resolved_study=""
     )  # fmt: skip
-    summary = PosteriorSummary.model_construct(provenance=origin)
+    summary = PosteriorSummary.model_construct(provenance=origin, status=status)  # type: ignore[arg-type]
     labels = np.array([record.label for record in others.records], dtype=object)
     groups = {
-        "cross_validation": {"elpd": Variable(np.array(blocks), ("block",))},
+        "cross_validation": {
+            "elpd": Variable(np.array(blocks), ("block",)),
+            "pareto_k": Variable(np.zeros(len(blocks)), ("block",)),
+        },
         "log_likelihood": {"block_record": Variable(labels, ("block",))},
     }
     monkeypatch.setattr(compare, "read_summary", lambda folder: summary)
@@ -71,6 +84,63 @@ def test_a_rival_with_a_single_block_is_refused_before_anything_is_sampled(
     study = a_study(tmp_path / "here", a="first")
     with pytest.raises(UsageError, match="two blocks or more"):
         asked(study, study, monkeypatch, (1.0,))
+
+
+def test_a_posterior_that_failed_is_no_rival(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that is suspect is: most wrong models are, and they are what others are held against."""
+    study = a_study(tmp_path / "here", a="first")
+    with pytest.raises(UsageError, match="a posterior that failed its checks; expected one that can be relied on"):
+        asked(study, study, monkeypatch, status="failed")
+    assert len(asked(study, study, monkeypatch, status="suspect").blocks) == 2
+
+
+def against(own: np.ndarray, own_k: np.ndarray, their_k: np.ndarray, likelihood: str = "coloured") -> ComparedModel:
+    """A model against one of which every block is as probable as the next."""
+    told = PosteriorSummary.model_construct(
+        study="made", effects=(), likelihood=likelihood, log_evidence=Measure(value=1.0, error=0.1)
+    )  # fmt: skip
+    rival = Rival(Path("rival"), told, np.zeros(len(own)), their_k)
+    return compared(CrossValidation(own, own_k, 2.0), Evidence(5.0, 0.1), rival, "coloured")
+
+
+def test_blocks_that_either_model_cannot_tell_decide_nothing() -> None:
+    """Ten blocks say little; an eleventh, whose figure is not to be relied on, would decide alone or turn them."""
+    even = np.tile([1.0, -0.9], 5)
+    none, last = np.zeros(11), np.where(np.arange(11) == 10, 0.9, 0.0)
+    for own_k, their_k in ((none, last), (last, none)):
+        clear = against(np.append(np.full(10, 2.0) + 0.1 * even, 2.0), own_k, their_k)
+        assert (clear.blocks, clear.unsure) == (11, 1)
+        assert clear.elpd_sure is not None
+        assert clear.elpd_sure.value == pytest.approx(clear.elpd.value - 2.0)
+        assert better_model(clear) == "this one"
+        assert better_model(against(np.append(np.full(10, 2.0) + 0.1 * even, -40.0), own_k, their_k)) == "unreliable"
+    # The negative control: blocks that are sure count whatever they say.
+    assert better_model(against(np.append(np.full(10, 2.0) + 0.1 * even, -40.0), none, none)) == "alike"
+    assert better_model(against(np.append([1.0], [5.0]), none[:2], np.array([0.0, 0.9]))) == "unreliable"
+    text = " ".join(posterior_report(PLAIN.model_copy(update={"compared": (clear,)})).split())
+    assert "Against base model, rival: Pareto k > 0.7 under one of both in 1 of 11 blocks; the others: +20" in text
+
+
+@pytest.mark.parametrize("number", [2, 3, 40])
+def test_models_that_predict_alike_are_told_apart_once_in_twenty_times(number: int) -> None:
+    """The negative control is the normal law, which two blocks make much too sure."""
+    random, rounds, nothing = np.random.default_rng(5), 2000, np.zeros(number)
+    found = [against(random.standard_normal(number), nothing, nothing) for _ in range(rounds)]
+    apart = np.mean([better_model(one) != "alike" for one in found])
+    assert apart == pytest.approx(DECISIVE, abs=0.02)
+    normal = np.mean([abs(one.elpd.value) > 2.0 * one.elpd.error for one in found])
+    assert normal > 0.2 if number == 2 else normal >= apart - 0.01
+
+
+@pytest.mark.parametrize(
+    ("likelihood", "same"), [("coloured", True), ("coloured, Student's t", True), ("autoregressive", False)]
+)
+def test_marginal_likelihoods_in_noise_of_two_kinds_are_not_compared(likelihood: str, same: bool) -> None:
+    found = against(np.arange(4.0), np.zeros(4), np.zeros(4), likelihood)
+    assert found.same_noise is same
+    assert (found.log_evidence is not None) is same
+    text = " ".join(posterior_report(PLAIN.model_copy(update={"compared": (found,)})).split())
+    assert ("noise is of another kind there" in text) is not same
 
 
 def test_of_a_single_block_no_sum_with_an_error_is_told() -> None:

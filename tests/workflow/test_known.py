@@ -7,12 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import t
 
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.fitting.error_bars import _held
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.summaries import ParameterSummary, PosteriorParameter, PosteriorSummary
+from fibrefit.study.summaries.summaries import (
+    BetweenRecordsSummary,
+    ChannelGap,
+    Gap,
+    ParameterSummary,
+    PosteriorParameter,
+    PosteriorSummary,
+)
 from fibrefit.workflow.prediction.known import Known, known_of
 from fibrefit.workflow.prediction.predict import _with_values, predict_study
 from tests.fitting import made
@@ -36,6 +44,10 @@ OF_CART = {
     "guide.spring.spring_zero": "zero",
     "guide.viscous_friction.viscous_coefficient": "viscous",
 }
+
+
+NOISE = made.NOISE
+UNITS = {"stiffness": "N/m", "damping": "N s/m", "force": "N", "position": "m"}
 
 
 def of_posterior(value: float, unit: str) -> PosteriorParameter:
@@ -80,13 +92,34 @@ def test_a_posterior_has_what_was_held_and_the_mean_of_what_each_record_has(tmp_
         "friction": (4.0, False),
     }
     assert known.names == ("stiffness", "damping")
-    np.testing.assert_allclose(np.diag(known.covariance), [2e6 / 3.0, 2.0])
+    # A third record differs from the mean of two by Student's law with one degree of freedom.
+    np.testing.assert_allclose(
+        np.diag(known.covariance), [2e6 / 3.0, 2.0 * 1.5 * (t.ppf(0.975, 1) / 1.959964) ** 2], rtol=1e-6
+    )
+    assert known.differences["damping"].freedom == 1.0
+    assert "stiffness" not in known.differences
     tables = _with_values(study, known).parameters
     assert {name: (table.initial, table.fixed) for name, table in tables.items()} == {
         "stiffness": ("20000.0 N/m", False),
         "damping": ("25.0 N s/m", False),
         "friction": ("4.0 N", True),
     }
+
+
+@pytest.mark.parametrize(
+    ("told", "relative"), [({"sd": 0.0, "rms": 0.03}, 0.03), ({"sd": 0.01, "rms": 0.02}, 0.02), ({"sd": 0.01}, 0.01)]
+)
+def test_a_new_record_differs_as_its_records_leave_open(
+    tmp_path: Path, told: dict[str, float], relative: float
+) -> None:
+    """Also where the median says that they agree; of a result of before there is nothing but that."""
+    between = BetweenRecordsSummary(interval_95=(0.0, 0.072), agree=0.55, **told)
+    differing = EACH.model_copy(update={"between_records": {"stiffness": between}})
+    known = known_of(differing, DRAWS, holding(tmp_path), "posterior")
+    variance = (relative * 2e4) ** 2
+    assert known.covariance[0, 0] == pytest.approx(2e6 / 3.0 + variance)
+    assert known.differences["stiffness"].variance == pytest.approx(variance)
+    assert np.isinf(known.differences["stiffness"].freedom)
 
 
 def test_the_values_of_a_single_record_are_as_uncertain_as_it_says(tmp_path: Path) -> None:
@@ -134,6 +167,32 @@ def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) 
     predicted = predict_study(known, study)
     assert predicted.summary().parameters["weight_mass"].value == made.MASS
     assert predicted.parts["values"].max() > 0.0
+
+
+@pytest.mark.parametrize(("told", "verdict"), [(True, "holds"), (False, "does_not_hold")])
+def test_what_a_model_lacked_in_a_posterior_may_be_missing_in_new_records(
+    tmp_path: Path, told: bool, verdict: str
+) -> None:
+    """As of a fit: in motion both leave 1.5 times the noise at rest. A posterior of before does not say so."""
+    study = made.study(tmp_path, made.LIFTS[:1], more='[parameters.friction]\nfixed = "4 N"')
+    (quiet,) = made.records(made.LIFTS[:1])
+    random, moving = np.random.default_rng(3), (quiet.time > 0.14) & (quiet.time < 0.34)
+    louder = np.sqrt((1.5**2 - 1.0) / np.mean(moving))
+    more = {name: noise * louder * random.standard_normal(len(moving)) for name, noise in NOISE.items()}
+    channels = {name: reading + np.where(moving, more[name], 0.0) for name, reading in quiet.channels.items()}
+    made.write(tmp_path, [made.replace(quiet, **channels)])
+    values = {name: made.TRUTH[name] for name in ("stiffness", "damping")}
+    found = posterior().model_copy(
+        update={
+            "parameters": {name: of_posterior(value, UNITS[name]) for name, value in values.items()},
+            "gap": Gap(**{c: ChannelGap.beside(n, 1.5 * n, UNITS[c]) for c, n in NOISE.items()}) if told else Gap(),
+        }
+    )
+    draws = {name: Variable(value * np.array([[0.9999, 1.0001]]), ("chain", "draw")) for name, value in values.items()}
+    summary = predict_study(known_of(found, {"posterior": draws}, study, "the posterior"), study).summary()
+    assert summary.verdict == verdict
+    for channel, noise in NOISE.items():
+        assert summary.channels[channel].fit_rms == (pytest.approx(1.5 * noise) if told else None)
 
 
 def test_a_result_that_lacks_a_value_or_failed_is_refused(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.fitting.predictive import Freedom
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.study.summaries.prediction import PredictedChannel
 from fibrefit.study.summaries.summaries import ChannelGap
@@ -22,6 +23,7 @@ QUIET = 0.1
 GROWING = QUIET * np.linspace(1.0, 6.0, NUMBER)
 CONSTANT = np.full(NUMBER, QUIET)
 CAUSES = ("noise", "model", "values")
+FREEDOM = Freedom(3.0)
 
 
 def a_problem(noise: np.ndarray, measured: np.ndarray | None = None) -> Any:
@@ -54,7 +56,7 @@ def predicted(noise: np.ndarray, model: float = 0.0, values: float = 0.0) -> Pre
         SimpleNamespace(gaps={}, names=("a", "b", "c")),
         SimpleNamespace(task=SimpleNamespace(problem=problem)),
     )
-    return Predicted(cast(Any, None), (), *cast(Any, (known, held, seen)), None, parts, 0.0)
+    return Predicted(cast(Any, None), (), *cast(Any, (known, held, seen)), None, parts, {"force": FREEDOM}, 0.0)
 
 
 def told(found: Predicted) -> tuple[PredictedChannel, float, float]:
@@ -86,20 +88,20 @@ def test_constant_noise_is_told_as_one_number() -> None:
     np.testing.assert_allclose(found.sigma(*CAUSES)[0, 0], QUIET * np.sqrt(square))
     shares = {cause: part[0, 0][None] for cause, part in found.parts.items()}
     counted = (np.arange(NUMBER) < NUMBER - 1)[None]
-    assert most == pytest.approx(limit(shares, counted, 3), rel=1e-12)
+    assert most == pytest.approx(limit(shares, counted, FREEDOM), rel=1e-12)
 
 
 def test_what_a_model_lacks_is_no_larger_where_the_noise_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(predict, "Problem", lambda model, layout, data: a_problem(GROWING))
-    monkeypatch.setattr(predict, "predictive_variance", lambda *given: np.zeros((1, 1, NUMBER)))
+    monkeypatch.setattr(predict, "predictive_slopes", lambda *given: np.zeros((1, 1, NUMBER, 0)))
     known: Any = SimpleNamespace(
-        names=(), covariance=np.zeros((0, 0)), gaps={"force": ChannelGap.beside(0.3, 0.5, "N")}
+        names=(), covariance=np.zeros((0, 0)), gaps={"force": ChannelGap.beside(0.3, 0.5, "N")}, differences={}
     )  # fmt: skip
     task: Any = SimpleNamespace(problem=a_problem(GROWING))
     held: Any = SimpleNamespace(task=task, local=None)
     found = predicted(GROWING)
-    parts = predict._variances(task, held, known)
-    lacking = Predicted(found.study, (), known, held, found.seen, None, parts, 0.0).sigma("model")
+    parts, freedom = predict._expected(task, held, known)
+    lacking = Predicted(found.study, (), known, held, found.seen, None, parts, freedom, 0.0).sigma("model")
     np.testing.assert_allclose(lacking, 0.4)
 
 

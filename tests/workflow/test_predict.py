@@ -46,8 +46,9 @@ def test_values_hold_for_records_of_the_same_rig(predicted: Prediction) -> None:
     for channel, noise in made.NOISE.items():
         told = summary.channels[channel]
         assert told.rms == pytest.approx(noise, rel=0.1)
-        assert told.rms == pytest.approx(told.expected, rel=0.1)
-        assert told.inside == pytest.approx(0.95, abs=FEW_SAMPLES)
+        # Two records that agree leave open that a third one differs.
+        assert noise < told.expected < 1.25 * noise
+        assert 0.95 - FEW_SAMPLES < told.inside < 0.99
         assert told.explained is not None
         assert 0.99 < told.explained < 1.0
 

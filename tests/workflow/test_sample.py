@@ -79,6 +79,12 @@ def test_the_summary_keeps_to_its_schema_and_tells_all(kept: Path) -> None:
     assert content["fit_status"] == "ok"
     assert content["interval_kind"] == "equal_tailed"
     assert content["likelihood"] == "coloured"
+    for channel, noise in made.NOISE.items():
+        left = content["gap"][channel]
+        assert left["noise"] == pytest.approx(noise, rel=0.15)
+        assert left["rms"] == pytest.approx(left["ratio"] * left["noise"])
+    (size,) = (check for check in content["checks"] if check["identifier"] == "residual_size")
+    assert size["statistic"] == pytest.approx(max(content["gap"][channel]["ratio"] for channel in made.NOISE))
     stiffness = content["parameters"]["stiffness"]
     assert stiffness["unit"] == "N/m"
     assert stiffness["prior"].endswith("(default)")
@@ -165,7 +171,7 @@ def test_the_better_model_predicts_better(study: Study, kept: Path) -> None:
 def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept: Path) -> None:
     rival = rival_of(kept, study)
     own = dataclasses.replace(sampled.cross_validation, blocks=rival.blocks + 0.5)
-    found = compared(own, sampled.posterior.log_evidence, rival)
+    found = compared(own, sampled.posterior.log_evidence, rival, "coloured")
     assert found.elpd.value == pytest.approx(0.5 * len(rival.blocks))
     # What both find hard cancels, however much the blocks differ among themselves.
     assert found.elpd.error < 1e-6
@@ -173,7 +179,7 @@ def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept
     assert found.log_evidence.value == 0.0
     fewer = dataclasses.replace(own, blocks=own.blocks[1:])
     with pytest.raises(UsageError, match="Both must use the same samples"):
-        compared(fewer, None, rival)
+        compared(fewer, None, rival, "coloured")
 
 
 def test_a_comparison_is_reported(sampled: Sampled, kept: Path, study: Study) -> None:

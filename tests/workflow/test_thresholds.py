@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
+from fibrefit.fitting.predictive import Freedom
 from fibrefit.study.summaries.discovery import HeldOut
 from fibrefit.workflow import fit_files, sweep_summary, thresholds
 from fibrefit.workflow.discovery import advice
@@ -25,7 +26,7 @@ COUNTED = np.ones((1, 10), dtype=bool)
 
 def within(cause: str, ratio: float) -> bool:
     """Whether residuals that come of one cause alone pass, so many times as large as expected."""
-    return ratio <= judge.limit({cause: np.ones((1, 10))}, COUNTED, 3)
+    return ratio <= judge.limit({cause: np.ones((1, 10))}, COUNTED, Freedom(3.0))
 
 
 def fine(step: float) -> bool:

@@ -32,7 +32,10 @@ def between(evidence: MarginalLikelihood) -> dict[str, BetweenRecordsSummary]:
         levels, weight = evidence.levels(index)
         low, middle, high = (_level_at(levels, weight, share) for share in (INSIDE_95[0], 0.5, INSIDE_95[1]))
         found[unknowns.names[column]] = BetweenRecordsSummary(
-            sd=middle, interval_95=(low, high), agree=evidence.agree(index)
+            sd=middle,
+            interval_95=(low, high),
+            agree=evidence.agree(index),
+            rms=float(np.sqrt(weight @ levels**2 / weight.sum())),
         )
     return found
 

@@ -220,12 +220,18 @@ def _residual_size(check: Check) -> str:
 
 
 def _nuts(check: Check) -> str:
+    facts = check.facts
     says = (
-        f"The means of the ensembles and of NUTS {'agree' if check.passed else 'differ'}: by {check.statistic:.2g} "
-        f"Monte-Carlo standard errors at most ({check.facts['worst']})."
+        f"The means and standard deviations of the ensembles and of NUTS {'agree' if facts['alike'] else 'differ'}: by "
+        f"{check.statistic:.2g} Monte-Carlo standard errors at most ({facts['of']} of {facts['worst']})."
     )
-    divergent = check.facts["divergent"]
-    return f"{says} {divergent} transitions of NUTS were divergent." if divergent else says
+    (r_hat, worst, most), (divergent, draws, share) = facts["r_hat"], facts["divergent"]
+    converged = f"R-hat of NUTS is {r_hat:.4g} at most ({worst}), threshold {most:g}"
+    says = f"{says} {converged}{'.' if r_hat < most else ': its chains have not converged.'}"
+    if not divergent:
+        return says
+    end = f", more than {100 * share:g} %: it misses a part of the posterior." if divergent > share * draws else "."
+    return f"{says} {divergent} of {draws} transitions of NUTS were divergent{end}"
 
 
 def _initial_fit(check: Check) -> str:

@@ -62,3 +62,10 @@ class Part(BaseModel):
             With an attribute for each field that has no default.
         """
         return cls.model_validate(found)
+
+
+class Measure(Part):
+    """A number with its standard error."""
+
+    value: float
+    error: float

@@ -8,7 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.part import Interval, Known, KnownInterval, OrNan, Part
+from fibrefit.study.summaries.held_against import ComparedModel, CrossCheckSummary, CrossValidationSummary
+from fibrefit.study.summaries.part import Interval, Known, KnownInterval, Measure, OrNan, Part
 from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
 
 
@@ -165,6 +166,11 @@ class BetweenRecordsSummary(Part):
     interval_95: Interval = Field(description="95 % interval of it.")
     unit: Literal["1"] = "1"
     agree: Known = Field(default=None, description="Probability that the records do not differ in it.")
+    rms: Known = Field(
+        default=None,
+        description="Root of the posterior mean of its square: the standard deviation of what a new record may differ "
+        "by from the mean of the population. Null in results of before it was told.",
+    )
 
     @property
     def found(self) -> bool:
@@ -268,44 +274,6 @@ class ModeSummary(Part):
     parameters: dict[str, float] = Field(description="Its highest point, in SI.")
 
 
-class Measure(Part):
-    """A number with its standard error."""
-
-    value: float
-    error: float
-
-
-class CrossValidationSummary(Part):
-    """Leave-one-block-out cross-validation by Pareto-smoothed importance sampling (PSIS-LOO)."""
-
-    total: Measure = Field(description="elpd_loo: sum of the expected log predictive densities of the blocks.")
-    blocks: int
-    unsure: int = Field(description="Blocks with Pareto k above 0.7, whose figure is unreliable.")
-    effective_parameters: float = Field(description="p_loo: effective number of parameters.")
-
-
-class ComparedModel(Part):
-    """Another posterior of the same data; differences are positive where this one predicts or explains it better."""
-
-    result: str
-    study: str
-    effects: tuple[str, ...]
-    elpd: Measure = Field(description="Difference of elpd_loo.")
-    log_evidence: Measure | None = Field(
-        default=None, description="Difference of the log marginal likelihoods: log Bayes factor."
-    )
-
-
-class CrossCheckSummary(Part):
-    """Cross-check of the posterior with the No-U-Turn sampler (NUTS)."""
-
-    agrees: bool
-    draws: int
-    divergent: int
-    scores: dict[str, float] = Field(description="Difference of the means over its Monte-Carlo error.")
-    spread: dict[str, float] = Field(description="Ratio of the standard deviations.")
-
-
 class PosteriorSummary(Part):
     """``summary.json`` of a posterior."""
 
@@ -334,6 +302,11 @@ class PosteriorSummary(Part):
     ended: Literal["converged", "budget"] | None = Field(default=None, description="What ended the run.")
     acceptance: Known = Field(default=None, description="Share of moves accepted.")
     modes: tuple[ModeSummary, ...] = ()
+    gap: Gap = Field(
+        default=Gap(),
+        description="Residuals at the mode, errors of inputs taken off, each record with its own deviations; empty in "
+        "results of before it was told.",
+    )
     covered: dict[str, float] = Field(
         default_factory=dict,
         description="Posterior predictive check: share of the samples inside the 90 % band, by channel.",

@@ -93,7 +93,7 @@ def _channel(found: Predicted, c: int, channel: str) -> tuple[PredictedChannel, 
         expected=float(expected),
         inside=float(np.mean(np.abs(error[counted]) <= Z_95 * sigma[counted])),
     )
-    return predicted, (gap.rms / float(expected), limit(parts, counted, len(found.known.names)))
+    return predicted, (gap.rms / float(expected), limit(parts, counted, found.freedom[channel]))
 
 
 def _force(found: Predicted, force: ForceBalance) -> PredictedChannel:

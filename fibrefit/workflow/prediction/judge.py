@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 from fibrefit.fitting.checks import finite
+from fibrefit.fitting.predictive import Freedom
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
+from fibrefit.workflow.prediction.known import widened
 from fibrefit.workflow.thresholds import LACKING, RARE
 
 
@@ -25,28 +27,38 @@ def expected_square(parts: Mapping[str, np.ndarray], counted: np.ndarray) -> flo
     return float(np.mean(sum(parts.values())[counted]))  # type: ignore[index]
 
 
-def limit(parts: Mapping[str, np.ndarray], counted: np.ndarray, n_value: int) -> float:
+def limit(parts: Mapping[str, np.ndarray], counted: np.ndarray, freedom: Freedom) -> float:
     """Largest ratio of that which was found to that which is expected, both rms, that still passes.
 
     Parameters
     ----------
     parts, counted
         As of `expected_square`.
-    n_value : int
-        Values whose error bars are known.
+    freedom : Freedom
+        Of the part that the error bars of the values bring.
 
     Law
     ---
-    Noise is known to a few percent; the share of the values scatters as chi-square of so many of them; what the model
-    lacks may be half as large again in other records.
+    Noise is known to a few percent; the share of the values scatters as F of the degrees of freedom that it has in
+    these readings, chi-square where its variance is known; what the model lacks may be half as large again in other
+    records.
     """
     allowed = {
         "noise": GAP_OF_NOISE**2,
         "model": LACKING**2,
-        "values": float(chi2.isf(RARE, max(n_value, 1)) / max(n_value, 1)),
+        "values": _most(freedom),
     }
     share = {cause: float(np.mean(part[counted])) for cause, part in parts.items()}
     return float(np.sqrt(sum(allowed[cause] * size for cause, size in share.items()) / sum(share.values())))
+
+
+def _most(freedom: Freedom) -> float:
+    """Mean square of errors that values leave, over what their error bars let expect, beyond which it is rare."""
+    directions, known = freedom
+    if np.isinf(known):
+        return float(chi2.isf(RARE, directions) / directions)
+    # Error bars of what few records scatter by are wider than that scatter.
+    return float(f.isf(RARE, directions, known) / widened(known) ** 2)
 
 
 def prediction_checks(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from scipy.special import stdtrit
 
 from fibrefit.core.errors import UsageError
 from fibrefit.problem.formulate.formulate import parameter_slots
@@ -16,7 +17,9 @@ from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups, Variable, read_result
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import (
+    BetweenRecordsSummary,
     ChannelGap,
     FitResultSummary,
     ParameterSummary,
@@ -41,6 +44,21 @@ class HasValues(Protocol):
         """Arrays of it."""
 
 
+class Difference(NamedTuple):
+    """What a new record may differ by from the mean of a value.
+
+    Parameters
+    ----------
+    variance : float, in SI units squared
+        It is part of the covariance of the values.
+    freedom : float
+        Degrees of freedom with which that is known; infinite where a posterior of it is integrated over.
+    """
+
+    variance: float
+    freedom: float = np.inf
+
+
 @dataclass(frozen=True)
 class Known:
     """A model with values.
@@ -61,6 +79,8 @@ class Known:
         What the result left over of its own records; empty where it does not say.
     digests : frozenset of str
         SHA-256 of the files the result rests on.
+    differences : mapping of str to Difference
+        Of the parameters that differ from record to record.
     """
 
     name: str
@@ -70,6 +90,7 @@ class Known:
     covariance: np.ndarray
     gaps: Mapping[str, ChannelGap]
     digests: frozenset[str]
+    differences: Mapping[str, Difference] = field(default_factory=dict)
 
 
 def as_known(result: HasValues | PathLike[str] | str | Known) -> Known:
@@ -147,11 +168,11 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     if summary.status == "failed":
         do = "Mend it first: fibrefit show tells which check failed."
         raise UsageError(name, "a result that failed its checks", "values that can be relied on", do)
-    model, gaps = model_of(study), dict[str, ChannelGap]()
+    model = model_of(study)
     if isinstance(summary, FitResultSummary):
         found = summary.parameters
         each = [one.parameters for one in summary.records.values()]
-        listed, whole, gaps = *_of_estimate(groups["estimate"]), dict(summary.gap.channels)
+        listed, whole = _of_estimate(groups["estimate"])
     else:
         found = _marginals(summary.parameters)
         each = [_marginals(one) for one in summary.records.values()]
@@ -160,15 +181,22 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     declared = [parameter.name for parameter in model.parameters]
     # A constant of the rig that was found is one of its conditions still, and no record's own.
     of_records = {own.name for own in (*model.rig.nuisances, *model.rig.conditions)} - set(declared)
-    parameters = {key: one for key, one in found.items() if key not in of_records} | _means(each, declared)
+    own, differences = _means(each, declared)
+    parameters = {key: one for key, one in found.items() if key not in of_records} | own
     _refuse_others(name, parameters.keys(), declared)
     names, covariance = _errors(listed, whole, parameters)
-    between = summary.between_records
-    widths = np.array([between[n].sd * parameters[n].value if n in between else 0.0 for n in names])
-    covariance = covariance + np.diag(np.where(np.diag(covariance) > 0.0, widths, 0.0) ** 2)
+    unsure = [name for name, size in zip(names, np.diag(covariance), strict=True) if size > 0.0]
+    told = summary.between_records
+    between = {n: _between(told[n], parameters[n]) for n in unsure if n in told}
+    covariance = covariance + np.diag([between[n].variance if n in between else 0.0 for n in names])
     origin = summary.provenance
     digests = frozenset() if origin is None else frozenset(origin.inputs.values())
-    return Known(name, study, parameters, names, covariance, gaps, digests)
+    return Known(name, study, parameters, names, covariance, summary.gap.channels, digests, differences | between)
+
+
+def _between(found: BetweenRecordsSummary, parameter: ParameterSummary) -> Difference:
+    """Of a value that is shared, from all that its records leave open: results of before had the median alone."""
+    return Difference(((found.sd if found.rms is None else found.rms) * parameter.value) ** 2)
 
 
 def _refuse_others(name: str, found: Collection[str], declared: Collection[str]) -> None:
@@ -179,22 +207,37 @@ def _refuse_others(name: str, found: Collection[str], declared: Collection[str])
         raise UsageError(name, got, "one of every parameter of its model", "Fit its study anew: fibrefit fit.")
 
 
-def _means(each: Sequence[Mapping[str, ParameterSummary]], declared: Sequence[str]) -> dict[str, ParameterSummary]:
-    """Mean, and scatter, of parameters that each record has its own of."""
+def _means(
+    each: Sequence[Mapping[str, ParameterSummary]], declared: Sequence[str]
+) -> tuple[dict[str, ParameterSummary], dict[str, Difference]]:
+    """Mean of parameters that each record has its own of, with the error of a new record's, and their scatter."""
     own: dict[str, list[ParameterSummary]] = {}
     for record in each:
         for name in declared:
             if name in record:
                 own.setdefault(name, []).append(record[name])
-    return {name: _mean(of) for name, of in own.items()}
+    # A single one tells nothing of how others scatter: how well it is known itself is the least.
+    several = {name: of for name, of in own.items() if len(of) > 1}
+    differences = {name: _scatter([one.value for one in of]) for name, of in several.items()}
+    means = {name: _mean(of, differences[name]) for name, of in several.items()}
+    return {name: of[0] for name, of in own.items()} | means, differences
 
 
-def _mean(of: Sequence[ParameterSummary]) -> ParameterSummary:
-    if len(of) == 1:  # it tells nothing of how others scatter: how well it is known itself is the least
-        return of[0]
-    values = [one.value for one in of]
-    scatter = float(np.std(values, ddof=1))
-    return of[0].model_copy(update={"value": float(np.mean(values)), "std_error": scatter, "interval_95": None})
+def _scatter(values: Sequence[float]) -> Difference:
+    freedom = len(values) - 1
+    return Difference(float(np.var(values, ddof=1)) * widened(freedom) ** 2, float(freedom))
+
+
+def _mean(of: Sequence[ParameterSummary], scatter: Difference) -> ParameterSummary:
+    """The mean, with the error of a new record's value: that differs from it, which itself is known from a few."""
+    error = float(np.sqrt(scatter.variance * (1.0 + 1.0 / len(of))))
+    update = {"value": float(np.mean([one.value for one in of])), "std_error": error, "interval_95": None}
+    return of[0].model_copy(update=update)
+
+
+def widened(freedom: float) -> float:
+    """Half of the 95 % interval of Student's law over that of the normal law: error bars are those of the latter."""
+    return float(stdtrit(freedom, 0.975)) / Z_95
 
 
 def _errors(

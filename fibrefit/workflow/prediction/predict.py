@@ -13,7 +13,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
-from fibrefit.fitting.predictive import predictive_variance
+from fibrefit.fitting.predictive import Freedom, freedom_of, predictive_slopes, predictive_variance
 from fibrefit.problem.diagnose.inverse_dynamics import force_balance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.layout import Layout
@@ -26,7 +26,7 @@ from fibrefit.study.parameters import ParameterSetting, ParameterTable, begin_at
 from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
-from fibrefit.workflow.prediction.known import HasValues, Known, as_known
+from fibrefit.workflow.prediction.known import Difference, HasValues, Known, as_known
 from fibrefit.workflow.prediction.predicted import Predicted, noise_of_readings
 from fibrefit.workflow.prepare import model_of, read_records, refuse_places
 from fibrefit.workflow.saved import FoundResult
@@ -107,8 +107,8 @@ def predict_study(
     tell("simulating", 0.7)
     seen = evaluate(held.task, held.task.problem, held.local)
     tell("predictive band", 0.8)
-    force, parts = force_balance(held.task, held.task.start), _variances(task, held, known)
-    return Prediction(study, records, known, held, seen, force, parts, time.perf_counter() - began)
+    force, (parts, freedom) = force_balance(held.task, held.task.start), _expected(task, held, known)
+    return Prediction(study, records, known, held, seen, force, parts, freedom, time.perf_counter() - began)
 
 
 def _refuse_another_rig(study: Study, known: Known) -> None:
@@ -159,14 +159,23 @@ def _found_from_anywhere(effect: str, study: Study) -> str:
     return f"{study.path_of(file).resolve().as_posix()}{colon}{name}" if colon else effect
 
 
-def _variances(task: Task, held: Held, known: Known) -> dict[str, np.ndarray]:
-    """Variance of a new reading by its cause, in units of that of each reading's noise."""
+def _expected(task: Task, held: Held, known: Known) -> tuple[dict[str, np.ndarray], dict[str, Freedom]]:
+    """Variance of a new reading by its cause, in units of that of its noise; freedom of that of values by channel."""
     layout = task.problem.layout
     slots = tuple(replace(slot, fixed=()) if slot.name in known.names else slot for slot in layout.slots)
     problem = Problem(task.problem.model, Layout(slots, layout.records), held.task.problem.observations)
-    values = predictive_variance(problem, held.local, known.names, known.covariance)
+    slopes, noise = predictive_slopes(problem, held.local, known.names), noise_of_readings(problem)
+    values = predictive_variance(slopes, known.covariance)
     lacking = np.array([_lacking(known, channel) for channel in problem.model.rig.channels])[:, None]
-    return {"noise": np.ones_like(values), "model": lacking / noise_of_readings(problem) ** 2, "values": values}
+    parts = {"noise": np.ones_like(values), "model": lacking / noise**2, "values": values}
+    alike = Difference(0.0)
+    own, freedom = np.array([known.differences.get(name, alike) for name in known.names]).reshape(-1, 2).T
+    found = {}
+    for c, channel in enumerate(problem.model.rig.channels):
+        counted = np.asarray(problem.observations.weight[channel]) > 0.0
+        rows = slopes[:, c] * np.where(counted, noise[:, c], 0.0)[:, :, None]
+        found[channel] = freedom_of(rows, known.covariance, own, freedom)
+    return parts, found
 
 
 def _lacking(known: Known, channel: str) -> float:

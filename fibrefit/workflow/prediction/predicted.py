@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fibrefit.fitting.evaluate import Evaluation
+from fibrefit.fitting.predictive import Freedom
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -34,6 +35,8 @@ class Predicted:
         What inverse dynamics leaves of a force that drives the rig.
     parts : mapping of str to (n_record, n_channel, n_time)
         Variance of each cause, in units of that of each reading's noise: ``noise``, ``model``, ``values``.
+    freedom : mapping of channel to Freedom
+        Of what the error bars of the values bring to its mean square.
     """
 
     study: Study
@@ -43,6 +46,7 @@ class Predicted:
     seen: Evaluation
     force: ForceBalance | None
     parts: Mapping[str, np.ndarray]
+    freedom: Mapping[str, Freedom]
     seconds: float
 
     @property

@@ -12,15 +12,10 @@ from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
-from fibrefit.study.summaries.summaries import (
-    CrossCheckSummary,
-    CrossValidationSummary,
-    Measure,
-    ModeSummary,
-    PosteriorParameter,
-    PosteriorSummary,
-    Provenance,
-)
+from fibrefit.study.summaries.held_against import CrossCheckSummary, CrossValidationSummary
+from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.summaries import ModeSummary, PosteriorParameter, PosteriorSummary, Provenance
+from fibrefit.workflow.fit_files import gap_summary
 from fibrefit.workflow.sampling.found import Findings
 from fibrefit.workflow.sampling.groups import chosen_draws, posterior_groups
 
@@ -54,6 +49,7 @@ def posterior_summary(found: Findings, origin: Provenance) -> PosteriorSummary:
         ended="converged" if course.converged else "budget",
         acceptance=float(course.acceptance.mean()),
         modes=tuple(_mode(posterior, mode) for mode in posterior.modes),
+        gap=gap_summary(posterior.gap),
         covered={channel: band.covered for channel, band in found.bands.items()},
         log_evidence=None if evidence is None else Measure(value=evidence.log_value, error=evidence.error),
         cross_validation=_cross_validation(found.cross_validation),
@@ -121,10 +117,12 @@ def _cross_check(posterior: Posterior, found: CrossCheck) -> CrossCheckSummary:
     names = posterior.target.names
     return CrossCheckSummary(
         agrees=found.agrees,
-        draws=int(np.prod(found.points.shape[:2])),
+        draws=found.draws,
         divergent=found.divergent,
         scores=dict(zip(names, found.scores.tolist(), strict=True)),
         spread=dict(zip(names, found.spread.tolist(), strict=True)),
+        spread_scores=dict(zip(names, found.spread_scores.tolist(), strict=True)),
+        r_hat=dict(zip(names, found.r_hat.tolist(), strict=True)),
     )
 
 

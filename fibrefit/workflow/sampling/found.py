@@ -14,7 +14,7 @@ from fibrefit.sampling.predict import Bands
 from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.summaries import ComparedModel
+from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.workflow.compare import Rival, compared
 from fibrefit.workflow.sampling.start import SamplingStart
 
@@ -94,4 +94,5 @@ class Findings:
     @cached_property
     def compared(self) -> tuple[ComparedModel, ...]:
         """The model against its rivals."""
-        return tuple(compared(self.cross_validation, self.posterior.log_evidence, rival) for rival in self.rivals)
+        own, evidence, noise = self.cross_validation, self.posterior.log_evidence, self.posterior.noise_model.kind
+        return tuple(compared(own, evidence, rival, noise) for rival in self.rivals)
