@@ -14,11 +14,11 @@ from fibrefit.discovery.engine.effort import side_search_time
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
 from fibrefit.discovery.laws.propose import PRICE_OF_LOOKS
-from fibrefit.discovery.laws.told import HeldLaw, described, held_law, holding_without
+from fibrefit.discovery.laws.told import HeldLaw, described, held_laws, holding_without
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.discovery.pairs import pruned
-from fibrefit.discovery.search.alarms import alarms_of
-from fibrefit.discovery.search.inputs import confirmed, fitted_about, overdispersion_corrected
+from fibrefit.discovery.search.alarms import alarms_of, confirmed_where_it_settles
+from fibrefit.discovery.search.inputs import fitted_about, overdispersion_corrected
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 
@@ -63,11 +63,21 @@ def law_of_curves(
 ) -> Unnamed | None:
     """The same of curves that were drawn; where no effect is `chosen`, beside the parent.
 
+    Where a law is not what is missing, the best one of another curve is asked.
+    """
+    for held in held_laws(search, parent, curves) if curves else ():
+        if (found := _weighed(search, parent, chosen, held, left)) is not None:
+            return found
+    return None
+
+
+def _weighed(
+    search: Search, parent: LaplaceFit, chosen: LaplaceFit | None, held: HeldLaw, left: float
+) -> Unnamed | None:
+    """A law that gains what was chosen does and so many nats that are left beside that, and leaves nothing itself.
+
     On a rig with measured inputs one that gains little more than it has to is asked about itself, as an effect is.
     """
-    held = held_law(search, parent, curves) if curves else None
-    if held is None:
-        return None
     law, proposal, before = held.fit, held.proposal, 0.0
     if chosen is not None and proposal.search is not search:
         # Where readings are linearised about a law, an effect is worth no less than it was where it was found.
@@ -94,7 +104,7 @@ def law_of_curves(
     # A law that was found is not lost with the time that this takes.
     whole = there.parent, held._replace(fit=fitted)
     (parent, told), _ = in_time(partial(_without_needless, there, whole[1]), whole, side_search_time(time_left()))
-    return Unnamed(there.search, parent, curves, (told.fit, described(there.search, parent, told)))
+    return Unnamed(there.search, parent, held.proposal.curves, (told.fit, described(there.search, parent, told)))
 
 
 def _without_needless(there: Comparison, held: HeldLaw) -> tuple[LaplaceFit, HeldLaw]:
@@ -122,8 +132,8 @@ def _about_itself(
 
     It is held there against what was `chosen`, and so many nats that are left beside that, once more.
     """
-    seen = confirmed(there.search, there.parent, law)
-    if seen is None or seen.gain - PRICE_OF_LOOKS <= needed or alarms_of(seen.search, seen.found):
+    seen, still = confirmed_where_it_settles(there.search, there.parent, law)
+    if seen is None or seen.gain - PRICE_OF_LOOKS <= needed or still:
         return None
     if chosen is not None:
         rival = fitted_about(seen.search, chosen, seen.led)

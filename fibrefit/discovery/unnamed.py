@@ -126,7 +126,9 @@ def law_beside_choice(
     predicted, _ = in_time(partial(_predicted_beyond, comparison, chosen, seen, before), 0.0)
     much = predicted or (left if _leaves_much(comparison, chosen, left) else 0.0)
     if asked := much > 0.0 and not _another_promises(comparison, chosen, seen, much, near):
-        job = partial(law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), left)
+        # What linearised readings miss passes for something left: where slopes said more, no more than that counts.
+        beside = min(left, predicted) if predicted else left
+        job = partial(law_about, comparison.search, comparison.parent, chosen, before, tuple(PORTS), beside)
     elif ports := _in_one_place(chosen, comparison.parent):
         # Two effects that change the same force may stand in for one law of it.
         job = partial(_law_instead, first, chosen, before, ports)
@@ -213,7 +215,9 @@ def _predicted_beyond(
     # Of what slopes predict no overdispersion is taken off.
     gain = comparison.gain(chosen.undivided)
     gain = gain if seen is None else max(gain, seen.gain + seen.found.divided_off)
-    curve = look_at(search, parent, before, tuple(PORTS)).promise - NAMED - PRICE_OF_LOOKS
+    looks = look_at(search, parent, before, tuple(PORTS))
+    # A law pays for the places and forms that were looked at, and not for the places once more.
+    curve = looks.promise + looks.price - PRICE_OF_LOOKS - NAMED
     if curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING):
         return curve - gain
     return 0.0

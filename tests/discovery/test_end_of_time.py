@@ -34,7 +34,7 @@ def test_a_law_that_the_time_did_not_suffice_to_fit_is_not_said_to_do_worse(
     monkeypatch.setattr(propose, "effect_of_law", lambda law: SimpleNamespace(name=law))
     monkeypatch.setattr(propose, "supermodel_of", lambda *of: None)
     monkeypatch.setattr(propose, "_ranked", lambda *of: [])
-    monkeypatch.setattr(propose, "Proposal", lambda *of: nothing)
+    monkeypatch.setattr(propose, "Proposal", lambda *of, needed: nothing)
     monkeypatch.setattr(propose, "_about_the_best", lambda here, needed: here)
     parent: Any = SimpleNamespace(effects=(), log=0.0, supermodel=SimpleNamespace(sensitivities=None))
     curves: Any = [SimpleNamespace(gain=100.0)]

@@ -87,7 +87,15 @@ def test_the_equation_that_is_told_is_the_law(form: Form, probe: int, low: float
     """With the numbers of its parameters by their symbols, and nothing else to look up."""
     knots = np.linspace(low, high, 12)
     span = high - low
-    by_kind = {"height": 1.5, "slope": 3.0, "place": low + 0.4 * span, "length": 0.2 * span, "number": 2.0, "turn": 0.7}
+    by_kind = {
+        "height": 1.5,
+        "slope": 3.0,
+        "steep": 3.0,
+        "place": low + 0.4 * span,
+        "length": 0.2 * span,
+        "number": 2.0,
+        "turn": 0.7,
+    }
     values = [by_kind[term.kind] for term in form.quantities]
     law = composed(PROBES[probe], FittedForm(form, tuple(values), 0.0), knots)
     said = re.sub(r"(\d|\bpi|\b[a-z]|\)) (?=[a-z(|\d])", r"\1 * ", law.expression.replace("^", " ** "))

@@ -162,15 +162,17 @@ def test_a_law_that_falls_short_of_its_curve_is_seen_with_readings_linearised_ab
     def seen(here: Any, parent: Any, one: Any) -> Any:
         assert one is best
         own = None if about_itself is None else Model((), elsewhere.log + about_itself)
-        return None if own is None else Confirmation(cast(Any, search), cast(Any, own), cast(Any, elsewhere), led=led)
+        if own is None:
+            return None, 0.0
+        there = Confirmation(cast(Any, search), cast(Any, own), cast(Any, elsewhere), led=led)
+        return there, 60.0 if objects else 0.0
 
     def about(there: Any, one: Any, with_lead: bool) -> Any:
         assert (there, with_lead) == (search, led)
         return Model((), one.log + 1000.0)
 
-    monkeypatch.setattr(propose, "confirmed", seen)
+    monkeypatch.setattr(propose, "confirmed_where_it_settles", seen)
     monkeypatch.setattr(propose, "fitted_about", about)
-    monkeypatch.setattr(propose, "alarms_of", lambda search, one: ["objects"] * objects)
     ranked: Any = [(best, "best"), (near, "near"), (far, "far")]
     begun = Proposal(cast(Any, "here"), cast(Any, parent), ranked, ())
     found = propose._about_the_best(begun, NEEDED)
@@ -186,8 +188,7 @@ def test_of_laws_seen_about_the_best_none_is_divided_by_an_overdispersion(monkey
     parent, best, raw = Model((), 0.0), Model((), 50.0), Model((), 90.0)
     search = SimpleNamespace(inference=SimpleNamespace(again=lambda one: raw))
     seen = Confirmation(cast(Any, search), cast(Any, Model((), 70.0)), cast(Any, parent), overdispersion=1.3)
-    monkeypatch.setattr(propose, "confirmed", lambda *of: seen)
-    monkeypatch.setattr(propose, "alarms_of", lambda search, one: [])
+    monkeypatch.setattr(propose, "confirmed_where_it_settles", lambda *of: (seen, 0.0))
     begun = Proposal(cast(Any, "here"), cast(Any, parent), cast(Any, [(best, "best")]), ())
     assert propose._about_the_best(begun, 60.0).best is cast(Any, raw)
 
@@ -213,7 +214,7 @@ def test_a_law_over_the_course_of_a_record_is_found(
     law = law_over_course(search, parent, found, ())
     assert law is not None
     told_of, curves = law[0].told, law[1]
-    assert (told_of.probe, curves[0].probe) == (probe.name, probe)
+    assert (told_of.curve, curves[0].probe) == (probe.says, probe)
     assert told_of.summary.gap_after == pytest.approx(1.0, abs=0.03)
     # A curve over a state that gains more comes first.
     assert law_over_course(search, parent, found, [cast(Any, SimpleNamespace(gain=np.inf))]) is None

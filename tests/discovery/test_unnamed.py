@@ -65,9 +65,10 @@ class Drawn(str):
 
 
 class Looked(NamedTuple):
-    """What slopes predict of the best free curve."""
+    """What slopes predict of the best free curve, and what of it their number cost."""
 
     promise: float
+    price: float = 0.0
 
     def joined(self, other: Looked) -> Looked:
         return max(self, other)
@@ -91,13 +92,13 @@ class Bench:
         self.led = False
         self.needless = list[Any]()
         put(monkeypatch, "pruned", self.prune)
-        put(monkeypatch, "held_law", self.hold)
+        put(monkeypatch, "held_laws", lambda *of: iter(filter(None, [self.hold(*of)])))
         put(monkeypatch, "described", lambda search, parent, held: "told")
         put(monkeypatch, "in_same_noise", self.same)
         put(monkeypatch, "in_one_noise", lambda search, parent, tried: self.same(search, parent, tried.found))
         put(monkeypatch, "overdispersion_corrected", lambda parent, one, factor: one)
         put(monkeypatch, "fitted_about", self.about)
-        put(monkeypatch, "confirmed", self.confirm)
+        put(monkeypatch, "confirmed_where_it_settles", self.confirm)
         self.about_itself: tuple[float, float] | None = None
         self.second, self.least = 0.0, list[float]()
         self.slopes: dict[Any, float] = {HARDENING: 0.0}
@@ -121,7 +122,7 @@ class Bench:
     def hold(self, search: Any, parent: Any, curves: Sequence[str]) -> HeldLaw | None:
         """A law of the best curve, compared there or where readings are linearised about the best of such laws."""
         held = self.held_by.get(str(curves[0]), self.held)
-        proposal = Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves[0]), self.led)
+        proposal = Proposal(*(self.proposed_in or (search, parent)), [], cast(Any, curves), self.led)
         return held and held._replace(proposal=proposal)
 
     def prune(self, inference: Any, one: Model) -> Model:
@@ -134,9 +135,9 @@ class Bench:
     def confirm(self, search: Any, parent: Any, law: Any) -> Any:
         """A law where readings are linearised about it: what it gains there, and what tests see left."""
         if self.about_itself is None:
-            return None
-        gain, self.left[LAW.name] = self.about_itself
-        return Confirmation(self.there, replace(law, log=gain), cast(Any, BASE))
+            return None, 0.0
+        gain, left = self.about_itself
+        return Confirmation(self.there, replace(law, log=gain), cast(Any, BASE)), left
 
     def tried(self, parent: Model, effects: Any, what: str, least: float, near: Any = None) -> Any:
         """A second effect beside the first."""
@@ -241,6 +242,17 @@ def test_a_further_effect_that_slopes_predict_half_of_a_curve_of_is_tried_before
     bench.predicted, bench.slopes = 57.0 + NAMED + PRICE_OF_LOOKS, {HARDENING: further}
     assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
     assert bool(bench.ports) is fitted
+
+
+@pytest.mark.parametrize(("predicted", "there"), [(0.0, False), (40.0, True), (80.0, False)])
+def test_no_more_counts_as_left_beside_an_effect_than_slopes_said(
+    monkeypatch: pytest.MonkeyPatch, predicted: float, there: bool
+) -> None:
+    """What linearised readings miss passes for something left, and a right law would have to gain that too."""
+    bench = Bench(monkeypatch, **{TOE.name: 76.0})
+    bench.predicted, bench.slopes[TOE] = predicted + 17.0 + NAMED + PRICE_OF_LOOKS, 0.0
+    # Of the hundred that the law gains 73 are left beside the effect, the forms and the proof.
+    assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is there
 
 
 @pytest.mark.parametrize(("predicted", "left"), [(500.0, 0.0), (0.0, 60.0)])

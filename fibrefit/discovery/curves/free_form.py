@@ -121,10 +121,12 @@ def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[Fitted
     Raises
     ------
     OutOfTimeError
-        If not all could be drawn.
+        If one could not be drawn that may do better than the best that was.
     """
     worthy = _worthy(search, parent, looks, NAMED, NAMED)
-    check_time()
+    drawn, most = {end.probe for end in worthy}, max((end.fitted.log - parent.log for end in worthy), default=0.0)
+    if any(may_do_better(one.gain, most) for one in looks.predicted if one.probe not in drawn):
+        check_time()
     return [_read(search, end, parent.log, looks) for end in worthy]
 
 

@@ -267,6 +267,11 @@ def compared_again(logs: Sequence[float], named: bool) -> list[bool]:
     return [i < COMPARED or log > logs[0] - behind for i, log in enumerate(logs)]
 
 
+def is_as_good(gain: float, most: float) -> bool:
+    """Whether a curve may be the best, given what the best gains: each is followed to within a share of its gain."""
+    return gain > most - max(FAR_BEHIND, 2.0 * CURVE_SHARE * most)
+
+
 def is_near(place: int, behind: float) -> bool:
     """Whether a model is among the best ones, by its place and the nats it is behind (negative) the first."""
     return place < COMPARED and behind > -FAR_BEHIND

@@ -325,7 +325,8 @@ class LaplaceInference:
         parent, fitted : LaplaceFit
             Without and with what is added.
         names : iterable of str
-            Shared values; the largest of their ratios and of that of the change from one to the other is reported.
+            Shared values; the larger one of the mean of their ratios and of that of the change from one to the other is
+            reported. The largest of many is above one by chance: of 80 heights 1.5 where nothing is amiss.
         """
         found, kept = fitted.evidence.mode, []
         unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
@@ -340,7 +341,7 @@ class LaplaceInference:
         index = [unknowns.names.index(name) for name in names]
         before = transferred(fitted.supermodel, parent.supermodel, parent.local, _without(fitted, parent.effects))
         change = change_products(supermodel, fitted.local, before, self.context.whole)
-        return max(1.0, overdispersion_of_change(change), *(float(ratio[i]) for i in index))
+        return max(1.0, overdispersion_of_change(change), float(np.mean(ratio[index])))
 
 
 def _gone(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> list[type[Effect]]:

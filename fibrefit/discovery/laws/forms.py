@@ -30,9 +30,9 @@ class Term(NamedTuple):
     ----------
     name : str
     says : str
-    kind : {"height", "slope", "place", "length", "number", "turn", "second"}
-        What it is measured in: as the curve, as the curve over the variable, as the variable, by itself, or as one over
-        a second variable. A length is positive and spans decades.
+    kind : {"height", "slope", "steep", "place", "length", "number", "turn", "second"}
+        What it is measured in: as the curve, as the curve over the variable, in all of its range or in a part of it, as
+        the variable, by itself, or as one over a second variable. A length is positive and spans decades.
     symbol : str
         In the equation of its form.
     """
@@ -105,6 +105,7 @@ STEEP = 0.01
 """Half width of a step, as a share of the range: a jump, but one that can be integrated across."""
 _AMPLITUDE = Term("amplitude", "largest value", "height", "a")
 _SLOPE = Term("slope", "change over the variable", "slope", "a")
+_BEYOND = _SLOPE._replace(kind="steep")
 _KNEE = Term("knee", "place from which it acts", "place", "b")
 _PLACES = tuple(np.linspace(0.05, 0.95, 37))
 _LENGTHS = tuple(np.geomspace(0.02, 3.0, 24))
@@ -123,13 +124,13 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "knee_above", "grows in proportion beyond a place in", "a max(x - b, 0)",
-        "self.slope * jnp.maximum(x - self.knee, 0.0)", (_SLOPE, _KNEE),
+        "self.slope * jnp.maximum(x - self.knee, 0.0)", (_BEYOND, _KNEE),
         lambda u, shape: _one(np.maximum(u - shape[0], 0.0)), (_PLACES,),
         lambda heights, shape, low, span: (heights[0] / span, low + span * shape[0]),
     ),
     Form(
         "knee_below", "grows in proportion below a place in", "a max(b - x, 0)",
-        "self.slope * jnp.maximum(self.knee - x, 0.0)", (_SLOPE, _KNEE),
+        "self.slope * jnp.maximum(self.knee - x, 0.0)", (_BEYOND, _KNEE),
         lambda u, shape: _one(np.maximum(shape[0] - u, 0.0)), (_PLACES,),
         lambda heights, shape, low, span: (heights[0] / span, low + span * shape[0]),
     ),

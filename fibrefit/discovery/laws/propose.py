@@ -27,6 +27,7 @@ from fibrefit.discovery.engine.effort import (
     FAR_BEHIND,
     LAWS_FITTED,
     PROMISING,
+    is_as_good,
     laws_in_turn,
     proposes_laws,
     second_look_time,
@@ -39,8 +40,8 @@ from fibrefit.discovery.laws.places import PLACES
 from fibrefit.discovery.laws.relaxation import beside, places_along, quadratic_of
 from fibrefit.discovery.laws.source import Composed, composed, effect_of_law, heights_of, start_of_law
 from fibrefit.discovery.laws.two_variables import Ranked, with_second_variables
-from fibrefit.discovery.search.alarms import alarms_of
-from fibrefit.discovery.search.inputs import confirmed, fitted_about
+from fibrefit.discovery.search.alarms import alarms_of, confirmed_where_it_settles
+from fibrefit.discovery.search.inputs import fitted_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.starts import little_is_missing
 from fibrefit.fitting.result import Identification
@@ -64,6 +65,8 @@ class Proposal(NamedTuple):
         The curves they were composed from.
     led : bool
         Whether they were led there from before the first bounces, as what is held against them is then.
+    needed : float
+        Nats that one has to gain to do what the best curve does.
     """
 
     search: Search
@@ -71,6 +74,11 @@ class Proposal(NamedTuple):
     ranked: Sequence[tuple[LaplaceFit, Composed]]
     curves: Sequence[FittedCurve]
     led: bool = False
+    needed: float = -np.inf
+
+    def beside(self, law: Composed) -> Proposal:
+        """The same without the laws of a law's curve."""
+        return self._replace(ranked=[pair for pair in self.ranked if pair[1].probe is not law.probe])
 
     @property
     def best(self) -> LaplaceFit:
@@ -112,7 +120,7 @@ def proposed(
     # that were looked at are paid for where something is said to be there, not once more against the curve.
     needed = max(curves[0].gain - APART, PRICE_OF_LOOKS + NAMED)
     ranked = _ranked(search, supermodel, parent, curves, laws, parent.log + needed)
-    here = Proposal(search, parent, ranked, curves)
+    here = Proposal(search, parent, ranked, curves, needed=needed)
     found, _ = in_time(partial(_about_the_best, here, needed), here, second_look_time(time_left()))
     if before is not None and found.ranked and (found.gain <= needed or alarms_of(found.search, found.best)):
         look = partial(with_second_variables, found.search, before, found.parent, found.ranked, curves)
@@ -134,8 +142,8 @@ def _about_the_best(found: Proposal, needed: float) -> Proposal:
     if not PROMISING * needed < found.gain <= needed:
         return found
     (best, law), search = found.ranked[0], found.search
-    seen = confirmed(search, found.parent, best)
-    if seen is None or seen.gain <= needed or alarms_of(seen.search, seen.found):
+    seen, left = confirmed_where_it_settles(search, found.parent, best)
+    if seen is None or seen.gain <= needed or left:
         return found
     # As all laws here, without an overdispersion: none is held against what was divided by one.
     own = seen.found if seen.overdispersion == 1.0 else seen.search.inference.again(seen.found)
@@ -143,7 +151,7 @@ def _about_the_best(found: Proposal, needed: float) -> Proposal:
     there = fit_all([partial(fitted_about, seen.search, end, seen.led) for end, _ in near], lambda done: None)
     others = [(end, law) for end, (_, law) in zip(there, near, strict=True) if end is not None]
     ranked = sorted([(own, law), *others], key=lambda pair: -pair[0].log)
-    return Proposal(seen.search, seen.parent, ranked, found.curves, seen.led)
+    return Proposal(seen.search, seen.parent, ranked, found.curves, seen.led, needed)
 
 
 def _ranked(
@@ -159,7 +167,10 @@ def _ranked(
     far = partial(_far, search, supermodel, parent, plain)
     little = little_is_missing(search.gap(plain), curves[0].gain)
     ranked, sources = list[tuple[LaplaceFit, Composed]](), [law.source for law in laws]
-    ways = {"near": near} if little else {"near": near, "far": far} if curves[0].predicted_well else {"far": far}
+    # What was found from one of them is often enough; where it is not, neither place is known to be the better one.
+    first, second = ("near", "far") if little or curves[0].predicted_well else ("far", "near")
+    both = {"near": near, "far": far}
+    ways = {way: both[way] for way in ((first,) if little else (first, second))}
     for way, follow in ways.items():
         about = sources, way
         jobs = [search.recalled("law", parent, (*about, law.name), partial(follow, law), supermodel) for law in laws]
@@ -179,7 +190,7 @@ def _composed(search: Search, parent: LaplaceFit, curves: Sequence[FittedCurve])
     """
     found, taken = [], {effect.name for effect in (*search.task.problem.model.effects, *parent.effects)}
     best = [one for place, one in enumerate(curves) if proposes_laws(place)]
-    for curve in [one for one in best if one.gain > curves[0].gain - FAR_BEHIND]:
+    for curve in [one for one in best if is_as_good(one.gain, curves[0].gain)]:
         place = PLACES[curve.probe.name]
         forms = forms_of(quadratic_of(curve), place.signed)
         found.append([composed(curve.probe, form, curve.knots, taken) for form in forms[:LAWS_FITTED]])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -58,7 +58,7 @@ class HeldLaw(NamedTuple):
 
 
 def holding(proposal: Proposal) -> HeldLaw | None:
-    """Of laws that are not distinguished, the one that predicts left-out records best; None where none holds on them.
+    """Of laws that are not distinguished the one that left-out records speak for; None where none holds on them.
 
     Parameters
     ----------
@@ -71,10 +71,14 @@ def holding(proposal: Proposal) -> HeldLaw | None:
     return found if not came or found.holds else None
 
 
-def held_law(
+def held_laws(
     search: Search, best: LaplaceFit, curves: Sequence[FittedCurve], before: Identification | None = None
-) -> HeldLaw | None:
-    """The best law for free curves on top of a model; None where they do better, or it does not hold.
+) -> Iterator[HeldLaw]:
+    """Laws for free curves on top of a model that hold, the best of each curve in turn; none where curves do better.
+
+    Readings linearised about the model without any tell a law over one variable from one over another by some nats,
+    which may be the other way round once they are linearised about the laws: where one is not what is missing, the next
+    is asked that does what the best curve does.
 
     Parameters
     ----------
@@ -87,7 +91,11 @@ def held_law(
         Of the model the search began with; without it, laws are of one variable.
     """
     proposal = proposed(search, best, curves, before)
-    return None if proposal is None else holding(proposal)
+    while proposal is not None and proposal.gain > proposal.needed:
+        held = holding(proposal)
+        if held is not None:
+            yield held
+        proposal = proposal.beside(proposal.ranked[0][1] if held is None else held.law)
 
 
 def holding_without(search: Search, parent: LaplaceFit, held: HeldLaw) -> HeldLaw | None:
@@ -108,13 +116,14 @@ def holding_without(search: Search, parent: LaplaceFit, held: HeldLaw) -> HeldLa
 
 
 def _by_left_out(proposal: Proposal) -> HeldLaw:
-    """The law that foresees most of records left out, each with deviations of its own, as probable as they are.
+    """The law that is most probable, and foresees most of records left out, each with deviations of its own.
 
     What shared values leave of a record is mostly what it differs by: a law that is right moves that as it comes.
     """
     near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
     found = _foreseeing(proposal.search, proposal.parent, [HeldLaw(end, law, proposal) for end, law in near])
-    return max(found, key=lambda one: one.elpd_gain if np.isfinite(one.elpd_gain) else -np.inf)
+    # What all records say of two laws counts as much as what they say of those left out: neither overrules by a hair.
+    return max(found, key=lambda one: one.fit.log + one.elpd_gain if np.isfinite(one.elpd_gain) else -np.inf)
 
 
 def _foreseeing(search: Search, parent: LaplaceFit, laws: Sequence[HeldLaw]) -> list[HeldLaw]:
@@ -149,7 +158,7 @@ class ToldLaw(NamedTuple):
 
 
 def law_for(search: Search, best: LaplaceFit, before: Identification, curves: Sequence[FittedCurve]) -> ToldLaw | None:
-    """What is told of the best law for free curves, see `held_law`; None where there is none.
+    """What is told of the best law for free curves, see `held_laws`; None where there is none.
 
     Parameters
     ----------
@@ -161,7 +170,7 @@ def law_for(search: Search, best: LaplaceFit, before: Identification, curves: Se
     curves : sequence of FittedCurve
         Free curves on top of it, the best first.
     """
-    if (held := held_law(search, best, curves, before)) is None:
+    if (held := next(held_laws(search, best, curves, before), None)) is None:
         return None
     there = held.proposal
     return ToldLaw(there.search, held.fit, described(there.search, there.parent, held))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
+from fibrefit.discovery.engine.effort import LINEARISED_ANEW, settles
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.residuals.innovations import Alarm, tests_of
+from fibrefit.discovery.search.inputs import Confirmation, confirmed
 from fibrefit.discovery.search.search import Search
 
 
@@ -19,3 +22,24 @@ def alarms_of(search: Search, fitted: LaplaceFit) -> list[Alarm]:
 def most_nats(alarms: Collection[Alarm]) -> float:
     """The most nats of tests that object; 0 where none does."""
     return max((alarm.nats for alarm in alarms), default=0.0)
+
+
+def confirmed_where_it_settles(
+    search: Search, parent: LaplaceFit, found: LaplaceFit
+) -> tuple[Confirmation | None, float]:
+    """What a hypothesis gains about itself, and the nats by which tests object there; None, 0 as of `confirmed`.
+
+    What readings miss that are linearised about another model looks like something left: they are linearised about it
+    again as long as that halves what tests object by.
+    """
+    if (seen := confirmed(search, parent, found)) is None:
+        return None, 0.0
+    left = most_nats(alarms_of(seen.search, seen.found))
+    for _ in range(LINEARISED_ANEW):
+        if not left or (again := confirmed(seen.search, seen.parent, seen.found)) is None:
+            break
+        still = most_nats(alarms_of(again.search, again.found))
+        if not settles(left, still):
+            break
+        seen, left = replace(again, led=seen.led), still
+    return seen, left
