@@ -243,7 +243,8 @@ def _of_residuals(
 ) -> tuple[Check, tuple[Check, ...]]:
     """Checks of the size of the residuals, and of their structure."""
     fitted = dict(zip(task.problem.model.rig.channels, noise, strict=True))
-    left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, readings_at_rest(task))
+    rests, stated = readings_at_rest(task), task.noise_given
+    left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, rests, stated)
     loud = np.sqrt(np.mean([loudness(left, c) ** 2 for c in range(len(left.channels))]))
     return judge.gap_is_noise(seen.gap, expected * float(loud)), structure_checks(left)
 
