@@ -56,7 +56,9 @@ def advice(
     """
     failed = {check.identifier: check for check in checks if not check.passed}
     found = list(_first_of_all(failed))
-    if failed.keys() & SIGNS_OF_LACK and not found:
+    # What could not be looked at is no sign of anything.
+    lacks = [name for name in failed.keys() & SIGNS_OF_LACK if failed[name].facts.get("tried", True)]
+    if lacks and not found:
         found.append(Advice("search"))
     if "noise_level" in failed:
         found.append(Advice("rest"))

@@ -164,7 +164,8 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float | None = None)
     """Whether most starts end in the best minimum or all minima are known, and what became of the others.
 
     A few are enough where the best one leaves only `noise` and the others clearly more: there is none below it. So they
-    are where many starts have found few minima. Where the next ones were followed to their ends, these decide in
+    are where many starts have found few minima. Of a single start that came to an end nothing is known, unless it
+    follows a search. Where the next ones were followed to their ends, these decide in
     place of how many found the best one.
 
     Parameters
@@ -177,12 +178,14 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float | None = None)
     excess = _excess(starts)
     clear = starts.agreeing >= FEW_STARTS and excess > WORSE if nats is None else nats > LESS_PROBABLE
     few = noise and clear
+    # One start agrees with itself, whatever it came to.
+    lonely = not starts.followed and int(np.sum(starts.basin >= 0)) < FEW_STARTS
     others, lost, known = int(np.sum(starts.basin > 0)), int(np.sum(starts.basin < 0)), known_minima(starts)
     exhausted = starts.agreeing >= FEW_STARTS and known >= MINIMA_KNOWN
     counts = {"agreeing": starts.agreeing, "tried": starts.tried, "lost": lost, "known": known}
     return Check(
         name="the best minimum was found",
-        passed=share >= STARTS_AGREED or few or exhausted,
+        passed=(share >= STARTS_AGREED and not lonely) or few or exhausted,
         statistic=share,
         threshold=STARTS_AGREED,
         identifier=AGREED,
@@ -194,6 +197,7 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float | None = None)
             "noise": few,
             "nats": nats,
             "least": LESS_PROBABLE,
+            "lonely": lonely,
         },
     )
 

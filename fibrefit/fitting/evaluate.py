@@ -85,7 +85,10 @@ def _explained(left: float, whole: float) -> float:
 
 
 def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
-    """Readings at rest of each channel whose noise was taken from there, and their rates in Hz."""
+    """Readings at rest of each channel whose noise was taken from there, and their rates in Hz.
+
+    Where the study states the noise, they are as much larger as it is: rests tell its colour, and the study its size.
+    """
     found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in task.problem.model.rig.channels}
     for trace in task.traces:
         rate = trace.rate
@@ -93,5 +96,5 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
             for channel in found:
                 values = trace.channels[channel][rest]
                 if task.noise[channel].samples and np.isfinite(values).all():
-                    found[channel].append((values, rate))
+                    found[channel].append((values * task.stated_over_rest.get(channel, 1.0), rate))
     return found

@@ -34,7 +34,14 @@ from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
-from fibrefit.fitting.search.multistart import HorizonSchedule, Searched, collected, latin_hypercube_starts, search
+from fibrefit.fitting.search.multistart import (
+    HorizonSchedule,
+    Searched,
+    as_probable,
+    collected,
+    latin_hypercube_starts,
+    search,
+)
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import Descent, descend, widths
@@ -131,8 +138,9 @@ def identify(
     found = _search(task, starts, seed, tell, stop, schedule) if ended is None else _as_it_ended(task, ended)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
-    if ended is None and not task.noisy_inputs and not stop():
-        found = searched_nearby(task.problem, found, task.counts[-1:])
+    if ended is None and not task.noisy_inputs:
+        found = found if stop() else searched_nearby(task.problem, found, task.counts[-1:])
+        found = as_probable(found, task.problem.n_measured)
     tell("second solver", 0.87)
     values, second = (task.start, None) if ended else _settled(task, width, found, stop)
     tell("uncertainty", 0.9)
@@ -250,7 +258,8 @@ def _as_it_ended(task: Task, ended: Ended) -> Starts:
     layout, there = task.problem.layout, corrected(task.problem, input_errors(task), ended.coefficients)
     cost = float(np.sum(np.square(there.linearised_at(ended.local).residuals)))
     free, none = layout.free(task.start)[None], np.zeros(1, dtype=int)
-    return collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
+    found = collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
+    return replace(found, followed=True)
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSolver | None, how: How) -> Identification:

@@ -139,7 +139,7 @@ def reported(
     doubt = doubt if came else Why("no_time")
     if gls is not None:
         found = _of_gls(task, plain, gls)
-        checks = _compared(plain, gls)
+        checks = _compared(plain, gls, bars)
         failed = tuple(check.quantity for check in (*found.sound.failed, *checks) if not check.passed)
         if not failed:
             why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
@@ -187,8 +187,8 @@ def _doubt(task: Task, success: bool, whiten: bool) -> Why | None:
     return None if whiten else Why("in_a_search")
 
 
-def _compared(plain: Optimum, gls: GlsEstimate) -> tuple[Check, ...]:
-    """Whether both estimates agree.
+def _compared(plain: Optimum, gls: GlsEstimate, bars: ErrorBars) -> tuple[Check, ...]:
+    """Whether both estimates agree, in the values that no bound stops.
 
     A plain one that takes records for alike may well differ where they are not, and one that takes errors of rounding
     for noise where readings are coarse.
@@ -196,7 +196,8 @@ def _compared(plain: Optimum, gls: GlsEstimate) -> tuple[Check, ...]:
     if plain.input_errors or gls.records_differ or gls.seen.whitening is None or gls.seen.problem.observations.steps:
         return ()
     layout = plain.problem.layout
-    found = hausman_at(layout, plain.linear, gls.seen.whitening, None, plain.scores.belief)
+    moving = np.array([not one.found.at_bound for one in estimates(plain.problem, plain.values, bars)[: layout.size]])
+    found = hausman_at(layout, plain.linear, gls.seen.whitening, None, plain.scores.belief, moving)
     return (hausman_check(layout.free_names, found),)
 
 
@@ -243,7 +244,8 @@ def _of_residuals(
 ) -> tuple[Check, tuple[Check, ...]]:
     """Checks of the size of the residuals, and of their structure."""
     fitted = dict(zip(task.problem.model.rig.channels, noise, strict=True))
-    left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, readings_at_rest(task))
+    rests, stated = readings_at_rest(task), task.noise_given
+    left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, rests, stated)
     loud = np.sqrt(np.mean([loudness(left, c) ** 2 for c in range(len(left.channels))]))
     return judge.gap_is_noise(seen.gap, expected * float(loud)), structure_checks(left)
 

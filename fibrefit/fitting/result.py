@@ -66,6 +66,8 @@ class Starts:
         0 for the best minimum, then by cost; -1 where the solver gave up.
     planned : int
         Number of starts requested, those that were not reached included.
+    followed : bool
+        Whether it is the one start from where a search of many models ended, which is evidence of its own.
     """
 
     names: tuple[str, ...]
@@ -76,6 +78,7 @@ class Starts:
     steps: np.ndarray
     basin: np.ndarray
     planned: int = 0
+    followed: bool = False
 
     @property
     def tried(self) -> int:

@@ -60,14 +60,15 @@ STARTS_AGREED = 0.8
 MINIMA_KNOWN = 0.95
 """Probability that a further start would end in a minimum that is known, from which all that matter are taken to be."""
 FEW_STARTS = 2
-"""Starts that have to end in a minimum that leaves only noise, where others are not followed on: one may be an
-accident."""
+"""Starts that have to end in a minimum that leaves only noise, where others are not followed on, and that have to come
+to an end at all: one may be an accident, and agrees with itself."""
 SAME_PLACE = 1.0
 """Distance in units of the steps, which are those of typical sizes or errors, within which two starts have come to the
 same place."""
 SAME_BASIN = 1e-3
 """Relative difference in cost below which two starts are counted for the same minimum, whatever their values: of a
-thousand samples that is one standard error. Before one of them goes on for both, they are in the `SAME_PLACE`, too."""
+thousand samples that is one standard error. Of more than 20 000 readings with exact inputs `LESS_PROBABLE` is less, and
+decides. Before one of them goes on for both, they are in the `SAME_PLACE`, too."""
 WORSE = 1.05
 """Factor by which the residuals of every other minimum then have to be larger: more than noise is uncertain."""
 LESS_PROBABLE = 10.0
@@ -90,7 +91,13 @@ RARE_POWER = 5e-4
 LOUDEST = 1.5
 """Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
 FEWEST_SAMPLES = 200
-"""Samples below which a phase is too short to be judged: their mean square scatters by a tenth."""
+"""Samples below which a phase is too short to be judged, unless it is the longest: their mean square scatters by a
+tenth."""
+FEWEST_IN_MOTION = 24
+"""Samples in motion below which no curve in a state is tried: two in each of its cells. Of noise it explains half."""
+SLOWEST_OCTAVE = 0.9
+"""Lower edge in Hz down to which octaves are looked at, whatever the rate: contacts and swings of a fibre last up to a
+second. At 2 kHz that is the tenth octave below half the rate; slower records are looked at down to the tenth, too."""
 ORDINATES = 8
 """Ordinates of a spectrum below which an octave says nothing: their mean is uncertain by a third."""
 SHORTEST_PIECE = 16

@@ -31,12 +31,14 @@ class Task:
     noise : mapping of channel to Noise
     input_noise : mapping of input to Noise
     noise_given : tuple of str
-        Channels whose noise the study states.
+        Channels whose noise the study states. Its colour is that of the rests.
     units : mapping of channel to str
         SI unit of each channel.
     steps : mapping of channel to Steps
         Of channels that are read in coarse steps. The problem takes errors of rounding for noise, as a search from far
         away has to; the last step of a fit has their likelihood.
+    stated_over_rest : mapping of channel to float
+        Of channels whose noise the study states: the stated one over that of the rests, both rms.
     """
 
     problem: Problem
@@ -49,6 +51,7 @@ class Task:
     noise_given: tuple[str, ...]
     units: Mapping[str, str]
     steps: Mapping[str, Steps] = field(default_factory=dict)
+    stated_over_rest: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def noisy_inputs(self) -> tuple[str, ...]:

@@ -101,6 +101,18 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         "1 of 4 starts ended in the best minimum.",
     ),
     (
+        "one start alone",
+        judge.starts_agree(starts([0, 0], [1.0, 1.0])),
+        judge.starts_agree(starts([0], [1.0])),
+        "One start agrees with itself: whether there is a better minimum is not known without more.",
+    ),
+    (
+        "one start where a search ended",
+        judge.starts_agree(dataclasses.replace(starts([0], [1.0]), followed=True)),
+        judge.starts_agree(starts([0, -1], [1.0, np.inf])),
+        "1 of 2 starts ended in the best minimum. 1 led nowhere and was given up. One start agrees with itself",
+    ),
+    (
         "starts led elsewhere",
         judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=11.0),
         judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=9.0),

@@ -23,6 +23,7 @@ from fibrefit.fitting.search.multistart import (
     _far_above_best,
     _leaders,
     as_long_as_needed,
+    as_probable,
     collected,
     latin_hypercube_starts,
     search,
@@ -258,6 +259,16 @@ def test_ends_are_sorted_into_basins_by_their_cost() -> None:
     np.testing.assert_array_equal(starts.basin, [1, 0, -1, 0, 1, 2])
     assert starts.agreeing == 2
     assert starts.names == ("k",)
+
+
+@pytest.mark.parametrize(("readings", "apart"), [(1000, 1e-3), (20_000, 1e-3), (400_000, 5e-5)])
+def test_ends_of_many_readings_are_apart_where_one_is_less_probable(readings: int, apart: float) -> None:
+    """Of n readings of noise of variance one a cost of n that is 20 higher is ten nats less probable."""
+    layout = Layout((Slot("k", "N/m", Range(-np.inf, np.inf, 1.0)),), ("a",))
+    cost = readings * np.array([1.0, 1.0 + 0.9 * apart, 1.0 + 1.1 * apart])
+    ended = Descent(np.arange(3.0)[:, None], cost, np.arange(3), np.ones(3, dtype=bool))
+    starts = collected(layout, np.zeros((3, 1)), Searched(ended, np.ones(3, dtype=bool)))
+    np.testing.assert_array_equal(as_probable(starts, readings).basin, [0, 0, 1])
 
 
 def test_the_second_solver_ends_at_the_same_place_from_elsewhere(task: Task, found: Identification) -> None:

@@ -255,6 +255,8 @@ CASES = (
     Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
     Bracket("SEEN", identifiability, lambda x: unseen(x), 0.008, 0.012),
     Bracket("ORDINATES", structure, of_fast, 9.0, 7.0),
+    Bracket("FEWEST_IN_MOTION", structure, lambda x: structure._steps(np.arange(x)).size > 0, 24.0, 20.0),
+    Bracket("SLOWEST_OCTAVE", structure, lambda x: structure._edges(8000.0).min() <= x, 1.0, 0.5),
     Bracket("SHORTEST_PIECE", structure, with_spectrum, 17.0, 15.0),
     Bracket("RARE_SCATTER", agreement, lambda x: scattered(x), 4.7, 5.2),
     Bracket("LOOSE", identifiability, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),

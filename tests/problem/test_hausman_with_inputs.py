@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import jax.numpy as jnp
@@ -9,12 +10,14 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from fibrefit.problem.estimate.hausman import hausman_test, hausman_with_input_errors
+from fibrefit.problem.estimate.hausman import hausman_at, hausman_test, hausman_with_input_errors
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
-from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Linearised
+from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import UNLIKELY
 
 SAMPLES, WAVES = 40, 6
 EXACT = 1e-4
@@ -102,3 +105,25 @@ def test_what_errors_imitate_sets_off_no_alarm(made: SimpleNamespace) -> None:
     ]
     assert of[0].chance > 0.05
     assert of[1].chance < 1e-6
+
+
+def test_a_value_at_a_bound_is_held_in_both() -> None:
+    """In nearly white noise: what is left there is no sign of a model that lacks something."""
+    random, count = np.random.default_rng(2), 400
+    valid = np.ones((1, 1, count), dtype=bool)
+    whitening = Autoregressive.of([np.array([1.0, 0.2])], valid)
+    slots = [Slot(name, "-", Range(0.0, np.inf, 1.0)) for name in ("k", "b")]
+    both, alone = Layout(tuple(slots), ("a",)), Layout((slots[0], replace(slots[1], fixed=(0.0,))), ("a",))
+    slopes = random.standard_normal((1, 1, count, 2))
+    slopes[..., 1] += 0.5 * np.cumsum(random.standard_normal(count)) / 5.0
+    noise = np.linalg.cholesky(toeplitz(whitening.autocovariance(count).ravel())) @ random.standard_normal(count)
+    # The best value of b lies beyond the bound: there k has no gradient, and b has.
+    beyond = noise - 0.2 * slopes[0, 0, :, 1]
+    first = slopes[0, 0, :, 0]
+    residual = (beyond - first * (first @ beyond) / (first @ first))[None, None]
+    stopped = hausman_at(both, Linearised(residual, slopes), whitening, None, None, np.array([True, False]))
+    known = hausman_at(alone, Linearised(residual, slopes[..., :1]), whitening, None)
+    assert stopped.chance == pytest.approx(known.chance)
+    assert stopped.scores[0] == pytest.approx(known.scores[0])
+    assert np.isnan(stopped.scores[1])
+    assert stopped.chance > UNLIKELY > hausman_at(both, Linearised(residual, slopes), whitening, None).chance

@@ -1,7 +1,8 @@
 """Whether anything is left in the residuals that noise would not leave there.
 
 Noise of a logger is coloured, so "white" is the wrong question: residuals are compared with the spectrum of the
-records' own rests, with each other across the phases of the motion, and with the states of the rig.
+records' own rests, with each other across the phases of the motion, and with the states of the rig. Rests tell the
+colour of noise whose size a study states, too; without any, only its power in all is known.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from scipy.special import fdtri
 from fibrefit.core.roles import HELD, PHASES
 from fibrefit.fitting.thresholds import (
     CHANCE,
+    FEWEST_IN_MOTION,
     FEWEST_SAMPLES,
     LOUDEST,
     ORDINATES,
     PHASE_RATIO,
     RARE_POWER,
     SHORTEST_PIECE,
+    SLOWEST_OCTAVE,
     SPECTRUM_RATIO,
     STATE_SHARE,
 )
@@ -32,6 +35,8 @@ from fibrefit.study.summaries.check import Check
 CELLS = 12
 """Cells, visited equally often, that a state is cut into."""
 DRAWS = 20
+OCTAVES = 10
+"""Octaves below half the rate that are looked at in any case."""
 
 
 def structure_checks(residual_set: ResidualSet) -> tuple[Check, ...]:
@@ -72,9 +77,10 @@ def _fast(scaled: np.ndarray, inside: np.ndarray) -> float:
 
 def _spectrum(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ("", 0.0)
+    whole = [channel for channel in residual_set.stated if not residual_set.noise[channel].samples]
     for c, channel in enumerate(residual_set.channels):
         loud = loudness(residual_set, c) ** 2
-        for low, ratio, chance in _octaves(residual_set, c):
+        for low, ratio, chance in [_total(residual_set, c)] if channel in whole else _octaves(residual_set, c):
             # A low octave holds few frequencies: chance alone lifts it.
             excess = ratio / (chance * loud)
             if excess > worst:
@@ -87,8 +93,22 @@ def _spectrum(residual_set: ResidualSet) -> Check:
         identifier="residual_spectrum",
         quantity="residual spectrum",
         about="model",
-        facts={"channel": where[0], "low": where[1]},
+        facts={"channel": where[0], "low": where[1], "stated": residual_set.stated, "whole": tuple(whole)},
     )
+
+
+def _total(residual_set: ResidualSet, channel: int) -> tuple[float, float, float]:
+    """No edge, power of all frequencies over that of the stated noise, and what this ratio is by chance.
+
+    A standard deviation without a rest does not say at which frequencies its power lies. The fitted spectrum tells how
+    much the power of noise with such a memory scatters: that of its ordinates is exponential.
+    """
+    counted = residual_set.counted[:, channel]
+    ratio = float(np.mean(residual_set.residuals[:, channel][counted] ** 2)) if counted.any() else 0.0
+    fitted = residual_set.fitted[residual_set.channels[channel]]
+    rows = zip(residual_set.counts, residual_set.rates, strict=True)
+    expected = np.concatenate([rate * fitted.expected(int(count), float(rate)) for count, rate in rows])
+    return 0.0, ratio, float(1.0 + CHANCE * np.sqrt(np.sum(expected**2)) / np.sum(expected))
 
 
 def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float, float]]:
@@ -100,9 +120,8 @@ def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float
         for r, count in enumerate(residual_set.counts)
     ]
     moving, resting = _shares(pieces, fitted), _shares(residual_set.rests.get(name, ()), fitted)
-    edges = 0.5 * residual_set.rates.max() / 2.0 ** np.arange(1, 11)
     found = []
-    for edge in edges:
+    for edge in _edges(float(residual_set.rates.max())):
         left, still = (of.of_octave(edge) for of in (moving, resting))
         if len(left.power) < ORDINATES or (len(resting.power) and len(still.power) < ORDINATES):
             continue
@@ -116,6 +135,12 @@ def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float
         chance = fdtri(2 * len(left.power), 2 * len(still.power), 1.0 - RARE_POWER)
         found.append((edge, ratio, float(chance)))
     return found
+
+
+def _edges(rate: float) -> np.ndarray:
+    """Lower edges in Hz of the octaves below half of a rate in Hz that are looked at, ``(n_octave,)``."""
+    number = max(OCTAVES, int(np.log2(0.5 * rate / SLOWEST_OCTAVE)))
+    return 0.5 * rate / 2.0 ** np.arange(1, number + 1)
 
 
 class _Shares(NamedTuple):
@@ -147,9 +172,11 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> _Shares
 def _phases(residual_set: ResidualSet) -> Check:
     worst, where = 0.0, ("", "")
     for c, channel in enumerate(residual_set.channels):
-        for index, phase in enumerate(PHASES):
-            inside = (residual_set.motion.phase == index) & residual_set.counted[:, c]
-            if inside.sum() >= FEWEST_SAMPLES:
+        each = [(residual_set.motion.phase == index) & residual_set.counted[:, c] for index in range(len(PHASES))]
+        # Where all are short the longest is looked at: chance is allowed for.
+        fewest = max(min(FEWEST_SAMPLES, max(int(inside.sum()) for inside in each)), 1)
+        for phase, inside in zip(PHASES, each, strict=True):
+            if inside.sum() >= fewest:
                 expected = 1.0 + CHANCE * _scatter(inside, _slow_share(residual_set, c))
                 loud = loudness(residual_set, c, inside)
                 ratio = float(np.sqrt(np.mean(residual_set.residuals[:, c][inside] ** 2) / expected)) / loud
@@ -201,21 +228,23 @@ def _states(residual_set: ResidualSet) -> Check:
                 share *= min(1.0, STATE_SHARE / _by_chance([one[inside] for one in drawn], steps))
             if share > worst:
                 worst, where = share, (channel, name)
+    # Where no curve could be tried, nothing was found, and nothing was looked for.
+    tried = any(steps.size for steps in known.values())
     return Check(
         name="residuals do not depend on the state",
-        passed=worst <= STATE_SHARE,
-        statistic=worst,
+        passed=tried and worst <= STATE_SHARE,
+        statistic=worst if tried else None,
         threshold=STATE_SHARE,
         identifier="residual_state",
         quantity="residuals vs state",
         about="model",
-        facts={"channel": where[0], "state": where[1], "states": tuple(residual_set.motion.states)},
+        facts={"channel": where[0], "state": where[1], "states": tuple(residual_set.motion.states), "tried": tried},
     )
 
 
 def _steps(state: np.ndarray) -> np.ndarray:
     """Which of at most `CELLS` equally filled ones each value belongs to; none where there is nothing to tell apart."""
-    if len(state) < FEWEST_SAMPLES or np.ptp(state) == 0.0:
+    if len(state) < FEWEST_IN_MOTION or np.ptp(state) == 0.0:
         return np.empty(0, dtype=int)
     return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, CELLS + 1)[1:-1])), state)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from fibrefit.fitting.search.solve import (
     widths,
 )
 from fibrefit.fitting.search.thinned import thinning
-from fibrefit.fitting.thresholds import SAME_BASIN, SAME_PLACE
+from fibrefit.fitting.thresholds import LESS_PROBABLE, SAME_BASIN, SAME_PLACE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
@@ -354,14 +355,31 @@ def collected(layout: Layout, began: np.ndarray, searched: Searched) -> Starts:
     )
 
 
-def basins_of(cost: np.ndarray) -> np.ndarray:
-    """Minima that starts of a cost ``(n_start,)`` ended in, by cost from 0; -1 where there is none."""
+def as_probable(starts: Starts, readings: int) -> Starts:
+    """Starts in one minimum only where their ends are about as probable, of costs that so many readings tell apart.
+
+    Noise as large as the residuals makes a cost ``c`` of n readings ``n d / (2 c)`` nats less probable for each `d`
+    above it. Of measured inputs whose errors are not taken off a cost is no likelihood.
+    """
+    alike = min(SAME_BASIN, 2.0 * LESS_PROBABLE / max(readings, 1))
+    return replace(starts, basin=basins_of(starts.cost, alike))
+
+
+def basins_of(cost: np.ndarray, alike: float | None = None) -> np.ndarray:
+    """Minima that starts of a cost ``(n_start,)`` ended in, by cost from 0; -1 where there is none.
+
+    Parameters
+    ----------
+    alike : float, optional
+        Relative difference in cost below which two are the same; `SAME_BASIN` by default.
+    """
+    alike = SAME_BASIN if alike is None else alike
     basin = np.full(len(cost), -1)
     label, level = -1, -np.inf
     for i in np.argsort(cost):
         if not np.isfinite(cost[i]):
             break
-        if cost[i] > level * (1.0 + SAME_BASIN) or label < 0:
+        if cost[i] > level * (1.0 + alike) or label < 0:
             label, level = label + 1, cost[i]
         basin[i] = label
     return basin

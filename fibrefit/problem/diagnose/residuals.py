@@ -25,6 +25,8 @@ class ResidualSet:
     fitted : mapping of channel to Noise
         Of the residuals, where that was requested.
     rests : mapping of channel to readings at rest in SI units and their rates in Hz
+    stated : tuple of str
+        Channels whose noise the study states.
     """
 
     problem: Problem
@@ -33,6 +35,7 @@ class ResidualSet:
     noise: Mapping[str, Noise]
     fitted: Mapping[str, Noise] = field(default_factory=dict)
     rests: Mapping[str, Sequence[tuple[np.ndarray, float]]] = field(default_factory=dict)
+    stated: tuple[str, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -42,7 +42,12 @@ class HausmanTest:
 
 
 def hausman_at(
-    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray | None, belief: np.ndarray | None = None
+    layout: Layout,
+    linear: Linearised,
+    whitening: Whitening,
+    level: np.ndarray | None,
+    belief: np.ndarray | None = None,
+    moving: np.ndarray | None = None,
 ) -> HausmanTest:
     """Compare the plain estimate with the one a whitened step leads to from there.
 
@@ -59,7 +64,15 @@ def hausman_at(
         Noise over what the whitening assumes; None: as large as the residuals are.
     belief : (n_free + 1, n_free + 1), optional
         At the plain estimate, see `Layout.prior_gram`; both estimates share it.
+    moving : (n_free,) bool, optional
+        Values that no bound stops; all by default. At a bound J'r is not 0, and what lies beyond it is no estimate:
+        both hold such a value there.
     """
+    if moving is not None:
+        # Places beyond the free values stand for nothing.
+        counts = np.append(moving, [True, True])
+        linear = linear._replace(slopes=np.asarray(linear.slopes) * counts[layout.local_columns][:, None, None, :])
+        belief = None if belief is None else belief * np.outer(counts[:-1], counts[:-1])
     slopes = np.asarray(linear.slopes)
     there = whitened(layout, linear, whitening, level, belief)
     prior = 0.0 if belief is None else belief[:-1, :-1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -67,7 +67,8 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     stated = [stated_of(record) for record in study.records]
     traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
-    noise, given = _noise(study, traces, model.rig.channels)
+    noise, stated_over_rest = _noise(study, traces, model.rig.channels)
+    given = tuple(stated_over_rest)
     if model.rig.prepared is not None:
         traces = [model.rig.prepared(trace) for trace in traces]
     initial = {name: _begun(setting) for name, setting in settings.items()}
@@ -80,9 +81,9 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     _refuse_unknown_scale(study, model, settings, traces)
     layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
     rms = {channel: _rms(study, noise, given, channel, traces) for channel in model.rig.channels}
-    found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms if channel not in given}
+    found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms}
     return Task(
-        problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms, given))),
+        problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms))),
         traces=tuple(traces),
         start=_start(layout, declared, settings, starting),
         spread=_spread(declared, settings, starting),
@@ -90,6 +91,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
         noise=noise,
         input_noise=_input_noise(study, traces, model),
         noise_given=given,
+        stated_over_rest=stated_over_rest,
         units={channel: ROLES[channel] for channel in model.rig.channels},
         steps={channel: known for channel, known in found.items() if known is not None},
     )
@@ -151,30 +153,45 @@ def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[st
         trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
         for trace in traces
     ]
-    found, given = _noise(study, raw, inputs)
-    return {name: noise if name in given else _of_input(raw, name, noise) for name, noise in found.items()}
+    return _noise(study, raw, inputs, _of_input)[0]
 
 
-def _of_input(traces: Sequence[Trace], name: str, noise: Noise) -> Noise:
+def _of_input(traces: Sequence[Trace], name: str) -> Noise:
     """Noise of an input from that at rest; of one in coarse steps, which a rest says nothing of, from its course."""
     if (step := coarse_step(traces, name)) is not None:
         return noise_of_rounding(traces, name, step)
-    return noise
+    return _of_channel(traces, name)
 
 
-def _noise(study: Study, traces: Sequence[Trace], channels: Sequence[str]) -> tuple[dict[str, Noise], tuple[str, ...]]:
-    """Noise of each channel: as the study states it, white, or as the rests of the records show it."""
-    noise, given = {}, []
+def _of_channel(traces: Sequence[Trace], channel: str) -> Noise:
+    """Noise of a channel as the rests of the records show it."""
+    return _in_motion(traces, channel, with_lines(estimate_noise(traces, channel), at_rest(traces, channel)))
+
+
+def _noise(
+    study: Study,
+    traces: Sequence[Trace],
+    channels: Sequence[str],
+    shown: Callable[[Sequence[Trace], str], Noise] = _of_channel,
+) -> tuple[dict[str, Noise], dict[str, float]]:
+    """Noise of each channel as records show it, and the factor by which that was made as large as the study states."""
+    noise, factors = {channel: shown(traces, channel) for channel in channels}, {}
     for channel in channels:
-        said = getattr(study.noise, channel, None)
-        if said is None:
-            at_least = with_lines(estimate_noise(traces, channel), at_rest(traces, channel))
-            noise[channel] = _in_motion(traces, channel, at_least)
-        else:
-            rate = traces[0].rate
-            noise[channel] = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)
-            given.append(channel)
-    return noise, tuple(given)
+        if (said := getattr(study.noise, channel, None)) is not None:
+            noise[channel], factors[channel] = _as_large_as(noise[channel], said, traces)
+    return noise, factors
+
+
+def _as_large_as(noise: Noise, said: float, traces: Sequence[Trace]) -> tuple[Noise, float]:
+    """Noise of the same colour that has a stated rms over the longest record, and by which factor it is larger.
+
+    A standard deviation says nothing of frequencies; what is silent has no colour, and is white.
+    """
+    rate = traces[0].rate
+    rms = noise.rms(max(trace.duration for trace in traces), rate)
+    if rms > 0.0:
+        return noise.scaled(said / rms), said / rms
+    return Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0), 1.0
 
 
 def _in_motion(traces: Sequence[Trace], channel: str, at_rest: Noise) -> Noise:
@@ -195,14 +212,17 @@ def _rms(
 
 
 def _by_reading(
-    model: Model, traces: Sequence[Trace], rms: Mapping[str, Sequence[float]], given: Sequence[str]
+    model: Model, traces: Sequence[Trace], rms: Mapping[str, Sequence[float]]
 ) -> dict[str, list[np.ndarray]]:
-    """Noise of each reading in SI units, ``(n_time,)`` for each record: that of a force may grow with the load."""
+    """Noise of each reading in SI units, ``(n_time,)`` for each record: that of a force may grow with the load.
+
+    What is stated is what a force without load has, as what a rest shows is.
+    """
     found = {
         channel: [np.full(len(t.times), size) for t, size in zip(traces, rms[channel], strict=True)] for channel in rms
     }
     # A motor's force is what its motion asks for, and what that leaves out is louder under load too.
-    free = () if model.rig.anchor is not None or model.rig.derived else set(FORCES) & set(rms) - set(given)
+    free = () if model.rig.anchor is not None or model.rig.derived else set(FORCES) & set(rms)
     for channel in free:
         if growth := growth_with_load(traces, channel):
             largest = largest_load(traces, channel)

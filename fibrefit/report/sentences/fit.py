@@ -287,13 +287,18 @@ def _noise_level(check: Check) -> str:
 
 
 def _residual_spectrum(check: Check) -> str:
+    facts, names = check.facts, " and ".join(check.facts["whole"])
+    aside = f" Without a rest, stated noise of {names} has no known spectrum: only its power in all is judged."
+    aside = aside if names else ""
     if check.passed:
-        return f"The residuals' power is nowhere more than {check.threshold:g} times that of the noise at rest."
-    low = check.facts["low"]
+        return f"The residuals' power is nowhere more than {check.threshold:g} times that of the noise at rest.{aside}"
+    low, channel = facts["low"], facts["channel"]
+    where = f" between {low:.3g} and {2 * low:.3g} Hz" if low else ""
+    rests = "noise at rest of the stated size" if channel in facts["stated"] else "rests"
     return (
-        f"The residuals' power in the {check.facts['channel']} between {low:.3g} and {2 * low:.3g} Hz is "
-        f"{check.statistic:.3g} times that of the rests; chance allowed for, at most {check.threshold:g} is expected. "
-        "They are not noise."
+        f"The residuals' power in the {channel}{where} is {check.statistic:.3g} times that of the "
+        f"{rests if low else 'stated noise'}; chance allowed for, at most {check.threshold:g} is expected. "
+        f"They are not noise.{aside}"
     )
 
 
@@ -309,9 +314,11 @@ def _residual_phase(check: Check) -> str:
 
 def _residual_state(check: Check) -> str:
     facts, most = check.facts, 100 * (check.threshold or 0.0)
+    if not facts["tried"]:
+        return "Too few readings are in motion for a curve in a state: whether residuals depend on one is not known."
     if check.passed:
-        names = facts["states"]
-        return f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {most:.0f} % of what is left."
+        names, beyond = facts["states"], "of what is left, chance allowed for"
+        return f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {most:.0f} % {beyond}."
     return (
         f"The {facts['channel']} residual depends on the {facts['state']}: a curve in it explains "
         f"{100 * (check.statistic or 0.0):.0f} % of what is left, of noise at most {most:.0f} %. The model lacks "

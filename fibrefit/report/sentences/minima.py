@@ -55,6 +55,8 @@ def starts_sentence(check: Check) -> str:
         says += ": bounces or swings that are matched with others than their own make such minima."
     if (lost := facts["lost"]) > 0:
         says += f" {lost} led nowhere and {'was' if lost == 1 else 'were'} given up."
+    if facts["lonely"] and not check.passed:
+        return f"{says} One start agrees with itself: whether there is a better minimum is not known without more."
     if facts["nats"] is not None and (facts["noise"] or not check.passed):
         return f"{says} {_followed(facts['nats'], facts['least'], check.passed)}"
     if check.statistic is not None and check.threshold is not None and check.statistic < check.threshold:

@@ -66,7 +66,7 @@ def batch(
 
     Examples
     --------
-    >>> found = fibrefit.batch(fibrefit.example("drop_series"), "results/each", starts=1, processes=1)
+    >>> found = fibrefit.batch(fibrefit.example("drop_series"), "results/each", starts=2, processes=1)
     >>> found.status, len(found.items)
     ('ok', 5)
     """

@@ -19,6 +19,7 @@ from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
+from fibrefit.fitting.thresholds import FEW_STARTS
 from fibrefit.laws.law import Effect
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.rigs.rig import Rig
@@ -213,7 +214,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     effects = {name: effect for name, effect in sought.items() if name in aim.only or is_lasting(effect)}
     named = _named(study, rivals)
     _refuse_costs(aim.minutes, {RECORD, *(name for choice in choices for name in choice.conditions)})
-    fit = None if is_planned(study) else identify(task_to_fit(study, task), 1, progress=progress)
+    fit = None if is_planned(study) else identify(task_to_fit(study, task), FEW_STARTS, progress=progress)
     search = set_up(task, fit, tuple(effects.values()), tell)
     found, remarks, beside, ahead = rivals_at_hand(task, named, fit, tell)
     tell("weighing the records that could be taken", None)

@@ -307,7 +307,7 @@ def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSim
 
     Examples
     --------
-    >>> out = fibrefit.fit(fibrefit.example("drop_series"), starts=1).save("results/once")
+    >>> out = fibrefit.fit(fibrefit.example("drop_series"), starts=2).save("results/once")
     >>> found = fibrefit.load_result(out)
     >>> found.status, found.kind
     ('ok', 'fit')
@@ -349,7 +349,7 @@ def read_batch(path: str | Path) -> pd.DataFrame:
     Examples
     --------
     >>> drop = fibrefit.example("drop_series") / "holdout"
-    >>> table = fibrefit.read_batch(fibrefit.batch(drop, "results/each", starts=1, processes=1).folder)
+    >>> table = fibrefit.read_batch(fibrefit.batch(drop, "results/each", starts=2, processes=1).folder)
     >>> table["status"].unique().tolist()
     ['ok']
     """
