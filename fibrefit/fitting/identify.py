@@ -230,8 +230,7 @@ def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray)
     """Cost of the best fit with a value held, of the kind that gave the estimate, and its standard error by that."""
     if found.gls is not None:
         return cost_with_one_held(found.gls, index), error_of_objective(found.gls, index)
-    own = found.estimates[index].found.std_errors["white"]
-    return plain_cost(found.problem, found.values, index, width(), whole), own or math.nan
+    return plain_cost(found.problem, found.values, index, width(), whole)
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:
