@@ -19,7 +19,7 @@ from fibrefit.problem.statement.layout import assembled, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import OTHERWISE, Check
 
-SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state"})
+SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state", "loudest_record"})
 """Identifiers of the checks that fail where the model lacks something."""
 
 
@@ -62,13 +62,17 @@ def advice(
         found.append(Advice("search"))
     if "noise_level" in failed:
         found.append(Advice("rest"))
-    if any({"friction", "force_offset"} <= set(weakness.names) for weakness in weak):
+    if any({"friction", "force_offset"} <= set(map(_bare, weakness.names)) for weakness in weak):
         found.append(Advice("way_back"))
     if alone := force_alone(problem, values, covariance):
         found.append(Advice("force_alone", {"determined": alone}))
     # A record that is planned with values of no use is none to take.
     usable = not any(check.fatal for check in failed.values())
-    if weak and usable and (further := _further_record(problem, values, normal)):
+    # Nor is one of help to what another record has for itself.
+    shared = {problem.layout.free_names[i] for i in problem.layout.shared_places}
+    own = set(problem.layout.free_names) - shared
+    helped = any(set(weakness.names) - own for weakness in weak)
+    if helped and usable and (further := _further_record(problem, values, normal)):
         found.append(further)
     return tuple(found)
 
@@ -95,7 +99,13 @@ def _first_of_all(failed: Mapping[str, Check]) -> Iterator[Advice]:
     elif cause is not None and issubclass(CATALOGUE[cause.facts["alternative"].effect], StudyLaw | SensorLaw):
         yield Advice("correct", {"alternative": cause.facts["alternative"]})
     elif "bounds" in failed:
-        yield Advice("widen", {"parameters": failed["bounds"].facts["parameters"]})
+        names = dict.fromkeys(map(_bare, failed["bounds"].facts["parameters"]))
+        yield Advice("widen", {"parameters": tuple(names)})
+
+
+def _bare(name: str) -> str:
+    """Name of a parameter without the record whose value it is."""
+    return name.partition("[")[0]
 
 
 def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> Advice | None:

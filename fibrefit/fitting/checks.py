@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.fitting.estimates import Why
+from fibrefit.fitting.estimates import NOT_ARRIVED, Why
 from fibrefit.fitting.identifiability import Weakness
 from fibrefit.fitting.misfit.alternative import Alternative
 from fibrefit.fitting.misfit.discrepancy import Doubtful
@@ -65,7 +65,7 @@ def converged(predicted_decrease: float, success: bool, rough: bool = False) -> 
         threshold=enough,
         fatal=not predicted_decrease <= DIVERGED,
         identifier=CONVERGED,
-        quantity="convergence of the solver",
+        quantity=NOT_ARRIVED,
     )
 
 
@@ -202,19 +202,8 @@ def starts_agree(starts: Starts, noise: bool = False, nats: float | None = None)
     )
 
 
-def inside_bounds(at_bound: list[str]) -> Check:
-    """Whether no parameter was stopped by a bound."""
-    return Check.none_of(
-        at_bound,
-        name="no parameter at a bound",
-        identifier="bounds",
-        quantity="distance of the parameters from their bounds",
-        facts={"parameters": tuple(at_bound)},
-    )
-
-
 def determined(weak: tuple[Weakness, ...]) -> Check:
-    """Whether the records determine every shared parameter."""
+    """Whether the records determine every parameter."""
     return Check.none_of(
         weak,
         name="every parameter is determined",
@@ -329,14 +318,16 @@ def known_to_a_factor(found: Doubtful) -> Check:
 
 def bars_too_small(why: Why) -> list[Check]:
     """What is said of an estimate whose error bars are for noise alone, though what it leaves is not; else nothing."""
+    if why.identifier != "loses_less" or not why.left:
+        return []
     failed = Check(
         name="error bars allow for what is left",
         passed=False,
         identifier=BARS,
         quantity="size of the error bars",
-        facts={"failed": why.failed},
+        facts={"failed": why.left},
     )
-    return [failed] if why.identifier == "loses_less" else []
+    return [failed]
 
 
 def exchanged() -> Check:

@@ -36,15 +36,21 @@ def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> Err
     if (window := problem.model.pieces) is not None:
         middles["windows"] = uncertainty.by_windows(scores, window) + prior
     found = {name: uncertainty.sandwich(normal, middle) for name, middle in middles.items()}
-    return ErrorBars(found, max(found, key=lambda name: size(problem, found[name])))
+    largest = max(found, key=lambda name: size(problem, found[name]))
+    return ErrorBars(found, largest, inverse=uncertainty.sandwich(normal, normal))
 
 
 def size(problem: Problem, covariance: np.ndarray) -> float:
-    """Sum of the logarithms of the shared parameters' variances."""
-    variance = np.diag(covariance)[problem.layout.shared_places]
+    """Sum of the logarithms of the variances of what methods are compared by."""
+    variance = np.diag(covariance)[_compared_by(problem)]
     # What the data do not see is infinite by every method, and would make them all alike.
     variance = variance[np.isfinite(variance)]
     return float(np.sum(np.log(np.maximum(variance, 1e-300)))) if len(variance) else 0.0
+
+
+def _compared_by(problem: Problem) -> list[int]:
+    """Places of the values by which methods are compared: those that all records share, or all where none is shared."""
+    return problem.layout.shared_places or list(range(problem.layout.size))
 
 
 def error_inflation(problem: Problem, bars: ErrorBars) -> float:
@@ -60,8 +66,8 @@ def convergence_unit(problem: Problem, bars: ErrorBars) -> float:
 
 def ratio(problem: Problem, errors: np.ndarray, others: np.ndarray) -> float:
     """Median of the shared parameters' standard errors ``(n_free,)`` over others of theirs."""
-    shared = problem.layout.shared_places or list(range(problem.layout.size))
-    above, below = errors[shared], others[shared]
+    places = _compared_by(problem)
+    above, below = errors[places], others[places]
     seen = np.isfinite(above) & (below > 0.0)
     return float(np.median(above[seen] / below[seen])) if seen.any() else float("nan")
 
@@ -84,12 +90,14 @@ def estimates(
         Where the intervals are from.
     """
     found, layout, errors = [], problem.layout, bars.errors
-    common = _due_to_priors(problem, values, bars.covariance)
+    common = _due_to_priors(problem, values, bars.covariance if bars.inverse is None else bars.inverse)
     for i, (slot, record) in enumerate(layout.entries):
         value, error, limits = float(values[i]), float(errors[bars.method][i]), slot.range
         low, high = (value - Z_95 * error, value + Z_95 * error) if gls is None else gls.intervals[i]
         low, high = max(float(low), limits.lower), min(float(high), limits.upper)
-        kind = "record" if record is not None else kind_of_interval(slot.name, {} if gls is None else gls.between)
+        between = {} if gls is None else gls.between
+        of_one = record is not None or len(layout.records) == 1
+        kind = "record" if of_one else kind_of_interval(slot.name, between)
         summary = ParameterSummary(
             unit=slot.unit,
             value=value,
@@ -115,19 +123,24 @@ def _prior(belief: Belief | None, value: float) -> dict[str, float]:
     return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(value))}
 
 
-def _due_to_priors(problem: Problem, values: np.ndarray, covariance: np.ndarray) -> np.ndarray | None:
+def _due_to_priors(problem: Problem, values: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
     """Standard errors ``(n_free,)`` that an error of the priors' centres makes; None without priors.
+
+    Parameters
+    ----------
+    inverse : (n_free, n_free)
+        Of the normal matrix that the values are of, whatever noise their error bars are for.
 
     Law
     ---
-    With H of the records and P of the priors, ``C = (H + P)^-1`` is ``C H C + C P C``: what noise makes and what the
-    centres do. Noise is another in every record, and the centres are the same.
+    With H of the records and P of the priors, and ``C = (H + P)^-1``, the part of the centres is ``C P C``, and that of
+    noise ``C S C`` with S the variance of its score. Noise is another in every record, and the centres are the same.
     """
     if not problem.layout.believed:
         return None
     places = [i for i, _ in problem.layout.believed]
     slopes = np.array([belief.slope(float(values[i])) for i, belief in problem.layout.believed])
-    return np.sqrt(np.sum((covariance[:, places] * slopes) ** 2, axis=1))
+    return np.sqrt(np.sum((inverse[:, places] * slopes) ** 2, axis=1))
 
 
 def _held(problem: Problem) -> list[Estimate]:

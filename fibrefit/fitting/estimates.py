@@ -16,6 +16,9 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
 
+NOT_ARRIVED = "convergence of the solver"
+"""Quantity of the check that fails where an estimate is not quite at its minimum."""
+
 
 class Why(NamedTuple):
     """Why an estimate is reported.
@@ -35,6 +38,11 @@ class Why(NamedTuple):
     identifier: str
     ratio: float = math.nan
     failed: tuple[str, ...] = ()
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """Of what failed, what says that residuals are not noise: a search that has not quite arrived does not."""
+        return tuple(quantity for quantity in self.failed if quantity != NOT_ARRIVED)
 
 
 def interval_of_shared(evidence: MarginalLikelihood, index: int) -> tuple[float, float]:
@@ -76,11 +84,14 @@ class ErrorBars:
         The one that is believed.
     of_noise : str
         The one that was believed before what the model lacks was allowed for; empty where nothing was.
+    inverse : (n_free, n_free), optional
+        Of the normal matrix, by which values follow the centres of their priors; None where that is the covariance.
     """
 
     covariances: Mapping[str, np.ndarray]
     method: str
     of_noise: str = ""
+    inverse: np.ndarray | None = None
 
     @property
     def covariance(self) -> np.ndarray:

@@ -26,7 +26,7 @@ class Weakness:
     Parameters
     ----------
     names : tuple of str
-        The parameters it concerns.
+        The parameters it concerns; ``name[record]`` where each record has its own.
     kind : str
         ``"invisible"``, ``"vague"``: hardly visible, with a large relative error; ``"combined"``: only together, or not
         apart from values of each record; ``"tied"``: only together, with a correlation near one.
@@ -46,7 +46,7 @@ class Weakness:
 def weaknesses(
     layout: Layout, values: np.ndarray, covariance: np.ndarray, normal: np.ndarray, unjudged: Collection[str] = ()
 ) -> tuple[Weakness, ...]:
-    """What the records leave open about the shared parameters.
+    """What the records leave open about the parameters, those that each record has for itself among them.
 
     Parameters
     ----------
@@ -56,25 +56,25 @@ def weaknesses(
     normal : (n_free, n_free)
         What the data see, in units of the noise.
     unjudged : collection of str
-        Parameters of which that says nothing, such as the instant at which something happens: between two samples no
-        reading moves with it.
+        Values that nobody asks for, and parameters of which that says nothing, such as the instant at which something
+        happens: between two samples no reading moves with it.
     """
-    shared = [i for i, (slot, record) in enumerate(layout.entries) if record is None and slot.name not in unjudged]
+    judged = [i for i, (slot, _) in enumerate(layout.entries) if slot.name not in unjudged]
     variance = np.diag(covariance)
     found, mixed = [], []
-    for i in shared:
-        slot = layout.entries[i][0]
+    for i in judged:
+        slot, name = layout.entries[i][0], layout.free_names[i]
         error = np.sqrt(variance[i])
         if not np.isfinite(error) and np.sqrt(normal[i, i]) * slot.range.scale > SEEN:
-            mixed.append(slot.name)
+            mixed.append(name)
         elif not np.isfinite(error):
-            found.append(Weakness((slot.name,), "invisible"))
+            found.append(Weakness((name,), "invisible"))
         elif error > VAGUE * abs(values[i]) and error > _small(slot.range) * slot.range.scale:
             share = float(error / abs(values[i])) if values[i] else math.inf
-            found.append(Weakness((slot.name,), "vague", share=share))
+            found.append(Weakness((name,), "vague", share=share))
     given = _given_beliefs(layout, covariance)
     together = (Weakness(tuple(mixed), "combined"),) if mixed else ()
-    return tuple(found) + together + _tied(layout, shared, values, given)
+    return tuple(found) + together + _tied(layout, judged, values, given)
 
 
 def _small(limits: Range) -> float:
@@ -101,15 +101,16 @@ def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
     return given
 
 
-def _tied(layout: Layout, shared: list[int], values: np.ndarray, covariance: np.ndarray) -> tuple[Weakness, ...]:
-    found = []
-    for k, i in enumerate(shared):
-        for j in shared[k + 1 :]:
+def _tied(layout: Layout, judged: list[int], values: np.ndarray, covariance: np.ndarray) -> tuple[Weakness, ...]:
+    found, record = [], [record for _, record in layout.entries]
+    for k, i in enumerate(judged):
+        # Values of two records are tied, if at all, by one that both share.
+        for j in (j for j in judged[k + 1 :] if record[i] is None or record[i] == record[j]):
             spread = np.sqrt(covariance[i, i] * covariance[j, j])
             correlation = covariance[i, j] / spread if np.isfinite(spread) and spread > 0.0 else 0.0
             loose = any(np.sqrt(covariance[p, p]) > LOOSE * abs(values[p]) for p in (i, j))
             if abs(correlation) > TIED and loose:
-                a, b = layout.entries[i][0].name, layout.entries[j][0].name
+                a, b = layout.free_names[i], layout.free_names[j]
                 slope = np.sqrt(covariance[j, j] / covariance[i, i]) * np.sign(correlation)
                 found.append(Weakness((a, b), "tied", correlation=float(correlation), slope=float(slope)))
     return tuple(found)

@@ -31,7 +31,7 @@ from fibrefit.fitting.misfit.outweighed import outweighed
 from fibrefit.fitting.misfit.slack_zero import judge_zero, slack_zeros
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
-from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, total
+from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, record_sizes, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby
 from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
 from fibrefit.fitting.search.multistart import (
@@ -187,7 +187,7 @@ def _each(
         tell("fitting each record by itself", 0.92 + 0.03 * next(number) / len(task.traces))
         return search(one)
 
-    shared = [total(gap) for gap in alike.record_gaps.values()]
+    shared = list(record_sizes(alike.record_gaps).values())
     return in_time(partial(each_by_itself, task, told, shared, how.rivals), None)[0]
 
 
@@ -238,8 +238,7 @@ def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray)
     """Cost of the best fit with a value held, of the kind that gave the estimate, and its standard error by that."""
     if found.gls is not None:
         return cost_with_one_held(found.gls, index), error_of_objective(found.gls, index)
-    own = found.estimates[index].found.std_errors["white"]
-    return plain_cost(found.problem, found.values, index, width(), whole), own or math.nan
+    return plain_cost(found.problem, found.values, index, width(), whole)
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:
@@ -269,7 +268,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
     problem, seen, sound = best.problem, best.seen, best.sound
     minima = Minima(task, starts, second, plain, bars, best, how.rivals)
-    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, instants(problem.model.effects))
+    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, _unjudged(problem))
     force = force_balance(task, best.values)
     balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
     doubtful = most_doubtful(problem.layout, best.values, best.bars)
@@ -286,6 +285,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         sound.gap,
         *judge.inputs_within_noise(best.input_errors),
         *sound.structure,
+        *sound.records,
         *best.checks,
         explained,
         *_as_stated(task, best, explained, how.rivals),
@@ -321,6 +321,12 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         gls=best.gls,
         balance=balance,
     )
+
+
+def _unjudged(problem: Problem) -> set[str]:
+    """Values that are not asked for: instants, of which slopes say nothing, and nuisances of each record."""
+    declared = {parameter.name for parameter in problem.model.parameters}
+    return {*instants(problem.model.effects), *(set(problem.layout.names) - declared)}
 
 
 def _with_samples(task: Task, best: Reported, found: tuple[Advice, ...]) -> tuple[Advice, ...]:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fibrefit.fitting.search.solve import descend
+from fibrefit.fitting.uncertainty import Scores, sandwich
 from fibrefit.problem.statement.problem import Problem
 
 CHI2_95 = 3.841459
@@ -28,8 +29,13 @@ Cost = Callable[[np.ndarray], float]
 begin at."""
 
 
-def plain_cost(problem: Problem, values: np.ndarray, index: int, width: np.ndarray, whole: np.ndarray) -> Cost:
-    """Cost of plain least squares with the value at `index` held: squares over the variance that the best fit leaves.
+def plain_cost(
+    problem: Problem, values: np.ndarray, index: int, width: np.ndarray, whole: np.ndarray
+) -> tuple[Cost, float]:
+    """Cost of plain least squares with the value at `index` held, and the standard error that it has by this cost.
+
+    Squares, priors among them, are counted over the variance that the best fit leaves: by this cost residuals that are
+    larger than the noise make a prior as much wider, which error bars that are reported do not.
 
     Parameters
     ----------
@@ -46,7 +52,10 @@ def plain_cost(problem: Problem, values: np.ndarray, index: int, width: np.ndarr
         return float(descend(problem, problem.layout.free(at), held, whole).cost)
 
     variance = squares(values) / problem.n_measured
-    return lambda at: squares(at) / variance
+    linear = problem.followed(np.asarray(problem.layout.local(values)))[0]
+    normal = Scores.of(problem, linear, values).normal_matrix()
+    own = float(np.sqrt(variance * sandwich(normal, normal)[index, index]))
+    return lambda at: squares(at) / variance, own
 
 
 def profile_interval(

@@ -15,9 +15,11 @@ from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, error_bars,
 from fibrefit.fitting.estimates import GlsEstimate, Why
 from fibrefit.fitting.evaluate import Evaluation, evaluate, readings_at_rest
 from fibrefit.fitting.gls import gls_estimate, problem_at
+from fibrefit.fitting.misfit.at_bounds import at_bounds, inside_bounds, pulls_of_gls, pulls_of_plain
 from fibrefit.fitting.misfit.discrepancy import with_discrepancy
+from fibrefit.fitting.misfit.loudest_record import loudest_record
 from fibrefit.fitting.misfit.structure import loudness, structure_checks
-from fibrefit.fitting.result import total
+from fibrefit.fitting.result import record_sizes, total
 from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
 from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
@@ -45,12 +47,15 @@ class Sound(NamedTuple):
         Of the search, of its end inside the bounds, and of the size of the residuals.
     structure : tuple of Check
         Of the spectrum of the residuals, and of what they depend on.
+    records : tuple of Check
+        Of the size of the residuals of single records, which is told and decides nothing.
     """
 
     converged: Check
     inside: Check
     gap: Check
     structure: tuple[Check, ...]
+    records: tuple[Check, ...] = ()
 
     @property
     def failed(self) -> list[Check]:
@@ -102,7 +107,7 @@ class Reported:
 
         Slow noise is louder than a rest shows. A record that is not followed to its end leaves more.
         """
-        loudest = max(total(gap) for gap in self.seen.record_gaps.values())
+        loudest = max(record_sizes(self.seen.record_gaps).values())
         louder = self.sound.like_noise and loudest <= LOUDER_THAN_AT_REST * self.expected_gap
         return self.sound.gap.passed or louder
 
@@ -214,11 +219,9 @@ def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:
                 problem, seen, coefficients = plain.problem, other, plain.coefficients
     # Noise and differences between records are found with the values: their mode is looked for as roughly.
     moving = judge.converged(gls.evidence.mode.predicted_reduction, True, rough=True)
-    expected, limits = (
-        gls.expected_gap,
-        [e.name for e in estimates(problem, gls.values, gls.bars, gls=gls) if e.found.at_bound],
-    )
-    sound = Sound(moving, judge.inside_bounds(limits), *_of_residuals(task, seen, gls.residuals, gls.noise, expected))
+    expected, found = gls.expected_gap, estimates(problem, gls.values, gls.bars, gls=gls)
+    inside = inside_bounds(at_bounds(problem.layout, found, partial(pulls_of_gls, gls)))
+    sound = Sound(moving, inside, *_of_residuals(task, seen, gls.residuals, gls.noise, expected))
     errors = _errors(task, plain, coefficients)
     values, left, bars = gls.values, gls.residuals, gls.bars
     return Reported(problem, values, left, bars, gls, seen, sound, errors, coefficients, expected)
@@ -231,9 +234,9 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
     found = estimates(problem, plain.values, bars)
     decrease = plain.predicted_reduction([not estimate.found.at_bound for estimate in found])
     arrived = judge.converged(decrease / convergence_unit(problem, bars) ** 2, success, bool(plain.input_errors))
-    limits = [estimate.name for estimate in found if estimate.found.at_bound]
+    inside = inside_bounds(at_bounds(problem.layout, found, partial(pulls_of_plain, problem, plain.scores, task.rate)))
     errors, expected = plain.input_errors, plain.expected_gap
-    sound = Sound(arrived, judge.inside_bounds(limits), *_of_residuals(task, seen, residuals, noise, expected))
+    sound = Sound(arrived, inside, *_of_residuals(task, seen, residuals, noise, expected))
     if not sound.gap.passed and np.isfinite(residuals).all():
         bars = with_discrepancy(bars, plain.scores, seen.motion)
     return Reported(problem, plain.values, residuals, bars, None, seen, sound, errors, plain.coefficients, expected)
@@ -241,13 +244,14 @@ def _of_plain(task: Task, plain: Optimum, bars: ErrorBars, success: bool) -> Rep
 
 def _of_residuals(
     task: Task, seen: Evaluation, residuals: np.ndarray, noise: Sequence[Noise], expected: float
-) -> tuple[Check, tuple[Check, ...]]:
-    """Checks of the size of the residuals, and of their structure."""
+) -> tuple[Check, tuple[Check, ...], tuple[Check, ...]]:
+    """Checks of the size of the residuals, of their structure, and of those of single records."""
     fitted = dict(zip(task.problem.model.rig.channels, noise, strict=True))
     rests, stated = readings_at_rest(task), task.noise_given
     left = ResidualSet(task.problem, residuals, seen.motion, task.noise, fitted, rests, stated)
     loud = np.sqrt(np.mean([loudness(left, c) ** 2 for c in range(len(left.channels))]))
-    return judge.gap_is_noise(seen.gap, expected * float(loud)), structure_checks(left)
+    single = loudest_record(record_sizes(seen.record_gaps), left, expected)
+    return judge.gap_is_noise(seen.gap, expected * float(loud)), structure_checks(left), single
 
 
 def _errors(task: Task, plain: Optimum, coefficients: InputCoefficients) -> Mapping[str, InputErrorSummary]:

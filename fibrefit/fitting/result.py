@@ -44,6 +44,11 @@ def total(gap: Gap) -> float:
     return float(np.sqrt(np.mean([math.nan if one.ratio is None else one.ratio**2 for one in gap.values()])))
 
 
+def record_sizes(record_gaps: Mapping[str, Gap]) -> dict[str, float]:
+    """The same of each record."""
+    return {name: total(gap) for name, gap in record_gaps.items()}
+
+
 FURTHER = 2
 """Minima beside the best that errors of measured inputs are taken off in, too."""
 

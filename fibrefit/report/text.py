@@ -21,12 +21,12 @@ from fibrefit.report.layout import (
     table,
     titled,
 )
+from fibrefit.report.sentences.alike import taken_alike_sentence
+from fibrefit.report.sentences.minima import multistart_sentence
 from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
-from fibrefit.study.summaries.part import MOST_MINIMA
 from fibrefit.study.summaries.summaries import (
-    Basin,
     BetweenRecordsSummary,
     ChannelGap,
     ConditionSummary,
@@ -34,7 +34,6 @@ from fibrefit.study.summaries.summaries import (
     Gap,
     ParameterSummary,
     RecordSummary,
-    StartsSummary,
 )
 
 #: Digits of an error bar that mean something.
@@ -162,11 +161,23 @@ def _found(summary: FitResultSummary) -> list[str]:
         for row in rows_of(name, partial(parameter_row, parameter=parameter))
     ]
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
+    for name in summary.own_parameters:
+        lines += _by_record(name, summary.records)
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
     priors, between = prior_sentences(summary.parameters), between_sentence(summary.between_records)
-    said = population_sentence(summary.parameters), *priors, between, *summary.findings
+    said = population_sentence(summary.parameters), *priors, between, taken_alike_sentence(summary), *summary.findings
     return lines + [paragraph(one) for one in said if one]
+
+
+def _by_record(name: str, records: Mapping[str, RecordSummary]) -> list[str]:
+    """Table of a parameter that each record has for itself."""
+    found = {record: one.parameters[name] for record, one in records.items() if name in one.parameters}
+    short = shortened_names(list(found)[:MOST_RECORDS], LONGEST_NAME)
+    rows = [parameter_row(label, found[record]) for record, label in short.items()]
+    lines = table((f"{name} of", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
+    others = len(found) - len(rows)
+    return lines + ([paragraph(f"and of {others} more, as summary.json lists them.")] if others else [])
 
 
 def population_sentence(parameters: Mapping[str, ParameterSummary]) -> str:
@@ -232,13 +243,14 @@ def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
     shown = "" if unit == "-" else unit
     if not parameter.free:
         return name, value, "", shown, "held"
-    if parameter.at_bound:
-        return name, value, error, shown, "at its bound"
     if parameter.std_error is None or parameter.interval_95 is None:
-        return name, value, error, shown, "not determined"
+        return name, value, error, shown, "at its bound" if parameter.at_bound else "not determined"
     worth = shown_unit(parameter.value if parameter.value else parameter.std_error, parameter.unit)[1]
     decimals = len(error.partition(".")[2])
     low, high = (f"{limit / worth:.{decimals}f}" for limit in parameter.interval_95)
+    if parameter.at_bound:
+        below, above = (abs(parameter.value - limit) for limit in parameter.interval_95)
+        return name, value, error, shown, f"at most {high}" if below <= above else f"at least {low}"
     return name, value, error, shown, f"{low} to {high}"
 
 
@@ -263,7 +275,7 @@ def _sure(summary: FitResultSummary) -> list[str]:
         lines += [paragraph(method + wider)]
     lines += [paragraph(text) for text in (_correlated(summary), _counted(summary)) if text]
     if summary.starts is not None:
-        lines += [paragraph(_starts(summary.starts))]
+        lines += [paragraph(multistart_sentence(summary.starts))]
     return lines
 
 
@@ -356,21 +368,6 @@ def about_records(records: Mapping[str, RecordSummary]) -> list[str]:
         lines += items([f"{short[name]}{place}: {said}".removesuffix(": ")])
     others = len(records) - len(shown)
     return lines + ([f"and {others} more, as summary.json lists them."] if others else [])
-
-
-def _starts(starts: StartsSummary) -> str:
-    text = f"Multistart: {starts.agreeing} of {starts.tried} starts reached the best minimum"
-    others = [basin for basin in starts.basins if basin.cost > 0]
-    shown = ", ".join(map(_other_minimum, others[:2]))
-    more = "at least " if len(starts.basins) >= MOST_MINIMA else ""
-    number = f"{more}{len(others)} local minim{'um' if len(others) == 1 else 'a'}"
-    return f"{text}; {number}: {shown}{', and others' if len(others) > 2 else ''}." if others else f"{text}."
-
-
-def _other_minimum(basin: Basin) -> str:
-    """By how much its cost is above the best one, and how many starts ended there."""
-    above = f"cost {100.0 * basin.cost:.2g} % higher" if basin.cost < 1.0 else f"cost x {1.0 + basin.cost:.3g}"
-    return f"{above} ({basin.starts} start{'' if basin.starts == 1 else 's'})"
 
 
 def input_noise(summary: FitResultSummary) -> list[str]:

@@ -8,19 +8,23 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fibrefit.fitting.result import Gap, Identification, Starts, total
+from fibrefit.problem.formulate.formulate import belief_of
 from fibrefit.problem.statement.observations import BY_SAMPLE
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import (
     advice_sentence,
     estimator_sentence,
     fit_checks,
     fit_sentence,
+    prior_not_weighed,
     taken_for_exact,
 )
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.speeds import speeds_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
+from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import MOST_MINIMA
 from fibrefit.study.summaries.summaries import (
     Basin,
@@ -46,7 +50,7 @@ from fibrefit.workflow.groups_in_common import (
 )
 from fibrefit.workflow.thresholds import CORRELATED
 
-DETERMINED = "identifiability"
+DETERMINED, BOUNDS = "identifiability", "bounds"
 
 
 def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:
@@ -68,22 +72,42 @@ def fit_summary(study: Study, records: Sequence[Record], found: Identification, 
         checks=fit_checks(found.checks),
         starts=starts_summary(found.starts),
         effects=tuple(effect.name for effect in found.problem.model.effects),
+        own_parameters=own_parameters(found.problem),
         estimator=found.estimator,
         estimator_says=estimator_sentence(found.why),
         error_method=found.method,
         error_inflation=found.error_inflation,
         correlations=strong_correlations(found),
         statistics=statistics(found),
-        findings=tuple(fit_sentence(c) for c in found.checks if c.identifier == DETERMINED and not c.passed),
-        advice=(*map(advice_sentence, found.advice), *_taken_for_exact(study)),
+        findings=tuple(map(fit_sentence, filter(_tells, found.checks))),
+        advice=(*map(advice_sentence, found.advice), *_taken_for_exact(study), *_not_weighed(study, found.problem)),
         provenance=origin,
     )
+
+
+def _tells(check: Check) -> bool:
+    """Whether a check says what the data do not determine, or of which value they tell one side alone."""
+    by_chance = check.identifier == BOUNDS and bool(check.facts["by_chance"])
+    return by_chance or (check.identifier == DETERMINED and not check.passed)
 
 
 def _taken_for_exact(study: Study) -> tuple[str, ...]:
     """What to do where records say how well their conditions are known, which a fit does not weigh."""
     stated = {name: record.label for record in study.records for name in record.uncertainties or {}}
     return tuple(taken_for_exact(name, stated[name], hasattr(study.rig, name)) for name in sorted(stated))
+
+
+def _not_weighed(study: Study, problem: Problem) -> tuple[str, ...]:
+    """What is said of priors that only `sample` weighs."""
+    stated = study.settings({parameter.name: parameter for parameter in problem.model.parameters})
+    dropped = [one for one in stated.values() if one.prior is not None and not one.fixed and belief_of(one) is None]
+    return tuple(prior_not_weighed(one.name, one.shared) for one in dropped)
+
+
+def own_parameters(problem: Problem) -> tuple[str, ...]:
+    """Parameters of the model that each record has for itself."""
+    declared = {parameter.name for parameter in problem.model.parameters}
+    return tuple(slot.name for slot in problem.layout.slots if slot.name in declared and slot.free and not slot.shared)
 
 
 def strong_correlations(found: Identification) -> tuple[CorrelationSummary, ...]:

@@ -13,6 +13,7 @@ from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses
+from fibrefit.fitting.misfit.at_bounds import AtBound, inside_bounds
 from fibrefit.fitting.misfit.structure import _spectrum, structure_checks
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.uncertainty import sandwich
@@ -46,6 +47,7 @@ def known(samples: int) -> dict[str, Noise]:
 
 FINITE, NAN = np.zeros(3), np.array([0.0, np.nan])
 QUIET, CHATTER = np.array([False, False]), np.array([False, True])
+FAR = AtBound("damping", "N s/m", 20.0, 19.0, False, 9.0)
 TIED = (Weakness(("a", "b"), "tied", correlation=0.999, slope=2.0),)
 
 PAIRS: list[tuple[str, Check, Check, str]] = [
@@ -142,7 +144,7 @@ PAIRS: list[tuple[str, Check, Check, str]] = [
         judge.led_by_second_solver(3.0, -2.0),
         "the likelihood leads 3 standard errors away, to what is 2 nats more probable",
     ),
-    ("inside bounds", judge.inside_bounds([]), judge.inside_bounds(["damping"]), "damping stopped at the bound"),
+    ("inside bounds", inside_bounds(()), inside_bounds((FAR,)), "damping stopped at the bound"),
     ("determined", judge.determined(()), judge.determined(TIED), "Only a combination of a and b"),
     (
         "gap",
@@ -363,6 +365,25 @@ def test_a_vague_value_is_said_to_be_so() -> None:
     assert said(COLUMNS, [1.0, 0.015, 1.0]) == ["b is hardly visible: its error is 67 % of its value."]
 
 
+def test_values_that_each_record_has_for_itself_are_judged_too() -> None:
+    """The second record does not see its damping; what nobody asks for, such as a zero, is passed over."""
+    slots = [Slot(name, "-", Range(0.0, np.inf, 1.0), shared=name == "stiffness") for name in ("stiffness", "damping")]
+    slots.append(Slot("zero", "-", Range(-np.inf, np.inf, 1.0), shared=False))
+    layout = Layout(tuple(slots), ("may/a.csv", "may/b.csv"))
+    normal = np.diag([1e4, 1e4, 0.0, 0.0, 1e4])  # stiffness, damping and zero of a, damping and zero of b
+    assert [f"{slot.name} {record}" for slot, record in layout.entries][2:4] == ["zero 0", "damping 1"]
+    weak = weaknesses(layout, np.ones(5), sandwich(normal, normal), normal, {"zero"})
+    assert weak == (Weakness(("damping[may/b.csv]",), "invisible"),)
+    assert weakness_sentence(weak[0]).startswith('damping of "b" is not visible in these records')
+    # Of one record two values are tied, and of one with what all share; not those of different records.
+    tied = np.diag([1e4] * 5)
+    tied[0, 1] = tied[1, 0] = -1e4 * (1.0 - 1e-6)
+    covariance = np.linalg.inv(tied)
+    covariance[1, 3] = covariance[3, 1] = np.sqrt(covariance[1, 1] * covariance[3, 3])
+    (pair,) = [one for one in weaknesses(layout, np.ones(5), covariance, tied, {"zero"}) if one.kind == "tied"]
+    assert pair.names == ("stiffness", "damping[may/a.csv]")
+
+
 def test_a_value_of_either_sign_may_be_near_nil_and_well_known() -> None:
     assert said(COLUMNS, [1.0, 0.015, 1.0], EITHER) == []
     hardly = said(COLUMNS / 70.0, [1.0, 0.015, 10.0], EITHER)
@@ -383,6 +404,7 @@ def test_advice_follows_from_what_failed(found: Identification) -> None:
     assert ask(()) == ()
     assert "fibrefit discover" in advice_sentence(ask((), "residual_size")[0])
     assert "rests tell the noise" in advice_sentence(ask((), "noise_level")[0])
+    assert ask((Weakness((f"release[{problem.layout.records[0]}]",), "vague", share=2.0),)) == ()
     (further,) = ask(TIED)
     assert advice_sentence(further).startswith(("A further record with lift", "No further record"))
 

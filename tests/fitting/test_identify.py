@@ -151,7 +151,7 @@ def test_a_bound_that_excludes_the_truth_is_reported(tmp_path: Path) -> None:
     assert not stopped.parameters["stiffness"].at_bound
     assert stopped.parameters["damping"].interval_95[1] <= 20.0
     assert stopped.status == "suspect"
-    says = next(fit_sentence(check) for check in stopped.checks if check.name == "no parameter at a bound")
+    says = next(fit_sentence(check) for check in stopped.checks if check.identifier == "bounds")
     assert says.startswith("damping stopped at the bound")
 
 

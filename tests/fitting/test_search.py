@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import jax.numpy as jnp
@@ -11,6 +12,7 @@ import numpy as np
 import optimistix as optx
 import pytest
 
+from fibrefit.fitting import profile
 from fibrefit.fitting.error_bars import Z_95
 from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
@@ -32,9 +34,11 @@ from fibrefit.fitting.search.second_opinion import second_opinion
 from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
 from fibrefit.fitting.search.thinned import FEWEST_KEPT, thinning
 from fibrefit.fitting.search.trust_region import TrustRegion
+from fibrefit.fitting.uncertainty import Scores, sandwich, white
+from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from tests.fitting import made
@@ -296,7 +300,7 @@ def test_the_second_solver_keeps_the_bounds(task: Task, found: Identification) -
 
 def plain_profile(task: Task, found: Identification, index: int, own: float, honest: float) -> tuple[float, float]:
     width = widths(task.problem, task.problem.layout.free(found.plain.values))
-    cost = plain_cost(task.problem, found.plain.values, index, width, task.horizons[0, -1:])
+    cost = plain_cost(task.problem, found.plain.values, index, width, task.horizons[0, -1:])[0]
     return profile_interval(task.problem, found.plain.values, index, cost, own, honest)
 
 
@@ -305,6 +309,47 @@ def test_a_profile_is_the_normal_interval_where_the_cost_is_a_parabola(task: Tas
     low, high = plain_profile(task, found, 0, found.parameters["stiffness"].std_errors["white"], error)
     assert low == pytest.approx(value - Z_95 * error, abs=0.1 * error)
     assert high == pytest.approx(value + Z_95 * error, abs=0.1 * error)
+
+
+@pytest.mark.parametrize("loud", [3.0, 0.5])
+def test_a_profile_beside_a_prior_is_the_interval_that_is_reported(
+    loud: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a line with a prior as wide as what residuals say of it, which are not as large as the noise that is taken."""
+    t, belief = np.linspace(0.0, 1.0, 500), Belief(2.07, 0.05)
+    columns = np.stack([np.ones(500), np.sin(9.0 * t)], axis=-1)
+    measured = columns @ [2.0, 1.0] + loud * np.random.default_rng(0).standard_normal(500)
+    limits = Range(-np.inf, np.inf, 1.0)
+    layout = Layout((Slot("gain", "-", limits, belief=belief), Slot("zero", "-", limits)), ("a.csv",))
+    prior = np.diag([belief.spread**-2.0, 0.0])
+    inverse = np.linalg.inv(columns.T @ columns + prior)
+    best = inverse @ (columns.T @ measured + prior @ [belief.centre, 0.0])
+
+    def squares(at: np.ndarray) -> float:
+        return float(np.sum((columns @ at - measured) ** 2) + belief.residual(at[0]) ** 2)
+
+    def held(problem: Any, free: np.ndarray, width: np.ndarray, whole: np.ndarray) -> Any:
+        at = layout.values(free)
+        beside = columns[:, 1] @ (measured - at[0] * columns[:, 0]) / (columns[:, 1] @ columns[:, 1])
+        return SimpleNamespace(cost=squares(np.array([at[0], beside])))
+
+    monkeypatch.setattr(profile, "descend", held)
+    linear = Linearised((columns @ best - measured)[None, None], columns[None, None])
+    problem: Any = SimpleNamespace(
+        layout=layout,
+        n_measured=500,
+        followed=lambda local: (linear, None),
+        observations=SimpleNamespace(experiment=SimpleNamespace(count=np.array([500]))),
+    )
+    cost, own = plain_cost(problem, best, 0, np.ones(2), np.array([[500]]))
+    assert own == pytest.approx(np.sqrt(squares(best) / 500.0 * inverse[0, 0]))
+    reported = 0.04
+    low, high = profile_interval(problem, best, 0, cost, own, reported)
+    assert (low, high) == pytest.approx((best[0] - Z_95 * reported, best[0] + Z_95 * reported), abs=1e-3 * reported)
+    # The error bar of white noise is not that of this cost: with it the interval would be another.
+    scores = Scores.of(problem, linear, best)
+    of_noise = np.sqrt(sandwich(scores.normal_matrix(), white(scores))[0, 0])
+    assert abs(of_noise / own - 1.0) > 0.1
 
 
 @pytest.mark.parametrize("lowest", [1.0, 3.0e4])

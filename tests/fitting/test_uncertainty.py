@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from fibrefit.fitting.uncertainty import (
     stationary,
     white,
 )
+from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.transform import Range
 from tests.fitting import made
@@ -208,6 +210,54 @@ def test_what_the_data_do_not_see_does_not_choose_the_error_bars() -> None:
     problem = SimpleNamespace(layout=Layout(slots, ("r.csv",)))
     sizes = [error_bars.size(problem, np.diag([np.inf, variance])) for variance in (1.0, 9.0)]
     assert sizes[0] < sizes[1] < np.inf
+
+
+def test_values_that_no_record_shares_have_the_widest_error_bars_too() -> None:
+    """As of a study in which each record has all of its own: pink noise is not taken for white there."""
+    slots = tuple(Slot(name, "-", Range(-np.inf, np.inf, 1.0), shared=False) for name in ("a", "b", "c"))
+    names = tuple(f"{r}.csv" for r in range(RECORDS))
+    problem: Any = SimpleNamespace(layout=Layout(slots, names), model=SimpleNamespace(pieces=None))
+    raw = scores(noise(0.7, 1))
+    raw = dataclasses.replace(raw, columns=np.arange(3 * RECORDS).reshape(RECORDS, 3), size=3 * RECORDS)
+    bars = error_bars.error_bars(problem, raw, RATE)
+    assert bars.method != "white"
+    assert error_bars.error_inflation(problem, bars) > 1.5
+
+
+def test_what_centres_of_priors_do_is_no_larger_for_noise_that_has_a_memory() -> None:
+    """A level with a prior: how it follows its centre is a matter of slopes, whatever noise the error bars are for."""
+    belief = Belief(0.0, 0.02)
+    slots = tuple(
+        Slot(name, "-", Range(-np.inf, np.inf, 1.0), belief=belief if name == "level" else None)
+        for name in ("a", "level")
+    )
+    layout = Layout(slots, ("r.csv",))
+    problem: Any = SimpleNamespace(layout=layout, model=SimpleNamespace(pieces=None))
+    columns = slopes()[:1][..., [0, 2]]
+    raw = Scores(
+        noise(0.9, 2)[:1], columns, np.array([SAMPLES]), np.array([[0, 1]]), 2, belief=layout.prior_gram(np.zeros(2))
+    )
+    bars = error_bars.error_bars(problem, raw, RATE)
+    inverse = np.linalg.inv(raw.normal_matrix())
+    found = error_bars.estimates(problem, np.zeros(2), bars)
+    for i, one in enumerate(found):
+        assert one.found.common_error == pytest.approx(abs(inverse[i, 1]) / belief.spread)
+        assert one.found.common_error < one.found.std_error
+    # The covariance in its place would tell more than the whole error.
+    assert bars.covariance[1, 1] / belief.spread > found[1].found.std_error
+    # It is the same where what the model lacks is allowed for.
+    wider = error_bars.ErrorBars({**bars.covariances, "wide": 9.0 * bars.covariance}, "wide", bars.method, bars.inverse)
+    again = error_bars.estimates(problem, np.zeros(2), wider)
+    assert [one.found.common_error for one in again] == [one.found.common_error for one in found]
+
+
+def test_the_interval_of_the_only_record_is_said_to_be_its_own() -> None:
+    slot = Slot("a", "-", Range(-np.inf, np.inf, 1.0))
+    for names, kind in ((("r.csv",), "record"), (("r.csv", "s.csv"), "normal")):
+        problem: Any = SimpleNamespace(layout=Layout((slot,), names))
+        bars = error_bars.ErrorBars({"white": np.eye(1)}, "white")
+        (one,) = error_bars.estimates(problem, np.zeros(1), bars)
+        assert one.found.interval_kind == kind
 
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf])

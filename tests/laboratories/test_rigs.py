@@ -57,6 +57,27 @@ def test_a_pendulum_that_is_held_and_let_go(tmp_path: Path) -> None:
     assert failed <= {"starts", "identifiability"}
 
 
+@pytest.mark.parametrize(
+    ("said", "passes"),
+    [
+        ('prior = "2.1 +/- 0.1 kg"', True),
+        ('prior = {kind = "uniform", lower = "1 kg", upper = "3 kg"}', False),
+        ('shared = false\nprior = "2.1 +/- 0.1 kg"', False),
+    ],
+)
+def test_a_prior_that_a_fit_does_not_weigh_is_no_scale_of_a_free_decay(tmp_path: Path, said: str, passes: bool) -> None:
+    rows = made.cart(2.0, 200.0, lambda t: 0.0, (0.06, 0.0), 0.0)
+    made.write(tmp_path / "plain.csv", "time [s],X [m]", rows[:, [0, 2]], "%.5f")
+    text = '[rig]\nkind = "guided_mass"\ndriven_by = "nothing"\n[channels]\nposition = "X [m]"\n[model]\n'
+    text += f'effects = ["guide.spring"]\n[parameters.mass]\n{said}\n[[records]]\nfile = "plain.csv"\n'
+    study = load_study(made.study(tmp_path, text))
+    if passes:
+        assert task_of(study).start.size
+    else:
+        with pytest.raises(StudyError, match=r"a free decay, and a mass that is not held.*prior = "):
+            task_of(study)
+
+
 @pytest.mark.slow
 def test_two_free_decays_of_a_cart_tell_its_mass_by_the_one_that_was_added(tmp_path: Path) -> None:
     for name, added in (("plain", 0.0), ("loaded", 0.986)):

@@ -11,9 +11,9 @@ import pytest
 from fibrefit.core.statement import Statement
 from fibrefit.discovery.search.effect_sizes import share_of_gap
 from fibrefit.fitting.advice import Advice
-from fibrefit.fitting.checks import bars_too_small, explained_otherwise
+from fibrefit.fitting.checks import bars_too_small, converged, explained_otherwise
 from fibrefit.fitting.estimates import Why
-from fibrefit.fitting.identifiability import Weakness
+from fibrefit.fitting.identifiability import ForceAlone, Weakness
 from fibrefit.fitting.misfit.alternative import Alternative, Misstated
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
 from fibrefit.study.summaries.check import Check, status_by
@@ -100,7 +100,7 @@ def test_a_summary_has_the_numbers_of_its_check() -> None:
         identifier="bounds",
         quantity="what",
         about="model",
-        facts={"parameters": ("damping",)},
+        facts={"parameters": ("damping",), "by_chance": ()},
     )
     (found,) = fit.fit_checks((check,))
     assert (found.statistic, found.threshold, found.unit, found.fatal) == (2.0, 1.0, "N", True)
@@ -159,9 +159,38 @@ def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() ->
     (check,) = fit.fit_checks(tuple(bars_too_small(Why("loses_less", failed=("residual size",)))))
     assert status_by([check]) == "suspect"
     assert "not noise alone (failed: residual size): they are too small" in check.says
-    assert not any(bars_too_small(Why(other)) for other in ("gls", "louder", "not_noise"))
+    assert not any(bars_too_small(Why(other, failed=("residual size",))) for other in ("gls", "louder", "not_noise"))
     louder = fit.estimator_sentence(Why("louder", failed=("residual size",)))
     assert "the structure of noise, which is louder than at rest (failed: residual size)" in louder
+
+
+def test_a_search_that_did_not_quite_arrive_says_nothing_of_the_noise() -> None:
+    arrived = converged(0.2, True, rough=True).quantity
+    set_aside = fit.estimator_sentence(Why("not_noise", failed=(arrived,)))
+    assert set_aside.endswith("(GLS) was set aside. Its search did not quite come to its end.")
+    both = fit.estimator_sentence(Why("not_noise", failed=(arrived, "residual size")))
+    assert "what it leaves is not noise alone (failed: residual size). Its search did not quite" in both
+    own = fit.estimator_sentence(Why("loses_less", failed=(arrived,)))
+    assert own.endswith("values that all of them share lose bounces. Its search did not quite come to its end.")
+    # Nothing says that its error bars are too small.
+    assert bars_too_small(Why("loses_less", failed=(arrived,))) == []
+
+
+def test_the_load_at_rest_is_that_of_the_stated_mass() -> None:
+    found = ForceAlone((("stiffness", 3e3, "1/s^2", 0.004),), 30.4)
+    said = fit.advice_sentence(Advice("force_alone", {"determined": found}))
+    assert said == (
+        "Force alone determines stiffness over mass, 3000 1/s^2 within 0.4 %: stiffness, damping and friction "
+        "themselves are as sure as the mass that is stated, by which the load at rest is 30.4 N."
+    )
+
+
+def test_a_prior_that_a_fit_leaves_out_is_told() -> None:
+    assert fit.prior_not_weighed("damping", False) == (
+        "This fit does not weigh the prior of damping: each record has a value of its own (shared = false). State "
+        "bounds, or share the value; fibrefit sample weighs it."
+    )
+    assert "it says nothing but limits. State bounds where" in fit.prior_not_weighed("damping", True)
 
 
 @pytest.mark.parametrize(

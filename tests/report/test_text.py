@@ -18,11 +18,13 @@ from fibrefit.report.any import report_of
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
 from fibrefit.report.page import Result, page
+from fibrefit.report.page.fit import fit_page
 from fibrefit.report.pooled import trend_sentences
 from fibrefit.report.prediction import prediction_report
+from fibrefit.report.sentences.alike import taken_alike_sentence
 from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.report.sweep import sweep_report
-from fibrefit.report.text import between_sentence, fit_report, prior_sentences, with_error
+from fibrefit.report.text import between_sentence, fit_report, parameter_row, prior_sentences, with_error
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.pooled import TrendSummary
@@ -82,7 +84,7 @@ def test_it_says_what_matters() -> None:
         "11.1420 to 11.1590",
         "not determined",
         "held",
-        "at its bound",
+        "at most 0.40",
         "FAILED residual size: Something systematic",
         "2.5 times as wide",
         "Multistart: 20 of 32 starts reached the best minimum; 1 local minimum: cost x 8.5 (12 starts).",
@@ -93,6 +95,54 @@ def test_it_says_what_matters() -> None:
         "Newey-West",
     ):
         assert part in text, part
+
+
+def test_a_value_at_a_bound_has_the_other_end_of_its_interval() -> None:
+    low = s.ParameterSummary(value=0.0, std_error=0.2, interval_95=(0.0, 0.4), unit="N", at_bound=True)
+    assert parameter_row("friction", low) == ("friction", "0.00", "0.20", "N", "at most 0.40")
+    high = s.ParameterSummary(value=20.0, std_error=0.5, interval_95=(19.0, 20.0), unit="N s/m", at_bound=True)
+    assert parameter_row("damping", high)[-1] == "at least 19.00"
+    blind = s.ParameterSummary(value=0.0, unit="N", at_bound=True)
+    assert parameter_row("friction", blind)[-1] == "at its bound"
+
+
+def test_values_that_each_record_has_for_itself_stand_in_a_table() -> None:
+    own = s.ParameterSummary(value=25.0, std_error=0.4, interval_95=(24.2, 25.8), unit="N s/m", interval_kind="record")
+    zero = own.model_copy(update={"unit": "m"})
+    records = {
+        f"fall_{i}.csv": s.RecordSummary(gap=GAP, parameters={"damping": own, "position_zero": zero}) for i in range(14)
+    }
+    found = FIT.model_copy(update={"records": records, "own_parameters": ("damping",)})
+    lines = [" ".join(line.split()) for line in fit_report(found).splitlines()]
+    head = lines.index("damping of value +/- unit 95 % interval")
+    assert lines[head + 1] == "fall_0 25.00 0.40 N s/m 24.20 to 25.80"
+    assert "and of 2 more, as summary.json lists them." in lines
+    assert not any("position_zero" in line for line in lines)
+    tables = {getattr(block, "heading", ""): block for block in fit_page(Result("folder", found)).blocks}
+    assert len(tables["damping of each record"].rows) == 14  # type: ignore[union-attr]
+
+
+def test_what_was_taken_to_be_the_same_in_all_records_is_told() -> None:
+    free = s.ParameterSummary(value=1.0, std_error=0.1, interval_95=(0.8, 1.2), unit="N")
+    held = s.ParameterSummary(value=1.0, unit="N", free=False)
+    between = {"stiffness": s.BetweenRecordsSummary(sd=0.0, interval_95=(0.0, 0.001), agree=0.9, rms=0.0)}
+    several = {name: s.RecordSummary(gap=GAP) for name in ("a.csv", "b.csv")}
+    named = {"stiffness": free, "damping": free, "friction": free, "mass": held}
+    found = FIT.model_copy(update={"parameters": named, "records": several, "between_records": between})
+    assert taken_alike_sentence(found) == (
+        "Taken to be the same in all records: damping and friction. Differences between records in these were not "
+        "looked for, and no interval allows for them."
+    )
+    assert taken_alike_sentence(found) in " ".join(fit_report(found).split())
+    plain = found.model_copy(update={"between_records": {}})
+    assert taken_alike_sentence(plain).startswith(
+        "Taken to be the same in all records: stiffness, damping and friction."
+    )
+    both = dict.fromkeys(("stiffness", "damping", "friction"), between["stiffness"])
+    assert taken_alike_sentence(found.model_copy(update={"between_records": both})) == ""
+    one = found.model_copy(update={"records": {"a.csv": several["a.csv"]}, "between_records": {}})
+    assert taken_alike_sentence(one).startswith("There is one record: values and intervals are those of this record")
+    assert taken_alike_sentence(one.model_copy(update={"parameters": {"mass": held}})) == ""
 
 
 def test_it_says_what_was_taken_off_an_input() -> None:

@@ -179,6 +179,7 @@ def test_masked_samples_are_counted_by_record(tmp_path: Path) -> None:
 MIXED = """
 [parameters.damping]
 shared = false
+prior = "25 +/- 5 N s/m"
 [parameters.friction]
 initial = "4 N"
 fixed = true
@@ -230,6 +231,9 @@ def test_the_files_of_such_a_fit_are_sound_too(mixed: Fit, tmp_path: Path) -> No
     jsonschema.validate(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
     assert content["parameters"]["friction"]["std_error"] is None
     assert content["records"][NAMES[0]]["parameters"]["release"]["free"] is False
+    assert content["own_parameters"] == ["damping"]
+    assert any(line.startswith("damping of") for line in mixed.report().splitlines())
+    assert any("This fit does not weigh the prior of damping" in said for said in content["advice"])
     assert max(map(len, mixed.report().splitlines())) <= 80
     # Each record's own values in the resolved study would be no use to the next run.
     assert load_study(tmp_path / "out" / "study.toml").parameters["damping"].shared is False

@@ -61,7 +61,7 @@ def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBa
     known = np.isfinite(largest) & (bars.errors[bars.method] > 0.0) & np.isfinite(bars.errors[bars.method])
     factor = np.where(known, largest / np.where(known, bars.errors[bars.method], 1.0), 1.0)
     wider = bars.covariance * np.outer(factor, factor)
-    return ErrorBars({**bars.covariances, METHOD: wider}, METHOD, bars.method)
+    return ErrorBars({**bars.covariances, METHOD: wider}, METHOD, bars.method, bars.inverse)
 
 
 class Doubtful(NamedTuple):

@@ -290,7 +290,7 @@ def _refuse_unknown_scale(
     study: Study, model: Model, settings: Mapping[str, ParameterSetting], traces: Sequence[Trace]
 ) -> None:
     """Refuse a free decay without a known mass, or what a rig has in its place: it tells values per unit of it only."""
-    if not (name := model.rig.per_unit_of) or settings[name].fixed or settings[name].prior:
+    if not (name := model.rig.per_unit_of) or settings[name].fixed or belief_of(settings[name]):
         return
     if len({trace.conditions.get(f"added_{name}", 0.0) for trace in traces}) == 1:
         (declared,) = (parameter for parameter in model.rig.parameters if parameter.name == name)

@@ -61,6 +61,13 @@ def parameters_table(
     )
 
 
+def own_table(name: str, records: Mapping[str, RecordSummary]) -> TableBlock:
+    """Values of a parameter that each record has for itself."""
+    rows = [parameter_row(record, one.parameters[name]) for record, one in records.items() if name in one.parameters]
+    head = ("record", "value", "standard error", "unit", "95 % interval")
+    return TableBlock(f"{name} of each record", head, rows, frozenset({1, 2}))
+
+
 def gaps_table(after: Mapping[str, Gap], whole: Gap, before: Mapping[str, Gap] | None, first: Gap | None) -> TableBlock:
     """Gap of each record and channel, worst first, with that of the first model where there is one."""
     channels = list(whole.channels)

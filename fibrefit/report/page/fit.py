@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Words
-from fibrefit.report.page.common import gap_line, gaps_table, page_content, parameters_table, records_table
+from fibrefit.report.page.common import (
+    gap_line,
+    gaps_table,
+    own_table,
+    page_content,
+    parameters_table,
+    records_table,
+)
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
+from fibrefit.report.sentences.alike import taken_alike_sentence
 from fibrefit.report.text import VERDICTS, between_sentence, prior_sentences
 from fibrefit.study.summaries.summaries import FitSummary
 
@@ -20,6 +28,7 @@ def fit_page(result: Result) -> PageContent:
             [
                 table.note,
                 between_sentence(summary.between_records),
+                taken_alike_sentence(summary),
                 *prior_sentences(summary.parameters),
                 *summary.findings,
             ],
@@ -29,6 +38,7 @@ def fit_page(result: Result) -> PageContent:
     blocks: list[Block | None] = [
         Words("What to do next", summary.advice, listed=True),
         type(table)(table.heading, table.head, table.rows, table.right, notes),
+        *(own_table(name, summary.records) for name in summary.own_parameters),
         view,
         gaps_table({name: one.gap for name, one in summary.records.items()}, summary.gap, None, None),
         records_table(summary.records),

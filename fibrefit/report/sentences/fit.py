@@ -11,12 +11,19 @@ from fibrefit.core.units import format_quantity
 from fibrefit.report.sentences.advised import lone_samples_advice, slack_zero_advice, slack_zero_sentence
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
 from fibrefit.report.sentences.otherwise import correct_advice, doubtful_sentence, otherwise_sentence
+from fibrefit.report.sentences.residuals import (
+    loudest_record_sentence,
+    residual_phase_sentence,
+    residual_spectrum_sentence,
+    residual_state_sentence,
+)
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
     from fibrefit.fitting.advice import Advice
     from fibrefit.fitting.estimates import Why
     from fibrefit.fitting.identifiability import Weakness
+    from fibrefit.fitting.misfit.at_bounds import AtBound
 
 ERROR_OF_INPUT = "_error"
 """End of the identifier of a check of a measured input, which begins with its name."""
@@ -56,10 +63,22 @@ def _simulation(check: Check) -> str:
 
 
 def _bounds(check: Check) -> str:
+    by_chance = [_one_sided(one) for one in check.facts["by_chance"]]
     if check.passed:
-        return "No parameter lies at a bound."
-    stopped = ", ".join(check.facts["parameters"])
-    return f"{stopped} stopped at the bound: the data want a value beyond it, so the model or the bound is wrong."
+        return " ".join(by_chance) or "No parameter lies at a bound."
+    stopped = ", ".join(map(_of_record, check.facts["parameters"]))
+    says = (
+        f"{stopped} stopped at the bound: the data want a value beyond it, by {check.statistic:.3g} standard errors; "
+        f"chance explains {check.threshold:g} at the most. The model or the bound is wrong."
+    )
+    return " ".join([says, *by_chance])
+
+
+def _one_sided(found: AtBound) -> str:
+    """What is known of a value that chance may have brought to its bound."""
+    limit, end = (format_quantity(value, found.unit, 3) for value in (found.limit, found.end))
+    says = f"{_of_record(found.name)} is not distinguishable from {limit}"
+    return f"{says}, at {'most' if found.above else 'least'} {end} (95 %)." if math.isfinite(found.end) else f"{says}."
 
 
 def _identifiability(check: Check) -> str:
@@ -72,7 +91,8 @@ MOST_SHARE = 10.0
 
 def weakness_sentence(weak: Weakness) -> str:
     """What the records do not determine."""
-    first, last = ", ".join(weak.names[:-1]), weak.names[-1]
+    *others, last = map(_of_record, weak.names)
+    first = ", ".join(others)
     if weak.kind == "invisible":
         return f"{last} is not visible in these records: any value fits equally well."
     if weak.kind == "vague":
@@ -97,9 +117,10 @@ def estimator_sentence(why: Why) -> str:
             f"{why.ratio:.2g} times those of ordinary least squares in that noise."
         )
     if why.identifier == "loses_less":
+        left = f" Residuals are not noise alone (failed: {', '.join(why.left)}): error bars are too small."
         return (
-            "Generalised least squares (GLS): records differ, and values that all of them share lose bounces. "
-            f"Residuals are not noise alone (failed: {', '.join(why.failed)}): error bars are too small."
+            "Generalised least squares (GLS): records differ, and values that all of them share lose bounces."
+            f"{left if why.left else ''}{_not_arrived(why)}"
         )
     if why.identifier == "louder":
         return (
@@ -107,11 +128,16 @@ def estimator_sentence(why: Why) -> str:
             f"(failed: {', '.join(why.failed)}); error bars are for the noise that is left."
         )
     if why.identifier == "not_noise":
+        left = f": what it leaves is not noise alone (failed: {', '.join(why.left)})"
         return (
-            "Ordinary least squares (OLS). Generalised least squares (GLS) was set aside: what it leaves is not noise "
-            f"alone (failed: {', '.join(why.failed)})."
+            "Ordinary least squares (OLS). Generalised least squares (GLS) was set aside"
+            f"{left if why.left else ''}.{_not_arrived(why)}"
         )
     return f"Ordinary least squares (OLS), no GLS step: {NO_GLS[why.identifier]}"
+
+
+def _not_arrived(why: Why) -> str:
+    return " Its search did not quite come to its end." if len(why.left) < len(why.failed) else ""
 
 
 NO_GLS = {
@@ -131,8 +157,8 @@ def advice_sentence(advice: Advice) -> str:
         found = facts["determined"]
         each = [f"{name} over mass, {x:.4g} {unit} within {100.0 * e:.2g} %" for name, x, unit, e in found.per_mass]
         return (
-            f"Force alone determines {' and '.join(each)} and the load at rest, {found.load:.4g} N: stiffness, damping "
-            "and friction themselves are as sure as the mass that is stated."
+            f"Force alone determines {' and '.join(each)}: stiffness, damping and friction themselves are as sure as "
+            f"the mass that is stated, by which the load at rest is {found.load:.4g} N."
         )
     if advice.identifier == "correct":
         return correct_advice(facts["alternative"])
@@ -161,6 +187,13 @@ def taken_for_exact(name: str, record: str, constant: bool) -> str:
     )
     instead = " State it under [rig] with its uncertainty: it is a parameter then, and widens what depends on it."
     return f"{said}{instead if constant else ' Trends of a series weigh it.'}"
+
+
+def prior_not_weighed(name: str, shared: bool) -> str:
+    """What is said of a prior that a fit leaves out; shared is whether all records have one value."""
+    reason = "it says nothing but limits" if shared else "each record has a value of its own (shared = false)"
+    instead = "State bounds where a fit is to keep within limits" if shared else "State bounds, or share the value"
+    return f"This fit does not weigh the prior of {name}: {reason}. {instead}; fibrefit sample weighs it."
 
 
 ADVICE = {
@@ -286,46 +319,6 @@ def _noise_level(check: Check) -> str:
     )
 
 
-def _residual_spectrum(check: Check) -> str:
-    facts, names = check.facts, " and ".join(check.facts["whole"])
-    aside = f" Without a rest, stated noise of {names} has no known spectrum: only its power in all is judged."
-    aside = aside if names else ""
-    if check.passed:
-        return f"The residuals' power is nowhere more than {check.threshold:g} times that of the noise at rest.{aside}"
-    low, channel = facts["low"], facts["channel"]
-    where = f" between {low:.3g} and {2 * low:.3g} Hz" if low else ""
-    rests = "noise at rest of the stated size" if channel in facts["stated"] else "rests"
-    return (
-        f"The residuals' power in the {channel}{where} is {check.statistic:.3g} times that of the "
-        f"{rests if low else 'stated noise'}; chance allowed for, at most {check.threshold:g} is expected. "
-        f"They are not noise.{aside}"
-    )
-
-
-def _residual_phase(check: Check) -> str:
-    most = check.threshold
-    if check.passed:
-        return f"The residuals of no phase of the motion are more than {most:g} times the noise, chance allowed for."
-    return (
-        f"The residual of the {check.facts['channel']} while {check.facts['phase']} is {check.statistic:.3g} times the "
-        f"noise; at most {most:g} is expected, chance allowed for. The model lacks something there."
-    )
-
-
-def _residual_state(check: Check) -> str:
-    facts, most = check.facts, 100 * (check.threshold or 0.0)
-    if not facts["tried"]:
-        return "Too few readings are in motion for a curve in a state: whether residuals depend on one is not known."
-    if check.passed:
-        names, beyond = facts["states"], "of what is left, chance allowed for"
-        return f"No curve in {', '.join(names[:-1])} or {names[-1]} explains over {most:.0f} % {beyond}."
-    return (
-        f"The {facts['channel']} residual depends on the {facts['state']}: a curve in it explains "
-        f"{100 * (check.statistic or 0.0):.0f} % of what is left, of noise at most {most:.0f} %. The model lacks "
-        "something."
-    )
-
-
 def _agreement(check: Check) -> str:
     if check.passed:
         return "Single records ask for the same values, within their error bars."
@@ -382,9 +375,10 @@ SENTENCES: dict[str, Callable[[Check], str]] = {
     "error_bars": _error_bars,
     "between_records": differ_within_sentence,
     "noise_level": _noise_level,
-    "residual_spectrum": _residual_spectrum,
-    "residual_phase": _residual_phase,
-    "residual_state": _residual_state,
+    "residual_spectrum": residual_spectrum_sentence,
+    "residual_phase": residual_phase_sentence,
+    "residual_state": residual_state_sentence,
+    "loudest_record": loudest_record_sentence,
     "records_agree": _agreement,
     "force_balance": _force_balance,
     "hausman": hausman_sentence,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.part import MOST_MINIMA
+from fibrefit.study.summaries.summaries import Basin, StartsSummary
 
 
 def second_solver_sentence(check: Check) -> str:
@@ -77,3 +79,19 @@ def _followed(nats: float, least: float, passed: bool) -> str:
         return "Followed on, the best of these minima lead to one place."
     says = f"Followed on, the next of these minima is {abs(nats):.3g} nats {'less' if nats >= 0 else 'more'} probable"
     return f"{says}." if passed else f"{says}; at least {least:g} less are expected. A better one may have been missed."
+
+
+def multistart_sentence(starts: StartsSummary) -> str:
+    """How many starts reached the best minimum, and which others there are."""
+    text = f"Multistart: {starts.agreeing} of {starts.tried} starts reached the best minimum"
+    others = [basin for basin in starts.basins if basin.cost > 0]
+    shown = ", ".join(map(_other_minimum, others[:2]))
+    more = "at least " if len(starts.basins) >= MOST_MINIMA else ""
+    number = f"{more}{len(others)} local minim{'um' if len(others) == 1 else 'a'}"
+    return f"{text}; {number}: {shown}{', and others' if len(others) > 2 else ''}." if others else f"{text}."
+
+
+def _other_minimum(basin: Basin) -> str:
+    """By how much its cost is above the best one, and how many starts ended there."""
+    above = f"cost {100.0 * basin.cost:.2g} % higher" if basin.cost < 1.0 else f"cost x {1.0 + basin.cost:.3g}"
+    return f"{above} ({basin.starts} start{'' if basin.starts == 1 else 's'})"

@@ -34,8 +34,9 @@ class ParameterSummary(Part):
         default="normal",
         description="Of what it is, and how it was found; normal: of a value that all records share; population: of "
         "the mean of a parameter that differs from record to record, as wide as so few records ask for; record: "
-        "normal, of a value that one record has for itself; profile likelihood: of a value that all records share, by "
-        "fit --profile; posterior: mean and sd of a posterior, in a prediction from it, without an interval.",
+        "normal, of a value that one record has for itself, or of the only record that there is; profile likelihood: "
+        "of a value that all records share, by fit --profile; posterior: mean and sd of a posterior, in a prediction "
+        "from it, without an interval.",
     )
     plain_value: Known = Field(
         default=None,
@@ -221,6 +222,9 @@ class FitResultSummary(Part):
     checks: tuple[Check, ...]
     starts: StartsSummary | None = None
     effects: tuple[str, ...] = Field(default=(), description="Effects of the final model.")
+    own_parameters: tuple[str, ...] = Field(
+        default=(), description="Parameters of the model that each record has for itself (shared = false)."
+    )
     estimator: str | None = Field(default=None, description="Ordinary (plain) or generalised (whitened) least squares.")
     estimator_says: str | None = Field(default=None, description="Why it is this one, in words.")
     error_method: str | None = Field(default=None, description="Method behind the reported standard errors.")
