@@ -86,7 +86,7 @@ def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
     if not MULTIPLIED.search(claim.about) or has_day(line) or (others and not read.named(claim.about)):
         return ""
     factors = [a.value for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
-    return f"({claim.about.strip()[:40]}: {factors[0]:g}) may still have to be applied to" if factors else ""
+    return f"({claim.about.strip(' =:[(')[:40]}: {factors[0]:g}) may still have to be applied to" if factors else ""
 
 
 def _row(claim: Claim, read: ReadColumn) -> str:
