@@ -14,7 +14,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
-from fibrefit.records.columns.said import annotations_beside, listed_channels
+from fibrefit.records.columns.said import annotations_beside, listed_channels, unread_cells
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
 from fibrefit.records.files.doubts import (
@@ -90,6 +90,8 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *beside_rows]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
     columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside]), where)
+    clocks = {column.number: rows.cells[column.number - 1] for column in columns if column.clock}
+    inside, remarks = unread_cells(columns, rows.numbers, clocks)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
     refuse_common_factor(around, where)
     if len(rows.numbers) < FEWEST_ROWS:
@@ -104,10 +106,11 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _breaks_are_regular(rows),
         layout=_layout(text, rows, header),
-        notes=[*text.notes, *notes, *_line_notes(rows, lines)],
+        notes=[*text.notes, *notes, *remarks, *_line_notes(rows, lines)],
         aside=aside,
         annotations=[
             *annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, rows, columns, aside),
+            *inside,
             *_elsewhere(text, beside, columns),
         ],
     )

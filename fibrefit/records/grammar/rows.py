@@ -104,7 +104,7 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
     first, last = _block(lines, classes)
     stray = tuple(i + 1 for i in range(first) if classes[i] == FULL)
     _refuse_second_table(lines, first, last, where)
-    while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _looks_like_a_row(lines[first - 1]):
+    while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _may_be_damaged(lines[first - 1], dialect, kinds):
         first -= 1
     block = range(first, last + 1)
     cells, numbers, unplaced, skipped = _regular(lines, classes, block, dialect) or _collect(
@@ -194,6 +194,15 @@ def _behind(lines: Sequence[str], numbers: Sequence[int], dialect: Dialect) -> I
             words = " ".join((dialect.split(lines[number - 1]) or [])[dialect.width :]).strip()
             if words:
                 yield number, words
+
+
+def _may_be_damaged(line: str, dialect: Dialect, kinds: Sequence[str]) -> bool:
+    """Whether a line above the table is a row of it that is damaged: it has a readable number where numbers stand."""
+    cells = dialect.split(line) or []
+    whole = len(cells) == dialect.width
+    measured = [cell for i, cell in enumerate(cells) if not whole or kinds[i] in ("number", "clock")]
+    readable = any(kind_of_cell(cell, dialect.mark) in ("number", "clock", "thousands") for cell in measured)
+    return readable and _looks_like_a_row(line)
 
 
 def _looks_like_a_row(line: str) -> bool:
