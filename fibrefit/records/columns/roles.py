@@ -311,7 +311,7 @@ def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
         do = f"State what it is worth, by the sensitivity of its sensor: {stated} under [channels]."
         return DataError(place, f'unit "{unit}", a signal', units.ACCEPTED[si], do)
     do = f"Say what it is worth: {with_gain(role, header, unit)} under [channels], "
-    do += f'or correct its unit: {role} = "{units.usual(si)}" under [units].'
+    do += f'or correct its unit: {role} = ".." under [units].'
     return DataError(place, f'unit "{unit}"', units.ACCEPTED[si], do)
 
 
