@@ -80,7 +80,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     lines, beside_rows = header_beside(requoted(without_arrows(lines)))
     lines, stated = step_beside(lines)
     beside_rows = beside_rows or stated
-    voted = vote(lines, delimiter=delimiter, mark=options.decimal)
+    voted = vote(lines, delimiter=delimiter, mark=options.decimal or text.decimal)
     if voted is None:
         raise no_table(lines, where)
     dialect, kinds = voted
@@ -89,7 +89,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *beside_rows]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
-    columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside]), where)
+    columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside, *text.units]), where)
     clocks = {column.number: rows.cells[column.number - 1] for column in columns if column.clock}
     inside, remarks = unread_cells(columns, rows.numbers, clocks)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
