@@ -14,6 +14,7 @@ from fibrefit.core.units import format_number
 from fibrefit.records.clock.base import Readings, TimeBase
 from fibrefit.records.clock.repeats import repeated_rows
 from fibrefit.records.clock.timebase import counted_times, from_readings
+from fibrefit.records.clock.wall_clock import refuse_unpadded
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group, counts_by
 from fibrefit.records.columns.raw import Raw, RawColumn
@@ -64,8 +65,10 @@ def time_base(
     if group.time is None:
         return _counted_base(raw, columns, group, rate, where)
     column = columns[group.time]
-    numbers = _reliable_numbers(column)
     place = f'{where}, column "{column.header}"'
+    if not column.clock and (np.diff(column.numbers.values) < 0.0).any():
+        refuse_unpadded(column.numbers.texts, place)
+    numbers = _reliable_numbers(column)
     values = numbers.values[: group.rows]
     factor, unit = (worth, "s") if worth else _factor(column, values, rate or raw.facts.rate, place)
     epoch = not column.clock and since_1970(values) == unit

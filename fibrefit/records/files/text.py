@@ -12,7 +12,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
-from fibrefit.records.clock.wall_clock import parse_clock
+from fibrefit.records.clock.wall_clock import parse_clock, refuse_unpadded
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
 from fibrefit.records.columns.said import annotations_beside, listed_channels, unread_cells
 from fibrefit.records.columns.states import without_bad
@@ -291,6 +291,7 @@ def _columns(
             columns.append(own)
         elif title or kind != "empty":
             if kind == "text":
+                refuse_unpadded(cells, place)  # two digits behind a third colon are text
                 refuse_figures(cells, unit, rows.dialect.mark, place)
                 words.append((place, cells))
                 bad.append((name, stated_bad(cells, rows.dialect.mark)))
