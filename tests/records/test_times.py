@@ -219,3 +219,11 @@ def test_tenths_whose_last_zeros_are_dropped_are_no_thousandths(begin: str, writ
         assert "leading zeros" not in str(error)
     else:
         assert record.rate == pytest.approx(20.0)
+
+
+def test_columns_that_are_parts_of_the_clock_are_not_called_left_out(write) -> None:
+    body = "".join(f"12.04.2023;14:22:{11 + i // 1000};{i % 1000};{i % 7}\n" for i in range(0, 2000, 5))
+    record = read_record(write(f"Datum;Uhrzeit;ms;F [N]\n{body}"))
+    assert record.rate == pytest.approx(200.0)
+    for column in ("Datum", "ms"):
+        assert f'Column "{column}" is read with the clock beside it.' in record.history

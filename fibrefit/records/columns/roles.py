@@ -353,8 +353,11 @@ def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
     # Of the same reading before and after a filter the one before it is advised.
     best = next((done.index(kind) for kind in ("raw", "") if kind in done), 0) if any(done) else 0
     names = [h.header or f"column {h.number}" for h in candidates]
+    if len(set(names)) < len(names) and all(h.number for h in candidates):  # a heading that stands twice names none
+        names = [f"column {h.number}" for h in candidates]
     first = names[best] if all(h.header for h in candidates) else f"column {candidates[best].number}"
     shown = " and ".join(f'"{name}"' for name in names[:3])
+    shown += f' ("{candidates[0].header}")' if names[0] != candidates[0].header and candidates[0].header else ""
     got = f"columns {shown} could each be the {role.replace('_', ' ')}"
     why = "The record is wanted as it was measured: a filter or a mean changes what is found. " if any(done) else ""
     return DataError(where, got, "one", f'{why}Name it: {role} = "{first}" under [channels].')

@@ -115,7 +115,9 @@ def _refuse_texts(rows: Sequence[Sequence[str]], where: str) -> None:
         number, place = found[0]
         above = next((rows[i][place] for i in range(number - 2, -1, -1) if rows[i][place]), f"column {place + 1}")
         got = f'the text "{rows[number - 1][place]}" beside columns of numbers'
-        do = "Convert the texts to numbers (in Excel: Data, Text to Columns), or save all columns with one decimal mark."
+        do = (
+            "Convert the texts to numbers (in Excel: Data, Text to Columns), or save all columns with one decimal mark."
+        )
         raise DataError(f'{where}, column "{above}", line {number}', got, "numbers", do)
 
 

@@ -268,7 +268,8 @@ def _columns(
     bad: list[tuple[str, np.ndarray]] = []
     words: list[tuple[str, Sequence[str]]] = []
     last = len(rows.cells) - 1
-    for i, cells in enumerate(with_dates(with_thousandths(rows.cells, kinds, header), kinds)):
+    joined = with_dates(with_thousandths(rows.cells, kinds, header), kinds)
+    for i, cells in enumerate(joined):
         title = header.names[i]
         name, unit = split_heading(title)
         twice = contradicted([unit, header.units[i], *bracketed_units(title)])
@@ -299,11 +300,21 @@ def _columns(
                 if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
                     columns[-1] = replace(columns[-1], unit=beside)
             what = _HOLDS[kind]
-            notes.append(f'Column "{shown}" {what} and is left out.')
+            used = _is_part_of_clock(rows.cells, joined, i)
+            notes.append(
+                f'Column "{shown}" {"is read with the clock beside it" if used else f"{what} and is left out"}.'
+            )
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     refuse_signs_apart(words, columns)
     return without_bad(columns, bad, notes), notes, aside
+
+
+def _is_part_of_clock(cells: Sequence[Sequence[str]], joined: Sequence[Sequence[str]], i: int) -> bool:
+    """Whether what a column holds was put before the times of the column behind it, or behind those before it."""
+    if any(cells[i]) and not any(joined[i]):
+        return True
+    return i + 1 < len(joined) and joined[i + 1][0].startswith(f"{cells[i][0].strip()} ") and bool(cells[i][0].strip())
 
 
 _HOLDS = {

@@ -73,7 +73,9 @@ _BESIDE = _words(
 _BESIDE |= _words("regelabweichung")
 
 #: Words that tell one number of many readings, a bound or a step from the readings. A mean is a reading of its own.
-_STATISTIC = _words("max maxi maximum maximal min mini minimum minimal peak pk fmax fmin xmax xmin rms amplitude schlepp")
+_STATISTIC = _words(
+    "max maxi maximum maximal min mini minimum minimal peak pk fmax fmin xmax xmin rms amplitude schlepp"
+)
 _STATISTIC |= _words("spitze spitzen spitzenwert hold")
 _BOUND = _words("limit limits limite limiet grenze grenzwert grenzkraft threshold schwelle")
 _STEP = _words("increment increments inkrement zuwachs")
