@@ -242,7 +242,7 @@ def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Gr
 
 
 def _held(channels: Mapping[int, RawColumn], group_of: Mapping[int, int], notes: list[str]) -> dict[int, Numbers]:
-    """Numbers of slower channels that are written until the next reading comes beside others: the first of each stays."""
+    """Numbers of channels that are slower than others and written on until their next reading: the first stays."""
     found = {}
     for i, column in channels.items():
         others = [other for k, other in channels.items() if k != i and group_of.get(k) == group_of.get(i)]

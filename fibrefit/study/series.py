@@ -68,7 +68,7 @@ def _value(key: str, cell: str, unit: str) -> str | float:
 
 
 def _with_points(rows: list[tuple[int, list[str]]], delimiter: str) -> list[tuple[int, list[str]]]:
-    """Rows with decimal points, where commas are decimal ones: none stands between cells, and not all part thousands."""
+    """Rows with decimal points, where commas are those: none stands between cells, and not all may part thousands."""
     text = {i for i, cell in enumerate(rows[0][1]) if cell in _NAMES}
     cells = {cell for _, row in rows[1:] for i, cell in enumerate(row) if i not in text}
     numbers = {cell for cell in cells if _DECIMAL.fullmatch(cell)}

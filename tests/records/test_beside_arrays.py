@@ -161,3 +161,15 @@ def test_the_unit_in_the_name_of_a_matrix_is_that_of_its_columns(tmp_path: Path)
     scipy.io.savemat(tmp_path / "a.mat", {"time_s": TIME, "force_kN": np.c_[FORCE, FORCE, 2.0 * FORCE]})
     record = read_record(tmp_path / "a.mat", channels={"force": "force_kN(:,3)"})
     np.testing.assert_allclose(record.channels["force"], 2000.0 * FORCE)
+
+
+@pytest.mark.parametrize("owner", ["file", "force"])
+def test_a_list_of_texts_is_accounted_for(owner: str, hdf5: Hdf5) -> None:
+    def fill(file: Any, said: str) -> None:
+        vectors(file)
+        (file if owner == "file" else file["force"]).attrs["remarks"] = ["rig 3", said]
+
+    with pytest.raises(DataError, match="multiply the force by 2"):
+        read_record(hdf5(lambda file: fill(file, "multiply the force by 2")))
+    record = read_record(hdf5(lambda file: fill(file, "rope from the shop")))
+    np.testing.assert_array_equal(record.channels["force"], FORCE)

@@ -270,7 +270,7 @@ def test_far_readings_that_differ_are_reported_and_kept(read: Callable) -> None:
 
 @pytest.mark.parametrize("held", [4, 10, 20])
 def test_of_a_slower_channel_that_is_written_on_the_first_of_each_reading_stays(held: int, read: Callable) -> None:
-    """Between two readings of a bus the position is not measured: what was written there is off by as much as it moved."""
+    """Between two readings of a bus the position is not measured: what is written there is off by what it moved."""
     table = read(SWING, np.repeat(PLACE[::held], held))
     column = table.column("u [mm]")
     fresh = np.arange(N) % held == 0

@@ -210,15 +210,10 @@ def test_thousandths_without_their_leading_zeros_are_refused(heading: str, begin
 
 @pytest.mark.parametrize("begin", ["14:22:", ""])
 def test_tenths_whose_last_zeros_are_dropped_are_no_thousandths(begin: str, write) -> None:
-    times = [f"{begin}{11 + i / 20:g}" for i in range(100)]
+    times = [f"{begin}{11 + i / 20:g}" if i % 20 else f"{begin}{11 + i // 20}.0" for i in range(100)]
     body = "".join(f"{time};{i % 7}\n" for i, time in enumerate(times))
     heading = "Time" if begin else "Time [s]"
-    try:
-        record = read_record(write(f"{heading};F [N]\n{body}"))
-    except DataError as error:
-        assert "leading zeros" not in str(error)
-    else:
-        assert record.rate == pytest.approx(20.0)
+    assert read_record(write(f"{heading};F [N]\n{body}")).rate == pytest.approx(20.0)
 
 
 def test_columns_that_are_parts_of_the_clock_are_not_called_left_out(write) -> None:

@@ -66,9 +66,7 @@ def time_base(
         return _counted_base(raw, columns, group, rate, where)
     column = columns[group.time]
     place = f'{where}, column "{column.header}"'
-    if not column.clock and (np.diff(column.numbers.values) < 0.0).any():
-        refuse_unpadded(column.numbers.texts, place)
-    numbers = _reliable_numbers(column)
+    numbers = _reliable_numbers(column, place)
     values = numbers.values[: group.rows]
     factor, unit = (worth, "s") if worth else _factor(column, values, rate or raw.facts.rate, place)
     epoch = not column.clock and since_1970(values) == unit
@@ -239,22 +237,31 @@ def _uncertain(raw: Raw, where: str) -> DataError:
     return DataError(where, f"no column holds the time, and {what}, so later times are uncertain", "", do)
 
 
-def _reliable_numbers(column: RawColumn) -> Numbers:
+def _reliable_numbers(column: RawColumn, where: str) -> Numbers:
     """Numbers of a column of times, those that are oddly written masked.
 
     Parameters
     ----------
     column : RawColumn
         The column.
+    where : str
+        File and column to name in messages.
 
     Returns
     -------
     Numbers
         With NaN where a time cannot be relied on.
+
+    Raises
+    ------
+    DataError
+        If parts of a second are printed without their leading zeros.
     """
     numbers = column.numbers
     if not len(numbers.texts):
         return numbers
+    if (np.diff(numbers.values) < 0.0).any():
+        refuse_unpadded(numbers.texts, where)
     if not _counts_from_the_first(numbers.values, far := absurd(numbers.values)):
         numbers = masked_with(numbers, far, "absurd")
     return masked_with(numbers, oddly_written(numbers), "digit lost or doubled")

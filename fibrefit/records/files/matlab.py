@@ -146,13 +146,13 @@ def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotati
 def _annotations(tree: Mapping[str, Any], prefix: str = "", of: str = "") -> Iterator[Annotation]:
     """Texts and single numbers among variables and fields; those that tell of one vector alone are said of it.
 
-    What attributes of HDF5 say is told by them, and names and units of the columns of a matrix by these.
+    What attributes of HDF5 say but for lists of texts is told by them, names and units of columns of a matrix by these.
     """
     told_of = _told_of(tree, prefix, of)
     names = [_names_beside(tree, key, min(tree[key].shape)) for key in tree if _is_matrix(tree[key])]
     for key, value in tree.items():
         place, mine = f"{prefix}{key}", told_of[key]
-        if key in tree.get(ATTRIBUTES, ()) or (
+        if (key in tree.get(ATTRIBUTES, ()) and not isinstance(value, list)) or (
             isinstance(value, list)
             and (_plain(key) in UNITS or (all(isinstance(one, str) for one in value) and value in names))
         ):

@@ -89,9 +89,9 @@ def stated_worth(said: Mapping[str, Any], values: np.ndarray) -> str:
         if idle is None and whole and PLACES.search(key):
             idle = 0.0
         several = np.asarray(value).ravel()
-        if number is None and several.size > 1 and several.dtype.kind in "iuf" and idle is not None:
-            if _PER.search(key) or not np.isin(several, (0.0, 1.0) if idle else idle).all():
-                stated.append(f"{key} = {shown_list(several[:4])}")
+        listed = number is None and several.size > 1 and several.dtype.kind in "iuf" and idle is not None
+        if listed and (_PER.search(key) or not np.isin(several, (0.0, 1.0) if idle else (0.0,)).all()):
+            stated.append(f"{key} = {shown_list(several[:4])}")
         if number is None and idle == 1.0 and isinstance(value, str | bytes) and TO_DO.search(text := _text(value)):
             stated.append(f'{key} = "{text[:40]}"')
         if number is not None and ((number < 0 and _SIDES.search(key)) or (number > 0 and _TURNED.search(key))):
