@@ -41,7 +41,7 @@ a thousand steps for the same one of them twice is one in a thousand, for anothe
 ON_PHASE = 0.95
 """Share of the changes of a reading that come at every so many-th row from which on it is held in between."""
 STEPS_OF_NEWS = 1.5
-"""Smallest steps of a reading up to which a change is one step of its digits: a coarse one changes so in even motion."""
+"""Smallest steps of a reading up to which a change is one step of its digits: so a coarse one moves in even motion."""
 SHORT_STOP = 0.02
 """A stop longer than this share of a record is a rest, not a peak that was cut off."""
 AT_ZERO = 0.02

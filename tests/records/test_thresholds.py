@@ -365,7 +365,9 @@ def voted(number: float) -> bool:
 def one_table(stray: float, length: int) -> bool:
     """Whether so many lines of numbers above a table of a length are let pass."""
     first = int(stray)
-    return not refused(lambda: rows._refuse_second_table(["1 2 3"] * (first + length), first, first + length - 1, ""))
+    lines, block = ["1 2 3"] * (first + length), (first, first + length - 1)
+    classes = [rows.FULL] * len(lines)
+    return not refused(lambda: rows._refuse_second_table(lines, classes, block, Dialect(" ", ".", 3), ""))
 
 
 def counted(number: float) -> bool:

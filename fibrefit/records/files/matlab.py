@@ -337,11 +337,10 @@ def _matrix(place: str, value: np.ndarray, names: Sequence[str], given: Any) -> 
     table = value if value.shape[0] >= value.shape[1] else value.T
     count = table.shape[1]
     places = [f"{place}(:,{i + 1})" for i in range(count)]
-    single = [given] * count if isinstance(given, str) else [None] * count
-    unit = list(given) if isinstance(given, list) and len(given) == count else single
+    listed = list(given) if isinstance(given, list) and len(given) == count else [None] * count
     for i, title in enumerate(names or places):
-        stated = isinstance(unit[i], str) and not (unit is single and _is_other(title, unit[i]))
-        yield places[i], _column(title, unit[i] if stated else None, table[:, i])
+        unit = given if isinstance(given, str) and not _is_other(title, given) else listed[i]
+        yield places[i], _column(title, unit if isinstance(unit, str) else None, table[:, i])
 
 
 def _column(header: str, unit: str | None, values: np.ndarray) -> RawColumn:

@@ -154,8 +154,9 @@ def _refuse_odd_row(
     where: str,
 ) -> None:
     """Refuse lines beside the table, with no heading and no blank between, for the first of them that is no row."""
-    before, after = [i for i in outside if i < block[0]], [i for i in outside if i > block[1]]
-    between = [*range(*(before[-1:] or [block[0]]), block[0]), *range(block[1] + 1, *(after[:1] or [block[1] + 1]))]
+    last = max((i for i in outside if i < block[0]), default=block[0])
+    next_one = min((i for i in outside if i > block[1]), default=block[1])
+    between = [*range(last, block[0]), *range(block[1] + 1, next_one)]
     odd = next((i for i in outside if classes[i] in (PARTIAL, OTHER)), None)
     if odd is None or any(not lines[i].strip() or re.search(r"[^\W\d_]{2}", lines[i]) for i in between):
         return
