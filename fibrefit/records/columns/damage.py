@@ -243,7 +243,7 @@ def held_over(values: np.ndarray) -> np.ndarray:
     """
     none = np.zeros(values.size, bool)
     present = np.isfinite(values)
-    if present.mean() < ON_PHASE:
+    if present.mean() < ON_PHASE or ON_PHASE * np.count_nonzero(np.diff(values)) > 0.5 * values.size:
         return none
     values = values[np.maximum.accumulate(np.where(present, np.arange(values.size), int(present.argmax())))]
     starts, lengths = _runs_of_equals(values)
@@ -283,29 +283,31 @@ def returning(values: np.ndarray) -> np.ndarray:
     found = np.zeros(values.size, bool)
     rows = np.flatnonzero(np.isfinite(values))
     run = values[rows]
-    if run.size < 20 or not _is_noisy(run, _runs_of_equals(run)[1]):
+    starts, lengths = _far(run) if run.size >= 20 else (rows[:0], rows[:0])
+    if starts.size < RETURNS or not _is_noisy(run, _runs_of_equals(run)[1]):
         return found
-    starts, lengths, far = _far(run)
-    levels, times = np.unique(run[starts[far]], return_counts=True)
+    levels, times = np.unique(run[starts], return_counts=True)
     again = times >= RETURNS
-    if 2 * times[again].sum() > far.sum():  # most of what is far
-        for which in np.flatnonzero(far & np.isin(run[starts], levels[again])).tolist():
+    if 2 * times[again].sum() > starts.size:  # most of what is far
+        for which in np.flatnonzero(np.isin(run[starts], levels[again])).tolist():
             found[rows[starts[which] : starts[which] + lengths[which]]] = True
     return found
 
 
-def _far(run: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Runs of equals, long ones apart, as starts and lengths, and which of them lie far from both neighbours."""
+def _far(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Starts of runs of equals that lie far from both neighbours, and their lengths; long ones are taken apart."""
     starts, lengths = _runs_of_equals(run)
-    parts = np.where(lengths < SHORTEST_RUN, 1, lengths)
-    first = np.repeat(starts, parts) + np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    length = np.repeat(np.where(lengths < SHORTEST_RUN, lengths, 1), parts)
-    middle, spread = neighbourhood(run[first])
-    apart = np.abs(run[first] - middle)
-    scatter = 1.4826 * typical(apart)
-    far = apart > LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
-    far[[0, -1]] = False
-    return first, length, far
+    first = np.repeat(lengths >= SHORTEST_RUN, lengths)
+    first[starts] = True
+    rows = np.flatnonzero(first)
+    single = run[rows]
+    apart = np.abs(single[1:-1] - 0.5 * (single[:-2] + single[2:]))
+    scatter = 1.4826 * typical(apart) if apart.size else 0.0
+    if scatter == 0.0 or apart.max() <= LONE * scatter:
+        return rows[:0], rows[:0]
+    _, spread = neighbourhood(single)
+    far = 1 + np.flatnonzero(apart > LONE * np.maximum(scatter, spread[1:-1]))
+    return rows[far], np.diff(np.append(rows, run.size))[far]
 
 
 def lone_outliers(values: np.ndarray) -> np.ndarray:
@@ -327,8 +329,7 @@ def lone_outliers(values: np.ndarray) -> np.ndarray:
     run = values[rows]
     if run.size < 20:
         return np.zeros(0, int)
-    starts, _, far = _far(run)
-    return rows[starts[far]]
+    return rows[_far(run)[0]]
 
 
 def folded(values: np.ndarray) -> str:
