@@ -19,7 +19,16 @@ from fibrefit.records.clock.claimed import annotated_first_row, newest_first, wr
 from fibrefit.records.clock.times import in_seconds, time_base
 from fibrefit.records.columns.account import unaccounted
 from fibrefit.records.columns.bearing import THINNED
-from fibrefit.records.columns.damage import absurd, flat_stretches, folded, lone_outliers, switched
+from fibrefit.records.columns.damage import (
+    absurd,
+    flat_stretches,
+    folded,
+    held_over,
+    is_fresh,
+    lone_outliers,
+    returning,
+    switched,
+)
 from fibrefit.records.columns.declared import Declared, Scaled, headings_of, unread_position, with_factors_beside
 from fibrefit.records.columns.grouping import Group, grouped, refuse_two_clocks
 from fibrefit.records.columns.known import AsRead
@@ -80,6 +89,8 @@ def build_table(raw: Raw, path: Path, sha256: str, options: ReadOptions) -> Tabl
     groups, bases = _merged(groups, timed)
     notes += [note for base in bases for note in base.notes]
     members = [(i, g) for g, group in enumerate(groups) for i in group.members]
+    held = _held({i: columns[i] for role, i in roles.items() if role != "time"}, dict(members), notes)
+    columns = [replace(one, numbers=held.get(i, one.numbers)) for i, one in enumerate(columns)]
     finished = {i: _finished(columns[i], bases[g], g, scales.get(i), notes) for i, g in members}
     places = {i: place for place, i in enumerate(finished)}
     return Table(
@@ -230,6 +241,19 @@ def _merged(groups: Sequence[Group], bases: Sequence[TimeBase]) -> tuple[list[Gr
     return merged, kept
 
 
+def _held(channels: Mapping[int, RawColumn], group_of: Mapping[int, int], notes: list[str]) -> dict[int, Numbers]:
+    """Numbers of channels that are slower than others and written on until their next reading: the first stays."""
+    found = {}
+    for i, column in channels.items():
+        others = [other for k, other in channels.items() if k != i and group_of.get(k) == group_of.get(i)]
+        held = held_over(column.numbers.values)
+        if held.any() and any(is_fresh(other.numbers.values) for other in others):
+            found[i] = masked_with(column.numbers, held, "held over")
+            each = round(held.size / (held.size - int(held.sum())))
+            notes.append(f'Column "{column.header}" changes at every {each}th row only: the rows between are masked.')
+    return found
+
+
 @np.errstate(over="ignore", invalid="ignore")  # of readings near the largest number there is: they are no faults
 def _finished(column: RawColumn, base: TimeBase, group: int, scale: Scaled | None, notes: list[str]) -> Column:
     """Column in SI with all that is wrong with it masked."""
@@ -281,6 +305,7 @@ def _masked(column: RawColumn, base: TimeBase, si: str | None, notes: list[str])
     if len(numbers.texts):
         numbers = masked_with(numbers, odd_numbers(numbers), "digit lost or doubled")
     numbers = masked_with(numbers, np.isnan(base.time), "time unusable")
+    numbers = masked_with(numbers, returning(numbers.values), "out of range")
     flat = flat_stretches(numbers.values, numbers.resolution if len(numbers.texts) else column.resolution)
     numbers = masked_with(numbers, flat.saturated, "saturated")
     if si not in _SPEEDS:

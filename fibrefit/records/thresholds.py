@@ -35,6 +35,13 @@ OVERSHOOT = 4.0
 """A reading that ran on at this multiple of its curvature, resolution and scatter, and stopped dead, was cut off."""
 LONE = 12.0
 """A sample this many times further from its neighbours than they scatter is reported."""
+RETURNS = 3
+"""Far readings of one and the same number, digit by digit, from which on it is no reading: that noise leaves a range of
+a thousand steps for the same one of them twice is one in a thousand, for another time one in a million."""
+ON_PHASE = 0.95
+"""Share of the changes of a reading that come at every so many-th row from which on it is held in between."""
+STEPS_OF_NEWS = 1.5
+"""Smallest steps of a reading up to which a change is one step of its digits: so a coarse one moves in even motion."""
 SHORT_STOP = 0.02
 """A stop longer than this share of a record is a rest, not a peak that was cut off."""
 AT_ZERO = 0.02

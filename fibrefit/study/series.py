@@ -13,6 +13,9 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.paths import read_plain_file
 
 _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")
+_DECIMAL = re.compile(r"[+-]?\d*[.,]\d+(?:[eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+_NAMES = ("file", "name")
 PURE = ("gain",)
 """What is stated of records and has no unit: a study writes it without quotes."""
 
@@ -36,14 +39,14 @@ def read_series(path: Path) -> list[dict[str, str | float]]:
     StudyError
         If it cannot be read, has no column ``file`` or ``name``, names a column twice, or a row has another length.
     """
-    rows = _rows(path)
+    rows = _with_points(*_rows(path))
     header, body = rows[0][1], rows[1:]
     columns = [_column(cell, path) for cell in header]
     names = [key for key, _ in columns]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise StudyError(f"{path}, line {rows[0][0]}", f'column "{twice}" twice', "each column once", "")
-    if not {"file", "name"} & set(names):
+    if not set(_NAMES) & set(names):
         raise StudyError(f"{path}, line {rows[0][0]}", 'no column "file"', "file, and conditions with their unit", "")
     if not body:
         raise StudyError(str(path), "no rows", "one row a record", "")
@@ -64,8 +67,21 @@ def _value(key: str, cell: str, unit: str) -> str | float:
     return f"{cell} {unit}".strip()
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and cells of every line that is not empty."""
+def _with_points(rows: list[tuple[int, list[str]]], delimiter: str) -> list[tuple[int, list[str]]]:
+    """Rows with decimal points, where commas are those: none stands between cells, and not all may part thousands."""
+    text = {i for i, cell in enumerate(rows[0][1]) if cell in _NAMES}
+    cells = {cell for _, row in rows[1:] for i, cell in enumerate(row) if i not in text}
+    numbers = {cell for cell in cells if _DECIMAL.fullmatch(cell)}
+    if delimiter == "," or all(map(_THOUSANDS.fullmatch, numbers)) or any("." in number for number in numbers):
+        return rows
+    return [
+        (line, [cell.replace(",", ".") if cell in numbers and i not in text else cell for i, cell in enumerate(row)])
+        for line, row in rows
+    ]
+
+
+def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
+    """Line number and cells of every line that is not empty, and what stands between the cells."""
     try:
         text = read_plain_file(path, "a table of records", StudyError, most=LARGEST_STUDY).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -76,9 +92,10 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     delimiter = max("\t;,", key=first.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
-        return [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
     except csv.Error as error:
         raise StudyError(f"{path}, line {reader.line_num}", str(error), "a table of cells", "") from None
+    return rows, delimiter
 
 
 def _column(cell: str, path: Path) -> tuple[str, str]:

@@ -250,3 +250,15 @@ def test_a_pipe_and_a_name_too_long_are_refused(written: Run) -> None:
     assert written("inspect", "/dev/zero").code == 3
     assert written("inspect", "pipe.toml").code == 4
     assert written("inspect", "a" * 300 + ".csv").code == 3
+
+
+def test_of_a_unit_that_is_not_known_none_is_advised(fibrefit: Run) -> None:
+    """What is called "kilo Newton" is in N by no means: the unit is left open."""
+    rows = "".join(f"{i / 2000:.4f},{0.01 * (i % 5):.3f},{0.1 * i:.1f}\n" for i in range(20))
+    Path("a.csv").write_text(f"Time,Force,Position\nsec,kilo Newton,millimeter\n{rows}", encoding="utf-8")
+    done = fibrefit("inspect", "a.csv")
+    assert done.code == 3
+    assert 'unit "kilo Newton"' in done.out
+    assert "--set units.force=..\n" in done.err
+    assert "units.force=N" not in done.out + done.err
+    assert fibrefit("inspect", "a.csv", "--set", "units.force=kN").code == 0

@@ -82,6 +82,30 @@ REFUSED = {
         "a;b\n" + rows(lambda i: de(f"{t(i)};{f(i)}")) + "\n".join(["", *("text",) * 60, ""]) + GERMAN,
         r"more than one table of numbers \(lines 2 to 25",
     ),
+    "one table with an overload star": (
+        "t [s];F [N];u [mm]\n" + rows(lambda i: german(i) if i > 9 else de(f"{t(i)};{f(i)}*;{u(i)}"), n=30),
+        r'line 2: "12,500\*" is no number; expected rows of 3 numbers',
+    ),
+    "one table with negative numbers in brackets": (
+        HEAD + rows(lambda i: f"{t(i)},{f(i)},{u(i)}" if i > 9 else f"{t(i)},{f(i)},(0.25)", n=30),
+        r'line 2: "\(0\.25\)" is no number; expected rows of 3 numbers',
+    ),
+    "one table with columns that touch": (
+        "t[s] F[N] u[mm]\n" + rows(lambda i: f"{t(i)} {f(i)} {u(i)}" if i > 9 else f"{t(i)} {f(i)}{u(i)}", n=30),
+        r'line 2: "0\.0000 12\.500-0\.2500" has 2 cells where the table has 3',
+    ),
+    "one table with thousands beside separators": (
+        HEAD + rows(lambda i: f"{t(i)},{f(i)},{u(i)}" if i > 9 else f"{t(i)},1,0{f(i)},{u(i)}", n=30),
+        r'line 2: "0\.0000,1,012\.500,-0\.2500" has 4 cells where the table has 3',
+    ),
+    "headings that stand twice": (
+        "t [s];Load [N];u [mm];Load [N]\n" + rows(lambda i: de(f"{t(i)};{f(i)};{u(i)};{f(i)}")),
+        r'columns "column 2" and "column 4" \("Load \[N\]"\) could each be the force; .* force = "column 2" under',
+    ),
+    "a page of HTML": (
+        "<html><table>" + rows(lambda i: f"<tr><td>{t(i)}</td><td>{f(i)}</td></tr>") + "</table></html>\n",
+        r"a page of HTML, no table of text; .* save it as .xlsx or CSV",
+    ),
     "no unit": (
         "t [s];F;u [mm]\n" + rows(german),
         r'column "F": no unit; expected N, kN, mN, daN, cN, lbf, kgf, gf or kip. Declare it',

@@ -224,3 +224,84 @@ def test_two_loggers_of_which_one_counts_from_1970(write) -> None:
     force = read_record(write("ts,force [N]\n" + first, "a.csv"))
     position = read_record(write("Date,Time,position [mm]\n" + other, "b.csv"))
     assert len(side_by_side(force, position)) == 60
+
+
+NOISE = np.random.default_rng(7).standard_normal((2, N))
+SWING = 20.0 + 12.0 * np.sin(2 * np.pi * 5 * TIME) + 0.1 * NOISE[0]
+PLACE = 2.5 * np.cos(2 * np.pi * 5 * TIME) + 0.005 * NOISE[1]
+
+
+def left(values: np.ndarray, level: float, length: int, times: int = 10) -> tuple[np.ndarray, np.ndarray]:
+    """Readings that leave their range for a number, so many rows long and so many times over; and where."""
+    where = np.zeros(N, bool)
+    for start in 137 + 350 * np.arange(times):
+        where[start : start + length] = True
+    return np.where(where, level, values), where
+
+
+@pytest.mark.parametrize("length", [1, 2, 3])
+@pytest.mark.parametrize("level", [327.67, 0.0, 99.5])
+def test_a_number_that_noisy_readings_leave_for_again_and_again_is_masked(
+    level: float, length: int, read: Callable
+) -> None:
+    force, where = left(SWING, level, length)
+    column = read(force, PLACE).column("F [N]")
+    assert set(column.masked) <= {"out of range", *(["digit lost or doubled"] if length == 1 else [])}
+    np.testing.assert_array_equal(~column.valid, where)
+
+
+def test_two_such_numbers_are_masked(read: Callable) -> None:
+    force, low = left(SWING, 0.0, 2)
+    high = np.roll(low, 100)
+    column = read(np.where(high, 163.83, force), PLACE).column("F [N]")
+    np.testing.assert_array_equal(~column.valid, low | high)
+
+
+def test_far_readings_that_differ_are_reported_and_kept(read: Callable) -> None:
+    """Blows, each of another size; and two readings of one number, which counts as chance."""
+    blows = SWING.copy()
+    blows[137::350] += 80.0 + 20.0 * NOISE[0][137::350]
+    assert not damage.returning(blows).any()
+    assert damage.lone_outliers(blows).size == blows[137::350].size
+    twice = read(left(SWING, 327.67, 2, times=2)[0], PLACE).column("F [N]")
+    assert not twice.masked
+    assert len(twice.outliers) == 2
+
+
+@pytest.mark.parametrize("held", [4, 10, 20])
+def test_of_a_slower_channel_that_is_written_on_the_first_of_each_reading_stays(held: int, read: Callable) -> None:
+    """Between two readings of a bus the position is not measured: what is written there is off by what it moved."""
+    table = read(SWING, np.repeat(PLACE[::held], held))
+    column = table.column("u [mm]")
+    fresh = np.arange(N) % held == 0
+    np.testing.assert_array_equal(column.valid, fresh)
+    np.testing.assert_allclose(column.values[fresh], np.round(PLACE[::held], 3) / 1e3)
+    assert dict(column.masked) == {"held over": N - fresh.sum()}
+    assert any(f"changes at every {held}th row only" in note for note in table.notes)
+
+
+def test_a_missing_reading_does_not_hide_that_a_channel_is_held(write: Callable) -> None:
+    position = [f"{value:.3f}" for value in np.repeat(PLACE[::10], 10)]
+    position[200:203] = ["", "", ""]
+    rows = "".join(f"{t:.4f},{f:.2f},{u}\n" for t, f, u in zip(TIME, SWING, position, strict=True))
+    column = read_table(write("t [s],F [N],u [mm]\n" + rows)).column("u [mm]")
+    assert column.valid.sum() == N // 10 - 1
+    assert column.masked["empty"] == 3
+
+
+@pytest.mark.parametrize(
+    "position",
+    [
+        np.floor(np.arange(N) / 10.0) * 0.05,  # one step of a coarse gauge every ten rows, in even motion
+        np.round(PLACE / 0.05) * 0.05,
+        PLACE,
+    ],
+    ids=["even motion", "coarse", "fresh"],
+)
+def test_a_coarse_or_fresh_position_is_not_held(position: np.ndarray, read: Callable) -> None:
+    assert masked(read(SWING, position)) == [{}, {}]
+
+
+def test_where_all_channels_are_held_none_is_slower(read: Callable) -> None:
+    table = read(np.repeat(SWING[::10], 10), np.repeat(PLACE[::10], 10))
+    assert not any("th row only" in note for note in table.notes)

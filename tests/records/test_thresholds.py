@@ -118,6 +118,26 @@ def lone(distance: float) -> bool:
     return lone_outliers(run).size > 0
 
 
+def returns(times: float) -> bool:
+    """Whether readings are masked that leave a noisy one so often for one and the same number."""
+    run = 20.0 + np.random.default_rng(3).normal(size=2000)
+    run[100 * (1 + np.arange(int(times)))] = 327.67
+    return damage.returning(run).any()
+
+
+def on_phase(share: float) -> bool:
+    """Whether readings are held of which such a share changes at every tenth row, and the others five rows later."""
+    changes = 10 * np.arange(1, 1000) + np.where(np.arange(1, 1000) % 100 < 100 * (1.0 - share), 5, 0)
+    news = np.isin(np.arange(10_000), changes)
+    return damage.held_over(np.random.default_rng(4).normal(size=1000)[np.cumsum(news)]).any()
+
+
+def of_news(steps: float) -> bool:
+    """Whether readings are held whose steps are so many of their smallest as a rule."""
+    sizes = np.where(np.arange(1000) % 4 == 0, 1.0, steps) * np.where(np.arange(1000) % 2, 1.0, -1.0)
+    return damage.held_over(np.repeat(np.cumsum(sizes), 10)).any()
+
+
 def numbered(length: float, leap: float) -> bool:
     """Whether a column numbers recordings of so many rows, between which a reading leaps so many steps."""
     n = int(length)
@@ -153,6 +173,9 @@ DAMAGE = (
     Bracket("AT_ZERO", damage, lambda x: stops(round(1024 * x) / 1024, 1.0 / 32.0, 0.0), 0.03, 0.015),
     Bracket("SHORT_STOP", damage, rest, 150, 250),
     Bracket("LONE", damage, lone, 14.0, 10.0),
+    Bracket("RETURNS", damage, returns, 4, 2),
+    Bracket("ON_PHASE", damage, on_phase, 0.98, 0.9),
+    Bracket("STEPS_OF_NEWS", damage, of_news, 2.0, 1.2),
 )
 
 
@@ -342,7 +365,9 @@ def voted(number: float) -> bool:
 def one_table(stray: float, length: int) -> bool:
     """Whether so many lines of numbers above a table of a length are let pass."""
     first = int(stray)
-    return not refused(lambda: rows._refuse_second_table(["1 2 3"] * (first + length), first, first + length - 1, ""))
+    lines, block = ["1 2 3"] * (first + length), (first, first + length - 1)
+    classes = [rows.FULL] * len(lines)
+    return not refused(lambda: rows._refuse_second_table(lines, classes, block, Dialect(" ", ".", 3), ""))
 
 
 def counted(number: float) -> bool:

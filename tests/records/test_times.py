@@ -185,3 +185,40 @@ def test_a_first_row_with_a_time_of_its_own_is_no_row_of_factors(write: Callable
     assert len(record) == 59
     with pytest.raises(DataError, match="no reading and may be a factor"):
         read_record(write("1.00000,4.00000,2.00000,1.00000\n" + rows, "b.csv"), channels=told, units=units)
+
+
+def unpadded(begin: str, sign: str, n: int = 300) -> list[str]:
+    """Times of 1 kHz whose thousandths are printed without their leading zeros."""
+    return [f"{begin}{11 + i // 1000}{sign}{i % 1000}" for i in range(850, 850 + n)]
+
+
+@pytest.mark.parametrize(
+    ("heading", "begin", "sign"),
+    [
+        ("Time", "14:22:", "."),
+        ("Time", "14:22:", ":"),
+        ("Time", "22:", "."),
+        ("Time [s]", "", "."),
+        ("Zeit", "14:22:", ","),
+    ],
+)
+def test_thousandths_without_their_leading_zeros_are_refused(heading: str, begin: str, sign: str, write) -> None:
+    body = "".join(f"{time};{i % 7}\n" for i, time in enumerate(unpadded(begin, sign)))
+    with pytest.raises(DataError, match="thousandths without their leading zeros; expected three digits"):
+        read_record(write(f"{heading};F [N]\n{body}"))
+
+
+@pytest.mark.parametrize("begin", ["14:22:", ""])
+def test_tenths_whose_last_zeros_are_dropped_are_no_thousandths(begin: str, write) -> None:
+    times = [f"{begin}{11 + i / 20:g}" if i % 20 else f"{begin}{11 + i // 20}.0" for i in range(100)]
+    body = "".join(f"{time};{i % 7}\n" for i, time in enumerate(times))
+    heading = "Time" if begin else "Time [s]"
+    assert read_record(write(f"{heading};F [N]\n{body}")).rate == pytest.approx(20.0)
+
+
+def test_columns_that_are_parts_of_the_clock_are_not_called_left_out(write) -> None:
+    body = "".join(f"12.04.2023;14:22:{11 + i // 1000};{i % 1000};{i % 7}\n" for i in range(0, 2000, 5))
+    record = read_record(write(f"Datum;Uhrzeit;ms;F [N]\n{body}"))
+    assert record.rate == pytest.approx(200.0)
+    for column in ("Datum", "ms"):
+        assert f'Column "{column}" is read with the clock beside it.' in record.history

@@ -122,3 +122,19 @@ def test_the_pure_numbers_are_those_of_the_rigs() -> None:
             if any(not any(isinstance(one, Unit) for one in said) for said in numbers):
                 found.add(name)
     assert found == set(PURE)
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_decimal_commas_are_read_where_they_can_be_nothing_else(load: Loader, folder: Path, delimiter: str) -> None:
+    table = TABLE.replace(",", delimiter).replace(".", ",").replace(",csv", ".csv")
+    assert load_study(write(folder, table)).records == load().records
+
+
+@pytest.mark.parametrize("lift", ["1,012", "1.012,5"])
+def test_commas_that_may_part_thousands_are_refused(folder: Path, lift: str) -> None:
+    rows = f"file;lift [mm];inclination [deg]\none.csv;{lift};90\ntwo.csv;5;45\n"
+    with pytest.raises(StudyError, match=lift):
+        load_study(write(folder, rows))
+    both = "file;lift [mm];release [s]\none.csv;10,5;0.1432\ntwo.csv;5;0.1\n"
+    with pytest.raises(StudyError, match="10,5"):
+        load_study(write(folder, both))

@@ -14,6 +14,7 @@ from fibrefit.core.units import format_number
 from fibrefit.records.clock.base import Readings, TimeBase
 from fibrefit.records.clock.repeats import repeated_rows
 from fibrefit.records.clock.timebase import counted_times, from_readings
+from fibrefit.records.clock.wall_clock import refuse_unpadded
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group, counts_by
 from fibrefit.records.columns.raw import Raw, RawColumn
@@ -64,8 +65,8 @@ def time_base(
     if group.time is None:
         return _counted_base(raw, columns, group, rate, where)
     column = columns[group.time]
-    numbers = _reliable_numbers(column)
     place = f'{where}, column "{column.header}"'
+    numbers = _reliable_numbers(column, place)
     values = numbers.values[: group.rows]
     factor, unit = (worth, "s") if worth else _factor(column, values, rate or raw.facts.rate, place)
     epoch = not column.clock and since_1970(values) == unit
@@ -236,22 +237,31 @@ def _uncertain(raw: Raw, where: str) -> DataError:
     return DataError(where, f"no column holds the time, and {what}, so later times are uncertain", "", do)
 
 
-def _reliable_numbers(column: RawColumn) -> Numbers:
+def _reliable_numbers(column: RawColumn, where: str) -> Numbers:
     """Numbers of a column of times, those that are oddly written masked.
 
     Parameters
     ----------
     column : RawColumn
         The column.
+    where : str
+        File and column to name in messages.
 
     Returns
     -------
     Numbers
         With NaN where a time cannot be relied on.
+
+    Raises
+    ------
+    DataError
+        If parts of a second are printed without their leading zeros.
     """
     numbers = column.numbers
     if not len(numbers.texts):
         return numbers
+    if (np.diff(numbers.values) < 0.0).any():
+        refuse_unpadded(numbers.texts, where)
     if not _counts_from_the_first(numbers.values, far := absurd(numbers.values)):
         numbers = masked_with(numbers, far, "absurd")
     return masked_with(numbers, oddly_written(numbers), "digit lost or doubled")

@@ -14,14 +14,15 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.tokens import CLOCK, DATE, clean
+from fibrefit.records.thresholds import MOST_LOST
 
 _DAY, _HOUR = 86400.0, 3600.0
 
 #: Offset from UTC at the end of a reading.
 _ZONE = re.compile(r"(?<=\d)\s?(?:[zZ]|([+-])(\d{2}):?(\d{2}))\s*$")
 
-#: Thousandths behind a reading, with or without their leading zeros.
-_PART = re.compile(r"[.,](\d{1,3})$")
+#: A reading in full seconds, and thousandths behind it, with or without their leading zeros.
+_PART = re.compile(r"(\d+|.*:\d{2})[.,:](\d{1,3})")
 
 _MONTHS = {
     name: number
@@ -77,6 +78,7 @@ def parse_clock(texts: Sequence[str], where: str) -> Clock:
     DataError
         If no cell holds a time of day, or one without seconds leaves it open what it counts.
     """
+    refuse_unpadded(texts, where)
     days: list[str] = []
     seconds, offsets = np.full(len(texts), np.nan), np.zeros(len(texts))
     decimals, zones = 0, 0
@@ -99,7 +101,6 @@ def parse_clock(texts: Sequence[str], where: str) -> Clock:
         decimals = max(decimals, places)
     if np.isnan(seconds).all():
         raise DataError(where, f'"{texts[0]}" is no time of day with seconds', "hours, minutes and seconds")
-    _refuse_unpadded(seconds, texts, where)
     clock = _since_first(seconds, days, decimals, offsets, texts)
     if not zones:
         _refuse_change_of_hour(clock.seconds, texts, where)
@@ -117,17 +118,32 @@ def _without_zone(text: str) -> tuple[str, float | None]:
     return text[: match.start()], 0.0 if sign is None else float(f"{sign}1") * (3600 * int(hours) + 60 * int(minutes))
 
 
-def _refuse_unpadded(seconds: np.ndarray, texts: Sequence[str], where: str) -> None:
-    """Refuse parts of a second without their leading zeros: decimals run backward, and thousandths do not."""
-    back = np.flatnonzero(np.diff(seconds) < 0.0)
-    parts = [_PART.search(clean(text)) for text in texts] if back.size else []
-    digits = [part[1] for part in parts if part is not None]
-    if len(digits) < len(texts) or len(set(map(len, digits))) < 2:
+def refuse_unpadded(texts: Sequence[str], where: str) -> None:
+    """Refuse parts of a second without their leading zeros: decimals run backward, and thousandths do not.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Cells of a column of times: clock readings, or numbers.
+    where : str
+        File and column to name in messages.
+
+    Raises
+    ------
+    DataError
+        With the first two readings that tell it.
+    """
+    if len(set(map(len, texts))) < 2:
         return
-    counted = np.array([float(text) for text in digits])
-    whole = seconds - np.array([float(f"0.{text}") for text in digits])
-    if (np.diff(np.round(whole) + 1e-3 * counted) > 0.0).all():
-        before, after = (texts[back[0] + k].strip() for k in (0, 1))
+    parts = [match for text in texts if (match := _PART.fullmatch(clean(text)))]
+    digits = [part[2] for part in parts]
+    if len(parts) < (1.0 - MOST_LOST) * len(texts) or len(set(map(len, digits))) < 2:
+        return
+    found = [(_whole(f"{part[1]}.0") or ("", np.nan))[1] if ":" in part[1] else float(part[1]) for part in parts]
+    whole, counted = np.array(found), np.array([float(text) for text in digits])
+    back = np.flatnonzero(np.diff(whole + np.array([float(f"0.{text}") for text in digits])) < 0.0)
+    if back.size and (np.diff(whole + 1e-3 * counted) > 0.0).all():
+        before, after = (parts[back[0] + k][0] for k in (0, 1))
         got = f'"{before}" is followed by "{after}": thousandths without their leading zeros'
         raise DataError(where, got, "three digits of thousandths", "Export the times with all digits, or in seconds.")
 

@@ -21,7 +21,7 @@ from fibrefit.records.columns.held import ReadColumn, held_columns, kinds_of_off
 from fibrefit.records.columns.judged import doubt_of, formula_in, stated_over_read
 from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, states_unit, unknown_in
 from fibrefit.records.columns.raw import Annotation, RawColumn
-from fibrefit.records.columns.unmoved import DESIGNATION, is_measured, opens_section
+from fibrefit.records.columns.unmoved import DESIGNATION, is_measured, opens_section, tells_change
 from fibrefit.records.grammar.claims import Amount, Claim, claims_of
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import kinds_named, score, tokens
@@ -65,7 +65,8 @@ def unaccounted(
     names = frozenset(w for c in columns for w in tokens(c.name) if not score(w, "time"))
     unsure: dict[str, Annotation] = {}
     unlike = _differing(annotations, setting.mark)
-    for one, claim, open_question in _unknown(annotations, setting.mark, names):
+    said = [*_of_headings(reads, setting.mark, names), *_unknown(annotations, setting.mark, names)]
+    for one, claim, open_question in said:
         confirmed = any(abs(stated_over_read(claim, read, one) - 1.0) < SAME_PEAK for read in reads)
         if confirmed or agrees(one.text, claim, setting):
             continue
@@ -127,8 +128,7 @@ def _doubted(
     """The first line of each role that tells what may still be done to it."""
     found = {}
     for read in reads:
-        heading = Annotation(f'heading "{read.column.header}"', read.column.name, read.column.header)
-        about = [one for one in (heading, *annotations) if one.of in ("", read.column.header)]
+        about = [one for one in (_heading_of(read), *annotations) if one.of in ("", read.column.header)]
         doubts = ((one, doubt) for one in about if (doubt := doubt_of(one, read, mark)))
         for one, doubt in itertools.islice(doubts, 1):
             found[read.role] = _question(one, read, doubt, where)
@@ -149,6 +149,22 @@ def _made_of_others(
                 got = f'"{" ".join(one.text.split())[:80]}" makes it of "{column.header}"'
                 found[role] = DataError(f"{where}, {one.place}", got, f"a column of the {role}", do)
     return found
+
+
+def _heading_of(read: ReadColumn) -> Annotation:
+    """What the heading of a column says beside its unit."""
+    return Annotation(f'heading "{read.column.header}"', read.column.name, read.column.header)
+
+
+def _of_headings(
+    reads: Sequence[ReadColumn], mark: str, names: frozenset[str]
+) -> Iterator[tuple[Annotation, Claim, bool]]:
+    """Claims of headings that tell a change. A number in one is of its unit, or tells which channel it is."""
+    for read in reads:
+        heading = _heading_of(read)
+        for claim, moves in unknown_in(heading.text, mark, names):
+            if moves and any(tells_change(word) and not kinds_named(word) for word in tokens(claim.about)):
+                yield heading, claim, moves
 
 
 def _unknown(

@@ -131,7 +131,7 @@ AGAINST = re.compile(
     r"\b(?:tension|tensile|pull(?:ing)?|traction|zug\w*|up(?:wards?)?)\s*(?:is|=|:|as|are|forces?|\(?-\)?|)\s*(?:negative|neg\b|minus|-(?=\W*$))"
     r"|\+\s*(?:=|is|:)\s*(?:push|compress|druck|down)|-\s*(?:=|is|:)\s*(?:pull|tens|zug)"
     r"|\bpush(?:ing)? (?:is )?(?:positive|plus)"
-    r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\s*$))",
+    r"|\b(?:compression|compressive|druck\w*|down(?:wards?)?)\s*(?:is|=|:|as|are|forces?|)\s*(?:positive|pos\b|plus|\+(?=\W*$))",
     re.I,
 )
 #: A position that is stated to grow upwards.

@@ -25,14 +25,17 @@ from fibrefit.records.thresholds import (
     LONE,
     NINES_RATIO,
     NOISY_TURNS,
+    ON_PHASE,
     OVERSHOOT,
     PIECE,
     PIECES,
     REPEATED,
+    RETURNS,
     RUN_BY_CHANCE,
     RUNS_OVER,
     SHORT_STOP,
     SHORTEST_RUN,
+    STEPS_OF_NEWS,
     TAKES_TURNS,
     TWO_VALUED,
 )
@@ -222,8 +225,95 @@ def _stops_dead(run: np.ndarray, start: int, length: int, resolution: float) -> 
     return bool(overshoots) and all(overshoots)
 
 
+def held_over(values: np.ndarray) -> np.ndarray:
+    """Samples that repeat the one before because a slower channel is written until its next reading comes.
+
+    Its readings change at every so many-th row and hardly ever in between, by more than one step of their digits: a
+    coarse reading in even motion changes so, too, by one step.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+
+    Returns
+    -------
+    (n,) bool array
+        None of them true where readings are not held.
+    """
+    none = np.zeros(values.size, bool)
+    present = np.isfinite(values)
+    if present.mean() < ON_PHASE or ON_PHASE * np.count_nonzero(np.diff(values)) > 0.5 * values.size:
+        return none
+    values = values[np.maximum.accumulate(np.where(present, np.arange(values.size), int(present.argmax())))]
+    starts, lengths = _runs_of_equals(values)
+    if starts.size < TWO_VALUED:
+        return none
+    period = int(np.bincount(lengths).argmax())
+    phase = int(np.bincount(starts[1:] % period).argmax())
+    even = typical(np.abs(np.diff(values[starts]))) < STEPS_OF_NEWS * smallest_step(values[starts])
+    if even or period < 2 or np.mean(starts[1:] % period == phase) < ON_PHASE:
+        return none
+    held = np.ones(values.size, bool)
+    held[starts[present[np.maximum(starts - 1, 0)]]] = held[phase::period] = False  # news behind a gap may be old
+    return held
+
+
+def is_fresh(values: np.ndarray) -> bool:
+    """Whether readings change from sample to sample as a rule."""
+    run = values[np.isfinite(values)]
+    return run.size > 0 and _share_of_equals(_runs_of_equals(run)[1]) <= REPEATED
+
+
+def returning(values: np.ndarray) -> np.ndarray:
+    """Samples of a noisy reading that leave it again and again for one and the same number, as out of range.
+
+    Noise brings no far reading back to its last digit.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        Readings; NaN where there is none.
+
+    Returns
+    -------
+    (n,) bool array
+        Masks.
+    """
+    found = np.zeros(values.size, bool)
+    rows = np.flatnonzero(np.isfinite(values))
+    run = values[rows]
+    starts, lengths = _far(run) if run.size >= 20 else (rows[:0], rows[:0])
+    if starts.size < RETURNS or not _is_noisy(run, _runs_of_equals(run)[1]):
+        return found
+    levels, times = np.unique(run[starts], return_counts=True)
+    again = times >= RETURNS
+    if 2 * times[again].sum() > starts.size:  # most of what is far
+        for which in np.flatnonzero(np.isin(run[starts], levels[again])).tolist():
+            found[rows[starts[which] : starts[which] + lengths[which]]] = True
+    return found
+
+
+def _far(run: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Starts of runs of equals that lie far from both neighbours, and their lengths; long ones are taken apart."""
+    starts, lengths = _runs_of_equals(run)
+    first = np.repeat(lengths >= SHORTEST_RUN, lengths)
+    first[starts] = True
+    rows = np.flatnonzero(first)
+    single = run[rows]
+    apart = np.abs(single[1:-1] - 0.5 * (single[:-2] + single[2:]))
+    scatter = 1.4826 * typical(apart) if apart.size else 0.0
+    if scatter == 0.0 or apart.max() <= LONE * scatter:
+        return rows[:0], rows[:0]
+    _, spread = neighbourhood(single)
+    far = 1 + np.flatnonzero(apart > LONE * np.maximum(scatter, spread[1:-1]))
+    return rows[far], np.diff(np.append(rows, run.size))[far]
+
+
 def lone_outliers(values: np.ndarray) -> np.ndarray:
-    """Single samples far from both neighbours, which agree among themselves. They are reported, not masked.
+    """Samples far from both neighbours, which agree among themselves. They are reported, not masked.
+
+    Up to three that are equal count as one.
 
     Parameters
     ----------
@@ -233,17 +323,13 @@ def lone_outliers(values: np.ndarray) -> np.ndarray:
     Returns
     -------
     (m,) int array
-        Their rows.
+        Rows of the first of each.
     """
     rows = np.flatnonzero(np.isfinite(values))
     run = values[rows]
     if run.size < 20:
         return np.zeros(0, int)
-    middle, spread = neighbourhood(run)
-    apart = np.abs(run - middle)
-    scatter = 1.4826 * typical(apart)
-    far = apart > LONE * np.maximum(scatter, spread) if scatter > 0 else np.zeros(apart.size, bool)
-    return rows[1:-1][far[1:-1]]
+    return rows[_far(run)[0]]
 
 
 def folded(values: np.ndarray) -> str:

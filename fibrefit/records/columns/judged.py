@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from fibrefit.core import units as registry
@@ -27,11 +29,15 @@ from fibrefit.records.columns.bearing import (
 )
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.held import ReadColumn
+from fibrefit.records.columns.lexicon import OFFSETS
 from fibrefit.records.columns.raw import Annotation
 from fibrefit.records.grammar.claims import WORDED, Claim, claims_of, has_day
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.grammar.worth import OF_COUNTS, PLACES, are_whole
 from fibrefit.records.thresholds import LONGEST_HEADING, SAME_PEAK
+
+#: A word that is added or taken off.
+_SIGNED = re.compile(r"([+\u2212-])\s*([^\W\d_]+)")
 
 
 def doubt_of(one: Annotation, read: ReadColumn, mark: str) -> str:
@@ -86,7 +92,7 @@ def _factor(claim: Claim, read: ReadColumn, line: str) -> str:
     if not MULTIPLIED.search(claim.about) or has_day(line) or (others and not read.named(claim.about)):
         return ""
     factors = [a.value for a in read.own(claim) if not a.unit and a.value not in (0.0, 1.0)]
-    return f"({claim.about.strip()[:40]}: {factors[0]:g}) may still have to be applied to" if factors else ""
+    return f"({claim.about.strip(' =:[(')[:40]}: {factors[0]:g}) may still have to be applied to" if factors else ""
 
 
 def _row(claim: Claim, read: ReadColumn) -> str:
@@ -138,12 +144,9 @@ def _formula(line: str, one: Annotation, read: ReadColumn) -> str:
 
 def _worded(line: str, one: Annotation, read: ReadColumn) -> str:
     """A number in words that is said of a column, or is to be applied."""
-    if (
-        (one.place.startswith("heading") and not MULTIPLIED.search(line))
-        or (DONE.search(line) and not UNDONE.search(line))
-        or (read.settled and not read.named(line) and not one.of)
-    ):
+    if (DONE.search(line) and not UNDONE.search(line)) or (read.settled and not read.named(line) and not one.of):
         return ""
+    heading = one.place.startswith("heading")
     line = HALVES.sub(" ", line)
     words = tokens(line)
     typed = words == ["double"] or TYPE.search(line)  # a type of numbers
@@ -153,7 +156,10 @@ def _worded(line: str, one: Annotation, read: ReadColumn) -> str:
     sides = against.search(line) if against and (read.kind in kinds or not kinds) else None
     if sides:
         return f"({sides.group()}) may turn the sign of"
-    meant = (one.of and not one.place.startswith("heading")) or read.named(line)
+    moved = next((m for m in _SIGNED.finditer(line) if OFFSETS.fullmatch(m[2].casefold())), None) if heading else None
+    if moved:
+        return f"({moved.group().strip()}) may move the numbers of"
+    meant = (one.of and not heading) or (read.named(line) and (not heading or MULTIPLIED.search(line)))
     others = OF_OTHERS.search(line) and not read.named(line)
     return f"({found}) may be a factor of" if found and meant and not others else ""
 

@@ -108,7 +108,7 @@ PHRASES = re.compile(
     r"|(?:night|day|late|early|morning|evening)[- ]?shift|shift\W+(?:night|day|late|early|morning|evening|[1-3a-d])"
     r"|(?-i:[A-Z]+\d\w*) plus|twice (?:in|during|before|after|a)"
     r"|raw data|rohdaten|inverted pendulum|reading mode|every sample stored|all samples|some words"
-    r"|real[- ]?time|no averag\w*"
+    r"|real[- ]?time|no averag\w*|actual_range"
     r"|(?:laboratory|kitchen|digital) scale|gain set by factory|offset of the laser from the axis|not used"
     r"|[\w-]+\.(?:jpe?g|png|mp4|mov|avi|csv|txt|dat|py|m|vi|log|xlsx?)|[a-z]+_\d+|(?-i:[A-Z]{1,6}-\d{2,}[A-Z]*)"
     r"|temperature coefficient of \w+\W+[\d.]+ ?\S*|since (?:19|20)\d\d|type?\W+(?:double|single)\b"

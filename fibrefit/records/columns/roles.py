@@ -11,7 +11,7 @@ from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.grammar.headings import known_unit, so_much_of, split_heading
-from fibrefit.records.grammar.words import KIND_OF_ROLE, counts_rows, is_no_reading, score, treated
+from fibrefit.records.grammar.words import GO_BESIDE, KIND_OF_ROLE, counts_rows, is_no_reading, score, treated
 
 #: Roles looked for when nobody says which; two forces take the place of one they cannot be distinguished from.
 USUAL = ("force", "position", "drive", "angle")
@@ -204,9 +204,10 @@ def guessed_roles(
             doubts[role] = _command(role, headings[max(commands, key=points.__getitem__)], where)
         elif candidates and role != "drive":
             doubts[role] = _doubt(role, [headings[i] for i in candidates], where)
-    # What is wanted, or goes with a quantity, is left out beside what was measured; alone it may be what is meant.
-    if not found and not taken.keys() & ROLES.keys() - {"time"}:
-        doubts |= unread
+    # What is wanted, or goes with a quantity, is left out beside what was measured; alone it may be what is meant. A
+    # statistic or the like may be meant wherever nothing else is the quantity.
+    alone = not found and not taken.keys() & ROLES.keys() - {"time"}
+    doubts |= {role: doubt for role, doubt in unread.items() if alone or not doubt.got.startswith(GO_BESIDE)}
     for role in wanted:
         if role not in taken and role not in found and role not in doubts:
             used = {i for one, i in {**taken, **found}.items() if one != "time"}
@@ -310,7 +311,7 @@ def wrong_kind(role: str, header: str, unit: str, where: str) -> DataError:
         do = f"State what it is worth, by the sensitivity of its sensor: {stated} under [channels]."
         return DataError(place, f'unit "{unit}", a signal', units.ACCEPTED[si], do)
     do = f"Say what it is worth: {with_gain(role, header, unit)} under [channels], "
-    do += f'or correct its unit: {role} = "{units.usual(si)}" under [units].'
+    do += f'or correct its unit: {role} = ".." under [units].'
     return DataError(place, f'unit "{unit}"', units.ACCEPTED[si], do)
 
 
@@ -331,8 +332,8 @@ def _points(heading: Heading, role: str) -> int:
     kind = heading.kind
     if (kind is not None and kind != KIND_OF_ROLE[role]) or (not heading.name and kind is None):
         return 0
-    words = 10 * score(heading.name, role)
-    if words and kind is None and treated(heading.name) == "raw":  # counts, most likely
+    words, other = 10 * score(heading.name, role), is_no_reading(heading.name)
+    if words and ((kind is None and treated(heading.name) == "raw") or other not in ("", *GO_BESIDE)):  # raw: counts
         words = max(words - 20, 1)
     if role in PAIR:
         if not heading.name.rstrip(" )").endswith(role[-1]) or heading.name[-2:-1] == ".":  # pandas counts alike names
@@ -343,7 +344,7 @@ def _points(heading: Heading, role: str) -> int:
     if role == "position" and score(heading.name, "drive") > 1:
         return 0
     # A height or a preload that is written into every row has the unit of a reading.
-    by_unit = 0 if heading.constant else 3 if is_no_reading(heading.name) else 4
+    by_unit = 0 if heading.constant else 3 if other else 4
     return max(words + (5 if kind and words > 0 else 0), by_unit if kind else 0)
 
 
@@ -352,8 +353,11 @@ def _doubt(role: str, candidates: Sequence[Heading], where: str) -> DataError:
     # Of the same reading before and after a filter the one before it is advised.
     best = next((done.index(kind) for kind in ("raw", "") if kind in done), 0) if any(done) else 0
     names = [h.header or f"column {h.number}" for h in candidates]
+    if len(set(names)) < len(names) and all(h.number for h in candidates):  # a heading that stands twice names none
+        names = [f"column {h.number}" for h in candidates]
     first = names[best] if all(h.header for h in candidates) else f"column {candidates[best].number}"
     shown = " and ".join(f'"{name}"' for name in names[:3])
+    shown += f' ("{candidates[0].header}")' if names[0] != candidates[0].header and candidates[0].header else ""
     got = f"columns {shown} could each be the {role.replace('_', ' ')}"
     why = "The record is wanted as it was measured: a filter or a mean changes what is found. " if any(done) else ""
     return DataError(where, got, "one", f'{why}Name it: {role} = "{first}" under [channels].')

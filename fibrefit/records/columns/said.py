@@ -5,11 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from fibrefit.core import units
 from fibrefit.records.columns.raw import Annotation, RawColumn
 from fibrefit.records.grammar.dialect import WHITESPACE
 from fibrefit.records.grammar.header import Header
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.numbers import CODE
 from fibrefit.records.grammar.rows import Rows
 from fibrefit.records.grammar.tokens import kind_of_cell
+
+#: What says something in a cell that holds no number: a word, or the sign of a factor before a number.
+_SAYS = re.compile(r"[^\W\d_]{3}|^\W*[x*/\u00d7\u00b7]\s?\d", re.I)
 
 
 def annotations_beside(
@@ -39,7 +47,51 @@ def annotations_beside(
     found = [*_lines(around, header, rows.first), *listed_channels(placed, columns)]
     found += _in_columns(lines, rows, columns)
     titles = [Annotation(f"column {place}", header.names[place - 1]) for place in aside if header.names[place - 1]]
-    return [*found, *titles, *_remarks(rows, header, aside)]
+    return [*found, *_of_unit_row(header, columns), *titles, *_remarks(rows, header, aside)]
+
+
+def unread_cells(
+    columns: Sequence[RawColumn], lines: np.ndarray, clocks: Mapping[int, Sequence[str]]
+) -> tuple[list[Annotation], list[str]]:
+    """What cells of columns of numbers say that are none, each once; and a note on each column that quotes the first.
+
+    It may be said of all columns, whichever it stands in.
+
+    Parameters
+    ----------
+    columns : sequence of RawColumn
+        Of the file.
+    lines : (n_rows,) int array
+        Line of each row.
+    clocks : mapping of int to sequence of str
+        Cells of those columns that hold clock times, by their number.
+    """
+    found: list[Annotation] = []
+    notes: list[str] = []
+    for column in columns:
+        numbers = column.numbers
+        cells = clocks.get(column.number, ()) if column.clock else numbers.texts
+        unread = np.isnan(numbers.values) if column.clock else numbers.reasons == CODE["unreadable"]
+        odd = ((cells[i].strip(), int(lines[i])) for i in np.flatnonzero(unread).tolist() if len(cells))
+        first: dict[str, int] = {}
+        for cell, line in odd:
+            if kind_of_cell(cell, numbers.mark) in ("text", "thousands", "number" if column.clock else "clock"):
+                first.setdefault(cell, line)
+        place = f'column "{column.header or column.number}"'
+        found += [Annotation(f"line {line}, {place}", cell) for cell, line in first.items() if _SAYS.search(cell)]
+        for cell, line in [*first.items()][:1]:
+            notes.append(f'Cells of {place} that hold no number are left out, such as "{cell[:30]}" in line {line}.')
+    return found, notes
+
+
+def _of_unit_row(header: Header, columns: Sequence[RawColumn]) -> list[Annotation]:
+    """Cells of a line of units below headings that have units of their own, and say something else than these."""
+    found = []
+    for column in columns:
+        own, cell = split_heading(column.header)[1], header.units[column.number - 1]
+        if own and cell and cell != own and (units.expression(cell) is None or units.expression(own) is None):
+            found.append(Annotation(f"line {header.unit_line}", f"unit = {cell}", column.header))
+    return found
 
 
 def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence[RawColumn]) -> list[Annotation]:

@@ -53,6 +53,10 @@ class Text:
         What had to be decided.
     beside : tuple of (str, str)
         What the file says outside these lines, such as on another sheet: where, and what.
+    units : tuple of str
+        Of these, units of columns by their names: ``force = kN``.
+    decimal : str or None
+        Decimal mark, where the file holds numbers instead of their texts.
     """
 
     lines: list[str]
@@ -60,6 +64,8 @@ class Text:
     ended: bool
     notes: tuple[str, ...] = ()
     beside: tuple[tuple[str, str], ...] = ()
+    units: tuple[str, ...] = ()
+    decimal: str | None = None
 
 
 def decode(data: bytes, where: str) -> Text:

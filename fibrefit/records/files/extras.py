@@ -15,7 +15,7 @@ from typing import Any
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, RawColumn
 from fibrefit.records.grammar.headings import unit_by_key
-from fibrefit.records.grammar.worth import contradicted
+from fibrefit.records.grammar.worth import contradicted, shown_list, tells_factor
 from fibrefit.records.thresholds import HEADER_DEPTH
 
 _OF_UNITS = re.compile(r"units?(?![^\W_])|einheit", re.IGNORECASE)
@@ -114,6 +114,22 @@ def _leaves(path: str, node: Any) -> Iterator[tuple[str, str]]:
             yield from _leaves(f"{path}.{key}", value)
     else:
         yield path, str(node)
+
+
+def factors_among(others: Sequence[RawColumn], channels: int) -> Iterator[Annotation]:
+    """What short vectors beside the channels say of them: each is called a factor or an offset.
+
+    Parameters
+    ----------
+    others : sequence of RawColumn
+        Vectors that are no channels.
+    channels : int
+        How many channels there are; what has more numbers is not one for each of them.
+    """
+    for column in others:
+        values = column.numbers.values
+        if values.size <= channels and tells_factor(column.header):
+            yield Annotation(f'"{column.header}"', f"{column.header} = {shown_list(values)}")
 
 
 def with_stated_units(columns: Sequence[RawColumn], annotations: Sequence[Annotation]) -> list[RawColumn]:

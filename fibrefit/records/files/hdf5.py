@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +14,11 @@ from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation
 from fibrefit.records.files.extras import stated_in
-from fibrefit.records.grammar.worth import stated_worth
+from fibrefit.records.grammar.worth import shown_list, stated_worth
 from fibrefit.records.thresholds import HEADER_DEPTH
 
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
+#: What netCDF packs numbers with; the last one tells which of them stands for none.
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
 #: Bytes each item of an HDF5 file counts at least.
 _ITEM = 1 << 14
@@ -29,7 +32,7 @@ UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits",
 
 
 def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation], list[str]]:
-    """Content of an HDF5 file, what its attributes say, and which arrays of words are too long to be read.
+    """Content of an HDF5 file, what its attributes say, and notes on what was unpacked and left out.
 
     Parameters
     ----------
@@ -42,7 +45,9 @@ def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Anno
     with h5py.File(path, "r", locking=False) as file:
         _Hdf5(file, replace(allowed), reads=False).group(file)
         reader = _Hdf5(file, allowed)
-        return reader.group(file), reader.annotations, reader.words
+        tree = reader.group(file)
+        left = [f"Arrays of words are left out: {', '.join(reader.words[:6])}."] if reader.words else []
+        return tree, reader.annotations, [*reader.unpacked, *left]
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,8 @@ class _Hdf5:
         Filled with what attributes say, as the groups are read.
     words : list of str
         Filled with the names of arrays of words that are left out.
+    unpacked : list of str
+        Filled with sentences on arrays whose numbers were packed.
     """
 
     file: Any
@@ -66,6 +73,7 @@ class _Hdf5:
     reads: bool = True
     annotations: list[Annotation] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
+    unpacked: list[str] = field(default_factory=list)
 
     def group(self, group: Any) -> dict[str, Any]:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
@@ -83,12 +91,10 @@ class _Hdf5:
             if stated and stated[0]:
                 units_of[name] = stated[0]
                 tree.setdefault(STATED, {})[name] = stated
-            if not hasattr(item, "items"):
-                self._tell(item.attrs, item.name.strip("/").replace("/", "."))
-            if isinstance(tree[name], np.ndarray):
-                own = {key: value for key, value in item.attrs.items() if key not in _PACKED}
-                tree.setdefault(WORTH, {})[name] = stated_worth(own, tree[name])
-            for key, value in _said(item).items() if not hasattr(item, "items") else ():
+            if hasattr(item, "items"):
+                continue
+            self._tell_of_numbers(item, tree, name)
+            for key, value in _said(item).items():
                 if isinstance(value, str) and key.casefold().replace("_", "") in UNITS:
                     continue
                 while key in tree and not np.array_equal(tree[key], value):
@@ -100,18 +106,35 @@ class _Hdf5:
             attributes.add("units")
         return tree
 
+    def _tell_of_numbers(self, item: Any, tree: dict[str, Any], name: str) -> None:
+        """Keep what the attributes of an array say of its numbers, but for what was applied to them."""
+        packing = _packing(item)
+        own = {key: value for key, value in item.attrs.items() if key not in packing}
+        self._tell(own, item.name.strip("/").replace("/", "."))
+        found = tree[name]
+        if isinstance(found, np.ndarray):
+            tree.setdefault(WORTH, {})[name] = stated_worth(own, found)
+            changed = [f"{key} = {packing.get(key, idle):g}" for key, idle in zip(_PACKED, (1.0, 0.0), strict=False)]
+            if packing.get(_PACKED[0], 1.0) != 1.0 or packing.get(_PACKED[1], 0.0) != 0.0:
+                self.unpacked.append(f'The numbers of "{name}" are unpacked: {", ".join(changed)}.')
+        elif isinstance(found, dict) and item.dtype.names:
+            whole = {key: stated_worth(own, value) for key, value in found.items() if value.dtype.kind in "iub"}
+            units = next((value for key, value in _said(item).items() if key.casefold() in UNITS), ())
+            if isinstance(units, list) and len(units) == len(item.dtype.names):
+                found["units"] = dict(zip(item.dtype.names, units, strict=True))
+            found[WORTH] = whole
+            found[ATTRIBUTES] = {"units", WORTH}
+
     def _tell(self, attributes: Any, of: str = "", within: str = "") -> None:
-        """Keep the attributes of a group, or of one array, that are words or single numbers."""
+        """Keep the attributes of a group, or of one array, that are words, numbers, or short lists of these."""
         for key, value in attributes.items() if self.reads else ():
             array = np.asarray(value)
-            if (
-                key not in _PACKED
-                and not key.startswith("MATLAB")
-                and array.size == 1
-                and array.dtype.kind in "OSUiufb"
-            ):
+            single = array.size == 1 and array.dtype.kind in "OSUiufb"
+            listed = 1 < array.size <= HEADER_DEPTH and array.dtype.kind in "iufb"
+            if (single or listed) and not key.startswith("MATLAB"):
                 place = f'attribute "{key}" of "{of}"' if of else f'attribute "{key}"'
-                for path, text in stated_in(key, _text(array.ravel()[0])):
+                said = _text(array.ravel()[0]) if single else shown_list(array)
+                for path, text in stated_in(key, said):
                     self.annotations.append(Annotation(place, " ".join(f"{within} {path} = {text}".split()), of))
 
     def _own(self, group: Any, name: str) -> Any:
@@ -152,10 +175,11 @@ class _Hdf5:
         if holds == "references":
             return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
         if array.dtype.names:
-            return {name: array[name] for name in array.dtype.names if array[name].dtype.kind in "biuf"}
+            numbers = [name for name in array.dtype.names if array[name].dtype.kind in "biuf"]
+            return {name: _unpacked(array[name], _packing(item)) for name in numbers}
         if array.dtype.kind not in "biuf":
             return None
-        array = _unpacked(array, item.attrs)
+        array = _unpacked(array, _packing(item))
         # MATLAB stores columns first: a matrix comes out transposed.
         return np.squeeze(array.T if kind else array)
 
@@ -180,9 +204,21 @@ def _held(dtype: Any) -> str:
     return "references" if h5py.check_ref_dtype(dtype) is h5py.Reference else ""
 
 
-def _unpacked(array: np.ndarray, said: Any) -> np.ndarray:
+def _packing(item: Any) -> dict[str, float]:
+    """What an array was packed with by its attributes: of a table of fields the number for nothing alone.
+
+    A factor of a table is of one of its fields, and a list of factors of no array by these conventions.
+    """
+    packing = {}
+    for key in _PACKED[2:] if item.dtype.names else _PACKED:
+        if key in item.attrs and np.size(item.attrs[key]) == 1:
+            with contextlib.suppress(TypeError, ValueError):
+                packing[key] = float(np.ravel(item.attrs[key])[0])
+    return packing
+
+
+def _unpacked(array: np.ndarray, packing: Mapping[str, float]) -> np.ndarray:
     """Numbers that were packed by the conventions of netCDF: a factor, an offset, and a number for nothing."""
-    packing = {key: float(np.ravel(said[key])[0]) for key in _PACKED if key in said and np.size(said[key]) == 1}
     if not packing:
         return array
     missing = array == packing["_FillValue"] if "_FillValue" in packing else np.zeros(array.shape, dtype=bool)
@@ -196,7 +232,7 @@ def _said(item: Any) -> dict[str, Any]:
         array = np.asarray(value)
         if array.ndim == 0 and array.dtype.kind in "iuf":
             said[key] = array
-        elif array.ndim == 1 and array.dtype.kind in "OSU":
+        elif array.ndim == 1 and array.dtype.kind in "OSU" and all(isinstance(text, str | bytes) for text in array):
             said[key] = [_text(text) for text in array]
         elif isinstance(value, str | bytes) and key.endswith(("_unit", "_units")):
             said[key] = _text(value)

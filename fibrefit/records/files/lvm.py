@@ -11,6 +11,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
+from fibrefit.records.columns.said import unread_cells
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import known_unit
@@ -79,6 +80,7 @@ def read_lvm(text: Text, where: str) -> Raw:
     if lines.size < FEWEST_ROWS:
         raise DataError(where, f"only {lines.size} rows of numbers", f"at least {FEWEST_ROWS} samples")
     columns = _channels(segments, cells, lines, mark, where, x_columns)
+    inside, notes = unread_cells(columns, lines, {})
     return Raw(
         columns=columns,
         facts=Facts(),
@@ -95,8 +97,8 @@ def read_lvm(text: Text, where: str) -> Raw:
             "unreadable_lines": [n for segment in segments for n in segment.unplaced],
             "segments": len(segments),
         },
-        notes=[*text.notes, *_notes(segments)],
-        annotations=_annotations(text.lines, int(lines[0])),
+        notes=[*text.notes, *_notes(segments), *notes],
+        annotations=[*_annotations(text.lines, int(lines[0])), *inside],
     )
 
 

@@ -16,7 +16,7 @@ from fibrefit.core import units
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
-from fibrefit.records.files.extras import damage_as_error, with_stated_units
+from fibrefit.records.files.extras import damage_as_error, factors_among, with_stated_units
 from fibrefit.records.files.hdf5 import ATTRIBUTES, STATED, UNITS, WORTH, load_hdf5
 from fibrefit.records.files.matlab_sizes import count_declared
 from fibrefit.records.grammar.facts import Facts, find_facts
@@ -81,9 +81,10 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         If the file is damaged, declares or unpacks to more than a record can be, or holds no two vectors of one length.
     """
     with damage_as_error(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
-        tree, annotations, words = _load(path, Allowance(where, DataError))
-    placed = [(place, _called_by_user(place, column, wanted)) for place, column in _columns(tree, "")]
-    annotations = list(_said_of(annotations, placed))
+        tree, annotations, remarks = _load(path, Allowance(where, DataError))
+    # A user may call a column by its name in the file, whatever is told beside it of its name.
+    placed = [(at, replace(column, header=at) if at in wanted else column) for at, column in _columns(tree, "")]
+    annotations = _said_of(annotations, placed)
     found = with_stated_units([column for _, column in placed], annotations)
     sizes = [column.numbers.values.size for column in found]
     long = [size for size in sizes if size >= 3]
@@ -99,14 +100,13 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
         _refuse_other_rates(columns, others, where)
     aside = [column.header for column in others]
     notes = [f"Vectors of another length are left out: {', '.join(aside[:6])}."] if aside else []
-    notes += [f"Arrays of words are left out: {', '.join(words[:6])}."] if words else []
     return Raw(
         columns,
         _facts(tree, left),
         np.arange(1, size + 1),
         layout={"format": _FORMATS[path.suffix.casefold() in (".h5", ".hdf5", ".hdf", ".he5", ".nxs")], "rows": size},
-        notes=notes,
-        annotations=annotations,
+        notes=[*notes, *remarks],
+        annotations=[*annotations, *factors_among(others, len(columns))],
     )
 
 
@@ -128,8 +128,8 @@ def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotati
     with path.open("rb") as file:
         head = file.read(1024)
     if b"\x89HDF\r\n\x1a\n" in head:
-        tree, annotations, words = load_hdf5(path, allowed)
-        return tree, [*annotations, *_annotations(tree)], words
+        tree, annotations, notes = load_hdf5(path, allowed)
+        return tree, [*annotations, *_annotations(tree)], notes
     import scipy.io  # a quarter of a second: only for version 5
 
     major, _ = scipy.io.matlab.matfile_version(path)
@@ -146,13 +146,13 @@ def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotati
 def _annotations(tree: Mapping[str, Any], prefix: str = "", of: str = "") -> Iterator[Annotation]:
     """Texts and single numbers among variables and fields; those that tell of one vector alone are said of it.
 
-    What attributes of HDF5 say is told by them, and names and units of the columns of a matrix by these.
+    What attributes of HDF5 say but for lists of texts is told by them, names and units of columns of a matrix by these.
     """
     told_of = _told_of(tree, prefix, of)
     names = [_names_beside(tree, key, min(tree[key].shape)) for key in tree if _is_matrix(tree[key])]
     for key, value in tree.items():
         place, mine = f"{prefix}{key}", told_of[key]
-        if key in tree.get(ATTRIBUTES, ()) or (
+        if (key in tree.get(ATTRIBUTES, ()) and not isinstance(value, list)) or (
             isinstance(value, list)
             and (_plain(key) in UNITS or (all(isinstance(one, str) for one in value) and value in names))
         ):
@@ -179,19 +179,18 @@ def _texts_of(value: Any) -> list[str]:
     return [text for text in dict.fromkeys(one for one in texts if isinstance(one, str)) if text][:HEADER_DEPTH]
 
 
-def _said_of(annotations: Iterable[Annotation], placed: Sequence[tuple[str, RawColumn]]) -> Iterator[Annotation]:
-    """Annotations with the heading of the column in place of its name in the file; of a matrix all may be meant."""
+def _said_of(annotations: Iterable[Annotation], placed: Sequence[tuple[str, RawColumn]]) -> list[Annotation]:
+    """Annotations with the heading of the column in place of its name in the file.
+
+    Of a matrix, and of a table of fields, all columns may be meant.
+    """
     headers: dict[str, list[str]] = {}
     for place, column in placed:
-        headers.setdefault(place.partition("(:")[0], []).append(column.header)
-    for one in annotations:
-        mine = headers.get(one.of)
-        yield one if mine is None else replace(one, of=mine[0] if len(mine) == 1 else "")
-
-
-def _called_by_user(place: str, column: RawColumn, wanted: Collection[str]) -> RawColumn:
-    """A column under its name in the file, where the user calls it so, whatever is told beside it of its name."""
-    return replace(column, header=place) if place in wanted else column
+        whole, _, field = place.partition("(:")[0].rpartition(".")
+        for name in filter(None, (whole, f"{whole}.{field}".strip("."))):
+            headers.setdefault(name, []).append(column.header)
+    said = [(one, headers.get(one.of)) for one in annotations]
+    return [one if mine is None else replace(one, of=mine[0] if len(mine) == 1 else "") for one, mine in said]
 
 
 def _of_scipy(value: Any) -> Any:
@@ -224,6 +223,10 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, RawCol
     by_key = {_plain(key): value for key, value in tree.items()}
     given = next((by_key[key] for key in UNITS if key in by_key), None)
     given = None if isinstance(given, str) and units.expression(given) is None else given
+    if prefix and ATTRIBUTES not in tree and isinstance(given, list):  # of a structure, which keeps its fields in order
+        sizes = [value.size for value in tree.values() if _is_vector(value)]
+        vectors = [key for key in tree if _is_vector(tree[key]) and tree[key].size == max(sizes)]
+        given = dict(zip(vectors, given, strict=True)) if len(vectors) == len(given) else given
     told: dict[str, dict[str, Any]] = {}
     for name, (key, word) in _owners(tree).items():
         told.setdefault(key, {}).update(tree[name] if isinstance(tree[name], dict) else {word: tree[name]})
@@ -234,7 +237,8 @@ def _columns(tree: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, RawCol
         elif _is_vector(value):
             yield place, _vector(tree, prefix, key, given, told.get(key, {}))
         elif _is_matrix(value):
-            yield from _matrix(place, value, _names_beside(tree, key, min(value.shape)), given)
+            units_of = _unit_of(given, key) if isinstance(given, dict) else given
+            yield from _matrix(place, value, _names_beside(tree, key, min(value.shape)), units_of)
 
 
 def _vector(tree: Mapping[str, Any], prefix: str, key: str, given: Any, told: Mapping[str, Any]) -> RawColumn:
@@ -333,9 +337,10 @@ def _matrix(place: str, value: np.ndarray, names: Sequence[str], given: Any) -> 
     table = value if value.shape[0] >= value.shape[1] else value.T
     count = table.shape[1]
     places = [f"{place}(:,{i + 1})" for i in range(count)]
-    unit = list(given) if isinstance(given, list) and len(given) == count else [None] * count
+    listed = list(given) if isinstance(given, list) and len(given) == count else [None] * count
     for i, title in enumerate(names or places):
-        yield places[i], _column(title, unit[i] if isinstance(unit[i], str) else None, table[:, i])
+        unit = given if isinstance(given, str) and not _is_other(title, given) else listed[i]
+        yield places[i], _column(title, unit if isinstance(unit, str) else None, table[:, i])
 
 
 def _column(header: str, unit: str | None, values: np.ndarray) -> RawColumn:
@@ -345,10 +350,12 @@ def _column(header: str, unit: str | None, values: np.ndarray) -> RawColumn:
 
 def _named(header: str) -> tuple[str, str | None]:
     """Name and unit of a vector, by its own name."""
+    header, sign, place = header.rpartition("(:,")  # which column of a matrix
+    header, behind = (header, sign + place) if sign else (place, "")
     name, found = split_heading(header.rpartition(".")[2] if "." in header else header)
     if found is None and units.expression(name.rpartition("_")[2] or "?") is not None and "_" in name:
         name, _, found = name.rpartition("_")
-    return name, found
+    return name + behind, found
 
 
 def _facts(tree: Mapping[str, Any], left: Collection[str]) -> Facts:

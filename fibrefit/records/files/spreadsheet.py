@@ -6,15 +6,25 @@ import datetime
 import io
 import re
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
+from xml.etree import ElementTree
 
-from fibrefit.core import allowance
+from fibrefit.core import allowance, units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.files.extras import damage_as_error, require
+from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.tokens import NUMBER
 from fibrefit.records.thresholds import FEWEST_ROWS, STRAY_ROWS, STRAY_SHARE
+
+#: Comments of cells, and threads of them; what a program writes instead of a thread where it cannot show one.
+_COMMENTS = re.compile(r"xl/(?:.*/)?(?:threaded)?comments?\d*\.xml", re.I)
+_NO_THREAD = "[threaded comment]"
+#: Words that a number format shows beside the number: ``0.0" kN"``.
+_SHOWN = re.compile(r'"([^"]*)"|\\(.)')
 
 
 def sheet_text(data: bytes, where: str) -> Text:
@@ -42,7 +52,9 @@ def sheet_text(data: bytes, where: str) -> Text:
         warnings.simplefilter("ignore")  # styles and extensions it does not know
         book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
         sheets = {sheet.title: _rows(_all_rows(sheet), where) for sheet in book.worksheets}
-    chosen, notes = _with_table(sheets, where)
+        comments = list(_comments(data, where))
+        chosen, notes = _with_table(sheets, where)
+        formats = _formats(next(sheet for sheet in book.worksheets if sheet.title == chosen), sheets[chosen])
     others = [(title, rows) for title, rows in sheets.items() if title != chosen]
     beside = [
         (f'sheet "{title}", row {i}', "\t".join(filter(None, row)))
@@ -50,7 +62,63 @@ def sheet_text(data: bytes, where: str) -> Text:
         for i, row in enumerate(rows, 1)
         if any(row)
     ]
-    return Text(["\t".join(row) for row in sheets[chosen]], "XLSX", True, notes, tuple(beside))
+    beside += [*comments, *((f"number format of column {i}", stated) for i, stated in formats.items())]
+    if (mark := _mark(sheets[chosen])) is not None:
+        _refuse_texts(sheets[chosen], where)
+    lines = ["\t".join(row) for row in sheets[chosen]]
+    return Text(lines, "XLSX", True, notes, tuple(beside), tuple(formats.values()), mark)
+
+
+def _comments(data: bytes, where: str) -> Iterator[tuple[str, str]]:
+    """What comments say, of whichever sheet, with the cell they stand at."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        parts = [entry for entry in archive.infolist() if _COMMENTS.fullmatch(entry.filename)]
+        allowance.Allowance(where, DataError).take(sum(entry.file_size for entry in parts))
+        for part in parts:
+            for one in ElementTree.fromstring(archive.read(part)).iter():
+                text = " ".join("".join(one.itertext()).split())
+                if one.get("ref") and text and not text.casefold().startswith(_NO_THREAD):
+                    yield f"comment on cell {one.get('ref')}", text
+
+
+def _formats(sheet: Any, rows: Sequence[Sequence[str]]) -> dict[int, str]:
+    """Units that number formats of the first row of the table show, by the number of the column: ``force = kN``."""
+    first = next((i for i, row in enumerate(rows, 1) if _is_row(row)), 0)
+    found = {}
+    for cell in next(iter(sheet.iter_rows(min_row=first, max_row=first)), ()) if first else ():
+        shown = "".join(map("".join, _SHOWN.findall((cell.number_format or "").split(";")[0]))).strip(" []()")
+        if isinstance(cell.value, int | float) and units.kind_of(shown) in PLAIN_KINDS:
+            above = (rows[i][cell.column - 1] for i in range(first - 2, -1, -1))
+            name = split_heading(next(filter(None, above), ""))[0]
+            found[cell.column] = f"{name} = {shown}"
+    return found
+
+
+def _mark(rows: Sequence[Sequence[str]]) -> str | None:
+    """Decimal mark of a sheet: a point where rows have numbers, as they are written out; None where all are texts."""
+    table = [row for row in rows if _is_row(row)]
+    decimals = sum(any(isinstance(cell, _Number) for cell in row) for row in table)
+    return "." if 2 * decimals > len(table) else None
+
+
+def _refuse_texts(rows: Sequence[Sequence[str]], where: str) -> None:
+    """Refuse a sheet with numbers in some columns, and in more of them texts with a decimal comma.
+
+    Of fewer such columns the reader of texts tells which they are.
+    """
+    found = []
+    for number, row in enumerate(rows, 1):
+        texts = [i for i, cell in enumerate(row) if "," in cell and NUMBER[","].fullmatch(cell)]
+        if texts and 0 < sum(NUMBER["."].fullmatch(cell) is not None for cell in row) <= len(texts):
+            found.append((number, texts[0]))
+    if 2 * len(found) > sum(map(_is_row, rows)):
+        number, place = found[0]
+        above = next((rows[i][place] for i in range(number - 2, -1, -1) if rows[i][place]), f"column {place + 1}")
+        got = f'the text "{rows[number - 1][place]}" beside columns of numbers'
+        do = (
+            "Convert the texts to numbers (in Excel: Data, Text to Columns), or save all columns with one decimal mark."
+        )
+        raise DataError(f'{where}, column "{above}", line {number}', got, "numbers", do)
 
 
 def _with_table(sheets: Mapping[str, Sequence[Sequence[str]]], where: str) -> tuple[str, tuple[str, ...]]:
@@ -113,7 +181,13 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, datetime.datetime | datetime.time):
         return value.isoformat(" ") if isinstance(value, datetime.datetime) else value.isoformat()
-    return repr(value) if isinstance(value, float) else " ".join(str(value).split())
+    return _Number(repr(value)) if isinstance(value, float) else " ".join(str(value).split())
+
+
+class _Number(str):
+    """A number with decimals, as it is written out: no text of the sheet."""
+
+    __slots__ = ()
 
 
 def _is_row(row: Sequence[str]) -> bool:

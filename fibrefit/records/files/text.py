@@ -12,9 +12,9 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file
-from fibrefit.records.clock.wall_clock import parse_clock
+from fibrefit.records.clock.wall_clock import parse_clock, refuse_unpadded
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
-from fibrefit.records.columns.said import annotations_beside, listed_channels
+from fibrefit.records.columns.said import annotations_beside, listed_channels, unread_cells
 from fibrefit.records.columns.states import without_bad
 from fibrefit.records.files.decode import Text, decode
 from fibrefit.records.files.doubts import (
@@ -80,7 +80,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     lines, beside_rows = header_beside(requoted(without_arrows(lines)))
     lines, stated = step_beside(lines)
     beside_rows = beside_rows or stated
-    voted = vote(lines, delimiter=delimiter, mark=options.decimal)
+    voted = vote(lines, delimiter=delimiter, mark=options.decimal or text.decimal)
     if voted is None:
         raise no_table(lines, where)
     dialect, kinds = voted
@@ -89,7 +89,9 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *beside_rows]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
-    columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside]), where)
+    columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside, *text.units]), where)
+    clocks = {column.number: rows.cells[column.number - 1] for column in columns if column.clock}
+    inside, remarks = unread_cells(columns, rows.numbers, clocks)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
     refuse_common_factor(around, where)
     if len(rows.numbers) < FEWEST_ROWS:
@@ -104,10 +106,11 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         rows=[lines[i - 1] for i in rows.numbers],
         placed=not rows.unplaced and _breaks_are_regular(rows),
         layout=_layout(text, rows, header),
-        notes=[*text.notes, *notes, *_line_notes(rows, lines)],
+        notes=[*text.notes, *notes, *remarks, *_line_notes(rows, lines)],
         aside=aside,
         annotations=[
             *annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, rows, columns, aside),
+            *inside,
             *_elsewhere(text, beside, columns),
         ],
     )
@@ -265,7 +268,8 @@ def _columns(
     bad: list[tuple[str, np.ndarray]] = []
     words: list[tuple[str, Sequence[str]]] = []
     last = len(rows.cells) - 1
-    for i, cells in enumerate(with_dates(with_thousandths(rows.cells, kinds, header), kinds)):
+    joined = with_dates(with_thousandths(rows.cells, kinds, header), kinds)
+    for i, cells in enumerate(joined):
         title = header.names[i]
         name, unit = split_heading(title)
         twice = contradicted([unit, header.units[i], *bracketed_units(title)])
@@ -288,6 +292,7 @@ def _columns(
             columns.append(own)
         elif title or kind != "empty":
             if kind == "text":
+                refuse_unpadded(cells, place)  # two digits behind a third colon are text
                 refuse_figures(cells, unit, rows.dialect.mark, place)
                 words.append((place, cells))
                 bad.append((name, stated_bad(cells, rows.dialect.mark)))
@@ -295,11 +300,21 @@ def _columns(
                 if beside and columns and columns[-1].number == i and not (columns[-1].unit or columns[-1].clock):
                     columns[-1] = replace(columns[-1], unit=beside)
             what = _HOLDS[kind]
-            notes.append(f'Column "{shown}" {what} and is left out.')
+            used = _is_part_of_clock(rows.cells, joined, i)
+            notes.append(
+                f'Column "{shown}" {"is read with the clock beside it" if used else f"{what} and is left out"}.'
+            )
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     refuse_signs_apart(words, columns)
     return without_bad(columns, bad, notes), notes, aside
+
+
+def _is_part_of_clock(cells: Sequence[Sequence[str]], joined: Sequence[Sequence[str]], i: int) -> bool:
+    """Whether what a column holds was put before the times of the column behind it, or behind those before it."""
+    if any(cells[i]) and not any(joined[i]):
+        return True
+    return i + 1 < len(joined) and joined[i + 1][0].startswith(f"{cells[i][0].strip()} ") and bool(cells[i][0].strip())
 
 
 _HOLDS = {

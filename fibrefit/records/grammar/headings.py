@@ -27,6 +27,7 @@ _TEN = r"10\s*(?:\^|\*\*)\s*[+-]?\d+|1\s*[eE]\s*[+-]?\d+|10+|0[.,]0*1"
 _FACTOR = re.compile(
     rf"(?<![^\s(\[])\(?x\s*(?:{_TEN})\)?(?=\s|$)|\(?\s*[*\u00d7\u00b7]\s*(?:{_TEN}|\d+(?:[.,]\d+)?)\)?(?=[\s\[(]|$)"
     rf"|(?<=[^\W\d_])\s*/\s*(?:{_TEN})(?=[\s\[(]|$)"
+    rf"|(?<=\s)\(?(?:{_TEN})\s?x\)?(?=[\s\[(]|$)|(?<=[\])])\s*[eE][+-]?\d+$"
 )
 
 #: The same in words and as a ratio, a number below a quantity, and a sign that was turned.
@@ -39,7 +40,10 @@ _IN_WORDS = re.compile(
 _BELOW = re.compile(r"(?<=[^\W\d_])\s*/\s*(?!1(?!\d))\d+(?:[.,]\d+)?(?=[\s\[(]|$)")
 
 #: The same before a name: `10*F`, and a minus.
-_BEFORE = re.compile(rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7]|(?:{_TEN})\s*x\s)\s*(?=[^\W\d])")
+_BEFORE = re.compile(
+    rf"(?:[-\u2212]|(?:{_TEN}|\d+(?:[.,]\d+)?)\s*[*\u00d7\u00b7]|(?:{_TEN})\s*x\s|\d+(?:[.,]\d+)?x(?=[^\W\d_]{{3}}))"
+    r"\s*(?=[^\W\d])"
+)
 
 #: A unit that is so much of another one: `0.1 N`, `1/100 mm`, `mm/10`, `10^-2 mm`, `hundredths of mm`.
 _NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?"

@@ -26,6 +26,8 @@ REASONS = (
     "time unusable",
     "saturated",
     "stuck",
+    "held over",
+    "out of range",
 )
 CODE = {reason: code for code, reason in enumerate(REASONS)}
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import WHITESPACE, Dialect
+from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import kind_of_cell, shapes_of
 from fibrefit.records.thresholds import COUNTED_ROWS, DIGITS_OF_A_ROW, STRAY_ROWS, STRAY_SHARE
 
@@ -103,8 +104,8 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
     classes = classify(lines, dialect, kinds)
     first, last = _block(lines, classes)
     stray = tuple(i + 1 for i in range(first) if classes[i] == FULL)
-    _refuse_second_table(lines, first, last, where)
-    while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _looks_like_a_row(lines[first - 1]):
+    _refuse_second_table(lines, classes, (first, last), dialect, where)
+    while first > 0 and classes[first - 1] in (PARTIAL, OTHER) and _may_be_damaged(lines[first - 1], dialect, kinds):
         first -= 1
     block = range(first, last + 1)
     cells, numbers, unplaced, skipped = _regular(lines, classes, block, dialect) or _collect(
@@ -128,16 +129,44 @@ def find_rows(lines: Sequence[str], dialect: Dialect, kinds: Sequence[str], wher
     )
 
 
-def _refuse_second_table(lines: Sequence[str], first: int, last: int, where: str) -> None:
+def _refuse_second_table(
+    lines: Sequence[str], classes: Sequence[str], block: tuple[int, int], dialect: Dialect, where: str
+) -> None:
     """Refuse a file with more lines of numbers outside the table than a header may hold."""
+    first, last = block
     others = (*range(first), *range(last + 1, len(lines)))
     alike = {i for i in others if _looks_like_a_row(lines[i])}
     outside = sorted(i + 1 for i in alike if alike & {i - 1, i + 1})  # one by itself is a value below its name
     if len(outside) > max(STRAY_ROWS, STRAY_SHARE * (last - first)):
+        _refuse_odd_row(lines, classes, [i - 1 for i in outside], block, dialect, where)
         got = (
             f"more than one table of numbers (lines {outside[0]} to {outside[-1]}, and lines {first + 1} to {last + 1})"
         )
         raise DataError(where, got, "one table", "Split the file.")
+
+
+def _refuse_odd_row(
+    lines: Sequence[str],
+    classes: Sequence[str],
+    outside: Sequence[int],
+    block: tuple[int, int],
+    dialect: Dialect,
+    where: str,
+) -> None:
+    """Refuse lines beside the table, with no heading and no blank between, for the first of them that is no row."""
+    last = max((i for i in outside if i < block[0]), default=block[0])
+    next_one = min((i for i in outside if i > block[1]), default=block[1])
+    between = [*range(last, block[0]), *range(block[1] + 1, next_one)]
+    odd = next((i for i in outside if classes[i] in (PARTIAL, OTHER)), None)
+    if odd is None or any(not lines[i].strip() or re.search(r"[^\W\d_]{2}", lines[i]) for i in between):
+        return
+    cells = dialect.split(lines[odd]) or []
+    text = next((cell.strip() for cell in cells if kind_of_cell(cell, dialect.mark) == "text"), "")
+    got = f'"{lines[odd].strip()[:60]}" has {count(len(cells), "cell")} where the table has {dialect.width}'
+    if len(cells) == dialect.width and text:
+        got = f'"{text[:30]}" is no number'
+    do = "Export plain numbers, with one and the same separator between all of them."
+    raise DataError(f"{where}, line {odd + 1}", got, f"rows of {dialect.width} numbers", do)
 
 
 _Found = tuple[list[tuple[str, ...]], list[int], list[int], list[int]]
@@ -194,6 +223,15 @@ def _behind(lines: Sequence[str], numbers: Sequence[int], dialect: Dialect) -> I
             words = " ".join((dialect.split(lines[number - 1]) or [])[dialect.width :]).strip()
             if words:
                 yield number, words
+
+
+def _may_be_damaged(line: str, dialect: Dialect, kinds: Sequence[str]) -> bool:
+    """Whether a line above the table is a row of it that is damaged: it has a readable number where numbers stand."""
+    cells = dialect.split(line) or []
+    whole = len(cells) == dialect.width
+    measured = [cell for i, cell in enumerate(cells) if not whole or kinds[i] in ("number", "clock")]
+    readable = any(kind_of_cell(cell, dialect.mark) in ("number", "clock", "thousands") for cell in measured)
+    return readable and _looks_like_a_row(line)
 
 
 def _looks_like_a_row(line: str) -> bool:

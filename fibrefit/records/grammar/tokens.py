@@ -46,8 +46,9 @@ _STAMP = re.compile(r"((?:19|20)\d\d)(0[1-9]|1[0-2])(0[1-9]|[12]\d|3[01])([01]\d
 
 _NOT_A_NUMBER = (
     r"nan|[+-]?1[.,]#(?:ind|snan|qnan)\w*|[+-]?nan\(.*\)|n/?a|#n/?a|#nv|#wert!|#value!|#num!|#zahl!|#ref!|null|none|nil"
-    r"|-+|\?+|x+|missing|invalid|ung[uü]ltig|neplatn\w*|err(?:or)?|#err\w*|fehler|chyba|bad|void|no ?data|burnout|open"
-    r"|fault\w*|fail\w*|stale|time[ -]?out|disconnected|st[oö]rung|gest[oö]rt|ausfall|def[ae]ut|not ?ready|no ?signal"
+    r"|-+|\?+|x+|missing|invalid|ung[uü]ltig|neplatn\w*|err(?:or)?|#err\w*|fehler|chyba|bad|void"
+    r"|no[ _]?(?:data|values?|readings?)|burnout|open|fault\w*|fail\w*|stale|time[ -]?out|disconnected|st[oö]rung"
+    r"|gest[oö]rt|ausfall|def[ae]ut|not ?ready|no ?signal"
 )
 _OVERFLOW = (
     r"[+-]?inf(?:inity)?|[+-]?1[.,]#inf\w*|[+-]?(?:over|under)(?:flow|range|load)?|[+-]?ovl?d?|[+-]?ovfl|[+-]?o\.?l\.?"

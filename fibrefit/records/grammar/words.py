@@ -72,6 +72,17 @@ _BESIDE = _words(
 )
 _BESIDE |= _words("regelabweichung")
 
+#: Words that tell one number of many readings, a bound or a step from the readings. A mean is a reading of its own.
+_STATISTIC = _words(
+    "max maxi maximum maximal min mini minimum minimal peak pk fmax fmin xmax xmin rms amplitude schlepp"
+)
+_STATISTIC |= _words("spitze spitzen spitzenwert hold")
+_BOUND = _words("limit limits limite limiet grenze grenzwert grenzkraft threshold schwelle")
+_STEP = _words("increment increments inkrement zuwachs")
+
+#: A reading without its sign, or multiplied by itself.
+_WITHOUT_SIGN = re.compile(r"^\s*\|[^|]+\||(?<![^\W_])(?:abs\s*\(|betrag(?![^\W_]))|[^\W\d_]\s*(?:\^\s*2|\u00b2)", re.I)
+
 #: Names of a column that only counts rows.
 _COUNTERS = _words("no nr index idx sample samples scan point pt row n zeile bod cislo lfdnr record id i vzorek")
 _COUNTERS |= _words("sequence seq counter nummer number num lp messpunkt messwert punkt ligne muestra")
@@ -126,17 +137,23 @@ def score(text: str, role: str) -> int:
     return max(points - 2, 0) if any(word in _WANTED or word in _BESIDE for word in words) else points
 
 
+#: What goes with a quantity as a column of its own: it is no loss where another quantity is read alone.
+GO_BESIDE = ("an error", "a wanted value")
+
+
 def is_no_reading(text: str) -> str:
-    """What a heading says its column is in place of a reading: a wanted value, an error, or nothing of the kind.
+    """What a heading says its column is in place of a reading: a wanted value, a statistic, or nothing of the kind.
 
     Parameters
     ----------
     text : str
         Heading without its unit.
     """
-    words = tokens(text)
-    found = next((word for word in words if word in _BESIDE), "")
-    return "an error" if found else "a wanted value" if any(word in _WANTED for word in words) else ""
+    words = set(tokens(text))
+    called = dict(zip(GO_BESIDE, (_BESIDE, _WANTED), strict=True))
+    called |= {"a limit": _BOUND, "an increment": _STEP, "a statistic": _STATISTIC}
+    found = next((kind for kind, names in called.items() if not words.isdisjoint(names)), "")
+    return found or ("a size without its sign" if _WITHOUT_SIGN.search(text) else "")
 
 
 def treated(text: str) -> str:

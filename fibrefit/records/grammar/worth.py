@@ -16,11 +16,14 @@ from fibrefit.records.thresholds import UNITS_OF_ROWS
 
 #: Words for what numbers are multiplied by, or moved by; and for what one step of them is, which is as often a mere
 #: remark on numbers that are in their unit already.
-_FACTOR = r"scales?|scaling|factor|skalierung|faktor|multiplier|gain|slope|calibration|conversion"
-_SHIFT = r"offset|intercept|bias"
+_FACTOR = r"scales?|scalings?|factors?|skalierung|faktor(?:en)?|multipliers?|gains?|slopes?|calibrations?|conversions?"
+_SHIFT = r"offsets?|intercepts?|bias"
 _STEP = r"lsb|sensitivity|resolution|aufl[o\u00f6]sung"
 _WORD = r"(?:^|[\W_\d]){}(?:$|[\W_\d])"
 _FACTORS, _SHIFTS, _STEPS = (re.compile(_WORD.format(f"(?:{words})"), re.I) for words in (_FACTOR, _SHIFT, _STEP))
+
+#: The same of several numbers, as of a single one it is as often a date or a number of a certificate.
+_CALIBRATIONS = re.compile(_WORD.format("(?:cal|calib)s?"), re.I)
 
 #: What one count is worth, and the numbers of a polynomial.
 _PER = re.compile(r"[a-z]_?per_?[a-z]|coeff|polynom|koeff", re.I)
@@ -85,8 +88,10 @@ def stated_worth(said: Mapping[str, Any], values: np.ndarray) -> str:
             idle = 1.0
         if idle is None and whole and PLACES.search(key):
             idle = 0.0
-        if number is None and _PER.search(key) and np.size(value) > 1 and np.asarray(value).dtype.kind in "iuf":
-            stated.append(f"{key} = {np.asarray(value).ravel()[:4].tolist()}")
+        several = np.asarray(value).ravel()
+        listed = number is None and several.size > 1 and several.dtype.kind in "iuf" and idle is not None
+        if listed and (_PER.search(key) or not np.isin(several, (0.0, 1.0) if idle else (0.0,)).all()):
+            stated.append(f"{key} = {shown_list(several[:4])}")
         if number is None and idle == 1.0 and isinstance(value, str | bytes) and TO_DO.search(text := _text(value)):
             stated.append(f'{key} = "{text[:40]}"')
         if number is not None and ((number < 0 and _SIDES.search(key)) or (number > 0 and _TURNED.search(key))):
@@ -94,6 +99,22 @@ def stated_worth(said: Mapping[str, Any], values: np.ndarray) -> str:
         if number is not None and idle is not None and number != idle:
             stated.append(f"{key} = {number:g}")
     return ", ".join(stated[:3])
+
+
+def shown_list(values: np.ndarray) -> str:
+    """Numbers as a list that is read as one: ``[0.01, 0.001]``.
+
+    Parameters
+    ----------
+    values : array
+        Any shape.
+    """
+    return f"[{', '.join(f'{value:.9g}' for value in values.ravel().tolist())}]"
+
+
+def tells_factor(name: str) -> bool:
+    """Whether a name is that of what numbers are to be multiplied by, or moved by."""
+    return any(words.search(name) for words in (_FACTORS, _SHIFTS, _PER, _CALIBRATIONS))
 
 
 def are_whole(values: np.ndarray) -> bool:
