@@ -484,7 +484,7 @@ CASES = (
     Bracket("RANK", innovations, seen, 1.3e-4, 0.7e-4),
     Bracket("UNKNOWN", plan, determined, 1.5e-12, 0.7e-12),
     Bracket("CONCERNED", plan, unconcerned, 0.7e-10, 1.5e-10),
-    Bracket("APART", plan, lambda x: plan.probability_distinguished(x) > 0.5, 6.0, 4.0),
+    Bracket("APART", plan, lambda x: plan.Standing(0.0).distinguished(x) > 0.5, 6.0, 4.0),
     Bracket("SLOW_BELOW", innovations, lambda x: rests_differ(x, 200.0), 35.0, 45.0),
     Bracket("FAST_ABOVE", innovations, lambda x: rests_differ(10.0, x), 110.0, 90.0),
     Bracket("ACTS", free_form, lambda x: free_form.acting(np.repeat([x, 1.0], 5)) is not None, 0.15, 0.3),
