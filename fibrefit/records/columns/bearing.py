@@ -56,11 +56,11 @@ IN_STEPS = re.compile(
 )
 #: A line by which numbers are to be turned into others.
 FORMULA = re.compile(
-    r"([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"
+    r"(?<![^\W\d])([^\W\d]\w*)\s*=\s*[-+]?\d[\d.,]*(?:[eE][+-]?\d+)?\s*(?:[*\u00b7\u00d7]\s*([^\W\d]\w*)|(x)(?![^\W_]))"
     r"|(?<![^\W_])(m)\s*=\s*[\d.]+\W+(b)\s*=",
 )
 #: What is another quantity turned round.
-NEGATED = re.compile(r"([^\W\d]\w*)\s*=\s*-\s*[^\W\d]")
+NEGATED = re.compile(r"(?<![^\W\d])([^\W\d]\w*)\s*=\s*-\s*[^\W\d]")
 #: That it was done.
 DONE = re.compile(
     r"\b(?:applied|subtracted|removed|compensated|included|already|in engineering units|corrected for|considered"
