@@ -23,7 +23,7 @@ from fibrefit.discovery.engine.effort import (
 )
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import LIKENESS, NAMED, TELLS
-from fibrefit.discovery.final_fit import final_fit, fit_of_found, is_cut, takes_longer, trouble_of
+from fibrefit.discovery.final_fit import final_fit, fit_of_found, fit_without_effects, is_cut, takes_longer, trouble_of
 from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.laws.told import ToldLaw, law_for, law_over_course, told_by_fit
 from fibrefit.discovery.model.finding import Finding
@@ -90,6 +90,8 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     # What was found too small for interest is still there: what is left is that of a model with it.
     found, (wanted, small) = best, of_interest(search, best, limits.least)
     best, after, refused = fit_of_found(search, wanted, before, limits, budget, parts.kept)
+    if law is None and not best.effects:  # The final fit is that with a law, where there is one.
+        after = fit_without_effects(search, best, before, limits, budget)
     alarms = alarms if best is wanted else alarms_of(search, best)
     # What is still to be fitted comes last, and no other part takes its time.
     kept_for_law = 0.0 if law is None else before.running + takes_longer(search, law.fit, before)

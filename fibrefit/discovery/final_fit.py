@@ -47,10 +47,10 @@ def fit_of_found(
             return best, after, said if trouble is None else [trouble]
         said.append(trouble)
         best = search.inference.without(best, best.effects[:-1])
-    return best, _without_effects(search, best, before, limits, budget), said
+    return best, before, said
 
 
-def _without_effects(
+def fit_without_effects(
     search: Search, best: LaplaceFit, before: Identification, limits: Limits, budget: Budget
 ) -> Identification:
     """The fit of a model without further effects: the first one, or where that lost a motion which the search found."""

@@ -25,6 +25,7 @@ from fibrefit.fitting.identifiability import weaknesses
 from fibrefit.fitting.minima import Minima, SecondSolver
 from fibrefit.fitting.misfit.agreement import records_agree
 from fibrefit.fitting.misfit.alternative import best_alternative
+from fibrefit.fitting.misfit.at_bounds import BOUNDS, with_ends
 from fibrefit.fitting.misfit.discrepancy import most_doubtful
 from fibrefit.fitting.misfit.lone_samples import lone_samples
 from fibrefit.fitting.misfit.outweighed import outweighed
@@ -231,7 +232,11 @@ def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop
             interval = profile_interval(found.problem, found.values, i, cost, own, one.std_error)
             profile = {"interval_95": interval, "interval_kind": "profile likelihood"}
             profiled[i] = profiled[i]._replace(found=ParameterSummary.model_validate({**dict(one), **profile}))
-    return replace(found, estimates=tuple(profiled))
+    checks = tuple(
+        with_ends(check, found.problem.layout, profiled) if check.identifier == BOUNDS else check
+        for check in found.checks
+    )
+    return replace(found, estimates=tuple(profiled), checks=checks)
 
 
 def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray) -> tuple[Cost, float]:
@@ -274,12 +279,14 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
     doubtful = most_doubtful(problem.layout, best.values, best.bars)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
     agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores, bars, task.rate)
+    aside = PlainEstimate(plain.values, bars.errors[bars.method], plain.local, plain.differ)
+    told = estimates(problem, best.values, best.bars, None if best.gls is None else aside, best.gls)
     checks = (
         judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
         sound.converged,
         *(() if how.known and (second is None or best.gls is None) else (minima.second_solver_agrees(),)),
         minima.starts_agree(),
-        sound.inside,
+        with_ends(sound.inside, problem.layout, told),
         judge.determined(weak),
         judge.noise_seen(dict(task.noise), task.noise_given),
         sound.gap,
@@ -294,14 +301,13 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         *(() if agree is None else (agree,)),
         *(() if force is None else (balance_check(force),)),
     )
-    aside = PlainEstimate(plain.values, bars.errors[bars.method], plain.local, plain.differ)
     return Identification(
         problem=problem,
         values=best.values,
         covariance=best.bars.covariance,
         method=best.bars.method,
         error_inflation=error_inflation(problem, best.bars),
-        estimates=estimates(problem, best.values, best.bars, None if best.gls is None else aside, best.gls),
+        estimates=told,
         gap=seen.gap,
         expected_gap=best.expected_gap,
         input_errors=best.input_errors,

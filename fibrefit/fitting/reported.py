@@ -60,12 +60,17 @@ class Sound(NamedTuple):
     @property
     def failed(self) -> list[Check]:
         """Those that say residuals are not noise. A value at its bound is named; the noise is what it is there too."""
-        return [check for check in (self.converged, self.gap, *self.structure) if not check.passed]
+        return [check for check in (self.converged, self.gap, *self._asked) if not check.passed]
 
     @property
     def like_noise(self) -> bool:
         """Whether residuals have the structure of noise, however loud they are."""
-        return all(check.passed for check in self.structure)
+        return all(check.passed for check in self._asked)
+
+    @property
+    def _asked(self) -> list[Check]:
+        """Of the structure, but for what too few readings say nothing of."""
+        return [check for check in self.structure if check.facts.get("tried", True)]
 
 
 @dataclass(frozen=True)

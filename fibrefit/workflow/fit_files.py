@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fibrefit.fitting.misfit.at_bounds import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.problem.formulate.formulate import belief_of
 from fibrefit.problem.statement.observations import BY_SAMPLE
@@ -50,7 +51,7 @@ from fibrefit.workflow.groups_in_common import (
 )
 from fibrefit.workflow.thresholds import CORRELATED
 
-DETERMINED, BOUNDS = "identifiability", "bounds"
+DETERMINED = "identifiability"
 
 
 def fit_summary(study: Study, records: Sequence[Record], found: Identification, origin: Provenance) -> FitSummary:

@@ -212,10 +212,11 @@ def test_a_search_whose_time_ended_goes_on_where_it_is_asked_to(demo: Run, calls
     assert len(calls) == 2
 
 
-def test_a_search_is_the_same_whatever_time_it_is_given(demo: Run, calls: list[Any]) -> None:
+def test_a_search_with_no_more_time_is_the_same_and_with_more_where_its_own_ended(demo: Run, calls: list[Any]) -> None:
     """One that came to its end is shown; to one whose time ended more is given with --resume."""
     assert demo("discover", "demo", "--out", "out", "--time", "10 min").code == 0
-    for time in ((), ("--time", "20 min")):
+    assert "exists already" in demo("discover", "demo", "--out", "out", "--time", "20 min").err
+    for time in ((), ("--time", "10 min")):
         assert "The same search was made before" in demo("discover", "demo", "--out", "out", *time).err
     summary = json.loads(Path("out/summary.json").read_text())
     assert summary["provenance"]["settings"]["time"] == "600"

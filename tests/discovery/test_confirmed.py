@@ -316,8 +316,7 @@ def test_where_the_first_fit_lost_a_motion_that_the_search_found_the_model_is_fi
     monkeypatch.setattr(final_fit, "final_fit", lambda *of: ended)
     best: Any = SimpleNamespace(effects=(), supermodel=SimpleNamespace(sensitivities=SimpleNamespace(far=held_back)))
     nothing = cast(Any, None)
-    kept, fit, said = final_fit.fit_of_found(nothing, best, cast(Any, before), Limits(), Budget.of(60.0), 0.0)
-    assert (kept, said) == (best, [])
+    fit = final_fit.fit_without_effects(nothing, best, cast(Any, before), Limits(), Budget.of(60.0))
     assert fit is (ended if anew else before)
 
 

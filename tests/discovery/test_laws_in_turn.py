@@ -147,6 +147,8 @@ def test_overdispersion_of_many_values_is_that_of_their_mean_and_not_of_the_larg
         found = inference.overdispersion(parent, fitted, names)
         assert found == pytest.approx(max(1.0, times * sound.mean()))
     assert sound.max() > 1.3
+    # Where no shared value is added, as where each record has its own, the change alone tells it.
+    assert inference.overdispersion(parent, fitted, []) == 1.0
 
 
 @pytest.mark.parametrize(

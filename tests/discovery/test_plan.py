@@ -443,10 +443,14 @@ class Compared:
 def gaining(task: Task, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[Any, ...]]:
     """Rivals at hand that gain so many nats each, and noise as the model leaves it that it is taken of."""
 
-    def made(*logs: float, shown: bool = True) -> tuple[Any, ...]:
-        tried = [SimpleNamespace(effects=(one,), log=log) for one, log in zip(RIVALS, logs, strict=False)]
-        monkeypatch.setattr(at_hand, "prepared_search", lambda *given: ("a search", "a base"))
-        monkeypatch.setattr(at_hand, "comparison_of", lambda *given: Compared(tried))
+    def made(*logs: float, shown: bool = True, steps: int = 3) -> tuple[Any, ...]:
+        fitted = SimpleNamespace(mode=SimpleNamespace(steps=steps))
+        tried = [
+            SimpleNamespace(effects=(one,), log=log, evidence=fitted) for one, log in zip(RIVALS, logs, strict=False)
+        ]
+        asked = SimpleNamespace(tried=lambda base, effects, what: tried)
+        monkeypatch.setattr(at_hand, "prepared_search", lambda *given: (asked, "a base"))
+        monkeypatch.setattr(at_hand, "in_one_noise", lambda search, base, found: Compared(found))
         monkeypatch.setattr(at_hand, "just_found", lambda search, base, one: Explanation(one, {}) if shown else None)
         monkeypatch.setattr(at_hand, "_as_found", lambda one: f"as found with {one.log:g}")
         monkeypatch.setattr(Beside, "of", lambda search, model: model)
@@ -477,6 +481,9 @@ def test_of_rivals_that_the_records_show_it_is_known_which_is_ahead(gaining: Cal
     found, remarks, beside, ahead = gaining(7.0, 9.5)
     assert found == ["as found with 7", "as found with 9.5"]
     assert (remarks, beside.log, ahead) == ((), 9.5, -2.5)
+    # What was not followed is but what slopes promise: no record shows it.
+    found, remarks, beside, ahead = gaining(7.0, 9.5, steps=0)
+    assert (len(remarks), beside, ahead) == (2, "the base", None)
 
 
 def test_a_true_model_has_no_deviations_of_single_records() -> None:

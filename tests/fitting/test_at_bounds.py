@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.fitting.error_bars import error_bars, estimates
 from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.misfit.at_bounds import AtBound, at_bounds, inside_bounds, pulls_of_gls, pulls_of_plain
+from fibrefit.fitting.misfit.at_bounds import AtBound, at_bounds, inside_bounds, pulls_of_gls, pulls_of_plain, with_ends
 from fibrefit.fitting.thresholds import CHANCE
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.estimate.evidence import as_far_as_told, laplace
@@ -162,3 +162,26 @@ def test_records_that_a_bound_keeps_from_their_common_value_do_not_hide_it() -> 
     # In the error at the bound, which holds how much these seem to differ, the step would be chance.
     assert np.log(25.0 / 20.0) / np.sqrt(gls.evidence.spread[1, 1]) < CHANCE
     assert pulls_of_gls(gls)[1] > 3.0 * CHANCE
+
+
+@pytest.mark.parametrize(("value", "passes"), [(-0.1, True), (-5.0, False)])
+def test_what_a_record_has_for_itself_lies_as_far_beyond_its_bound_as_it_would(value: float, passes: bool) -> None:
+    """A likelihood stops it nowhere: no step leads beyond the bound, as it is there already."""
+    one: Any = SimpleNamespace(value=value, std_error=0.1, interval_95=(value - 0.2, value + 0.2), at_bound=True)
+    free: Any = SimpleNamespace(at_bound=False)
+    found: Any = [SimpleNamespace(found=free), SimpleNamespace(found=one)]
+    (place,) = at_bounds(LAYOUT, found, lambda: np.zeros(2))
+    check = inside_bounds((place,))
+    assert check.passed is passes
+    assert check.statistic == pytest.approx(-value / 0.1)
+    # It is told as at most what may be.
+    assert place.end == max(value + 0.2, 0.0)
+
+
+def test_the_end_that_is_told_is_that_of_the_interval_that_is_reported() -> None:
+    """Intervals are widened, or profiled, after it was asked whether the value is at its bound by chance."""
+    check = inside_bounds((AtBound("friction", "N", 0.0, 0.35, True, 1.2), AtBound("gone", "N", 0.0, 0.1, True, 0.0)))
+    found: Any = [SimpleNamespace(found=SimpleNamespace(interval_95=(0.0, end))) for end in (9.0, 0.8)]
+    wider = with_ends(check, LAYOUT, found)
+    assert [one.end for one in wider.facts["by_chance"]] == [0.8, 0.1]
+    assert wider.passed

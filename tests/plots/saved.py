@@ -29,7 +29,9 @@ def _study(records: list[Any]) -> Any:
     stated = [
         SimpleNamespace(files=(one.name,), in_numbers=dict, conditions=dict, uncertainties=None) for one in records
     ]
-    return SimpleNamespace(name="drops", kind="fibre_mass", rig=None, records=stated, found_constants=(), settings=lambda of: {})
+    return SimpleNamespace(
+        name="drops", kind="fibre_mass", rig=None, records=stated, found_constants=(), settings=lambda of: {}
+    )
 
 
 def saved_fit(found: Identification) -> tuple[Any, Any]:

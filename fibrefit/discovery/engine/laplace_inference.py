@@ -341,7 +341,8 @@ class LaplaceInference:
         index = [unknowns.names.index(name) for name in names]
         before = transferred(fitted.supermodel, parent.supermodel, parent.local, _without(fitted, parent.effects))
         change = change_products(supermodel, fitted.local, before, self.context.whole)
-        return max(1.0, overdispersion_of_change(change), float(np.mean(ratio[index])))
+        of_values = float(np.mean(ratio[index])) if index else 1.0
+        return max(1.0, overdispersion_of_change(change), of_values)
 
 
 def _gone(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> list[type[Effect]]:

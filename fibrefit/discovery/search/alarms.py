@@ -41,5 +41,5 @@ def confirmed_where_it_settles(
         still = most_nats(alarms_of(again.search, again.found))
         if not settles(left, still):
             break
-        seen, left = replace(again, led=seen.led), still
+        seen, left = replace(again, led=seen.led or again.led), still
     return seen, left

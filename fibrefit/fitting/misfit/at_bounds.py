@@ -23,6 +23,9 @@ from fibrefit.problem.statement.layout import Layout, least_squares
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check
 
+BOUNDS = "bounds"
+"""Identifier of the check of these."""
+
 
 class AtBound(NamedTuple):
     """A value at a bound.
@@ -71,6 +74,10 @@ def at_bounds(layout: Layout, found: Sequence[Estimate], pulls: Callable[[], np.
         low, high = one.interval_95 or (limits.lower, limits.upper)
         limit, end = (limits.lower, high) if above else (limits.upper, low)
         pull = float(-steps[i] if above else steps[i])
+        if one.std_error:
+            # Nothing stops what a record has for itself in a likelihood: it lies as far beyond as it would.
+            pull = max(pull, (limit - one.value if above else one.value - limit) / one.std_error)
+        end = float(np.clip(end, limits.lower, limits.upper))
         places.append(AtBound(layout.free_names[i], slot.unit, limit, end, above, pull))
     return tuple(places)
 
@@ -129,7 +136,17 @@ def inside_bounds(places: Sequence[AtBound]) -> Check:
         passed=not beyond,
         statistic=max((one.pull for one in places), default=0.0),
         threshold=CHANCE,
-        identifier="bounds",
+        identifier=BOUNDS,
         quantity="distance of the parameters from their bounds",
         facts={"parameters": beyond, "by_chance": tuple(one for one in places if one.pull <= CHANCE)},
     )
+
+
+def with_ends(check: Check, layout: Layout, found: Sequence[Estimate]) -> Check:
+    """That check with the ends of the intervals that are reported, which are often wider than those it was made of."""
+    ends = {name: one.found.interval_95 for name, one in zip(layout.free_names, found, strict=False)}
+    told = tuple(
+        one if (interval := ends.get(one.name)) is None else one._replace(end=interval[1 if one.above else 0])
+        for one in check.facts["by_chance"]
+    )
+    return check.model_copy(update={"facts": {**check.facts, "by_chance": told}})

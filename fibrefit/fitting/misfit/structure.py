@@ -93,7 +93,13 @@ def _spectrum(residual_set: ResidualSet) -> Check:
         identifier="residual_spectrum",
         quantity="residual spectrum",
         about="model",
-        facts={"channel": where[0], "low": where[1], "stated": residual_set.stated, "whole": tuple(whole)},
+        facts={
+            "channel": where[0],
+            "low": where[1],
+            "stated": residual_set.stated,
+            "whole": tuple(whole),
+            "whole_alone": len(whole) == len(residual_set.channels),
+        },
     )
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from fibrefit.study.summaries.summaries import FitResultSummary
 
+AGREEMENT = "records_agree"
+"""Identifier of the check whether single records ask for the same values."""
+
 
 def taken_alike_sentence(summary: FitResultSummary) -> str:
     """Of which parameters no difference between records was looked for; empty where there is none."""
@@ -19,7 +22,10 @@ def taken_alike_sentence(summary: FitResultSummary) -> str:
     if not taken:
         return ""
     names = f"{', '.join(taken[:-1])} and {taken[-1]}" if len(taken) > 1 else taken[0]
+    said = f"Taken to be the same in all records: {names}"
+    if any(check.identifier == AGREEMENT for check in summary.checks):
+        return f"{said}. Whether single records ask for other values was looked at; no interval allows for it."
     return (
-        f"Taken to be the same in all records: {names}. Differences between records in "
-        f"{'these' if len(taken) > 1 else 'it'} were not looked for, and no interval allows for them."
+        f"{said}. Differences between records in {'these' if len(taken) > 1 else 'it'} were not looked for, and no "
+        "interval allows for them."
     )

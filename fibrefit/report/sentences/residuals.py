@@ -13,6 +13,8 @@ def residual_spectrum_sentence(check: Check) -> str:
     facts, names = check.facts, " and ".join(check.facts["whole"])
     aside = f" Without a rest, stated noise of {names} has no known spectrum: only its power in all is judged."
     aside = aside if names else ""
+    if check.passed and facts["whole_alone"]:
+        return f"The residuals' power in all is no more than {check.threshold:g} times that of the stated noise.{aside}"
     if check.passed:
         return f"The residuals' power is nowhere more than {check.threshold:g} times that of the noise at rest.{aside}"
     low, channel = facts["low"], facts["channel"]

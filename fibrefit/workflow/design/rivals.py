@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.progress import Progress
-from fibrefit.discovery.comparison import comparison_of
+from fibrefit.discovery.comparison import in_one_noise
 from fibrefit.discovery.design.apart import Explanation
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.plan import just_found
@@ -46,9 +46,11 @@ def rivals_at_hand(
     search, base = prepared_search(task, fit, effects, tell)
     gains = dict[type[Effect], tuple[LaplaceFit, float]]()
     if effects:
-        compared = comparison_of(search, base, "fitting the rivals")
+        compared = in_one_noise(search, base, search.tried(base, effects, "fitting the rivals"))
         search, base = compared.search, compared.parent
-        gains = {one.effects[-1]: (one, compared.gain(one)) for one in compared.found}
+        # One that was not followed is but what slopes promise of it.
+        followed = [one for one in compared.found if one.evidence.mode.steps]
+        gains = {one.effects[-1]: (one, compared.gain(one)) for one in followed}
     found, remarks = [], []
     shown = [effect for effect in effects if effect in gains and gains[effect][1] > NAMED]
     for effect in effects:

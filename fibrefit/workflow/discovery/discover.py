@@ -279,7 +279,8 @@ def own_laws(study: Study, options: SearchOptions) -> list[Path]:
 def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySummary | None:
     """Result of the same search in a folder: the same study, files, settings, seed and versions.
 
-    How long it may take is no part of what it finds out: one that was ended by it says so, and is gone on with.
+    One that was made in as much time is the same, and so is one that says what the time did not suffice for: with more
+    it is gone on with. What single steps would have found in more time is not known of another.
 
     Parameters
     ----------
@@ -310,4 +311,6 @@ def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySum
     }
     then = {name: getattr(origin, name) for name in now} | {"inputs": sorted(origin.inputs.values())}
     then["settings"] = {name: value for name, value in origin.settings.items() if name != TIME}
+    if options.seconds > float(origin.settings.get(TIME, SECONDS)) and not (summary.untried or summary.undone):
+        return None
     return summary if then == now else None
