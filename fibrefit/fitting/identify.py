@@ -268,10 +268,9 @@ def _as_it_ended(task: Task, ended: Ended) -> Starts:
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSolver | None, how: How) -> Identification:
     plain = optimum(task, values, how.ended)
-    normal = plain.scores.normal_matrix()
     bars = error_bars(plain.problem, plain.scores, task.rate)
     best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
-    problem, seen, sound = best.problem, best.seen, best.sound
+    problem, seen, sound, normal = best.problem, best.seen, best.sound, plain.scores.normal_matrix()
     minima = Minima(task, starts, second, plain, bars, best, how.rivals)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, _unjudged(problem))
     force = force_balance(task, best.values)

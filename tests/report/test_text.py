@@ -21,7 +21,7 @@ from fibrefit.report.page import Result, page
 from fibrefit.report.page.fit import fit_page
 from fibrefit.report.pooled import trend_sentences
 from fibrefit.report.prediction import prediction_report
-from fibrefit.report.sentences.alike import AGREEMENT, taken_alike_sentence
+from fibrefit.report.sentences.alike import RECORDS_AGREE, taken_alike_sentence
 from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.report.sweep import sweep_report
 from fibrefit.report.text import between_sentence, fit_report, parameter_row, prior_sentences, with_error
@@ -138,7 +138,7 @@ def test_what_was_taken_to_be_the_same_in_all_records_is_told() -> None:
     assert taken_alike_sentence(plain).startswith(
         "Taken to be the same in all records: stiffness, damping and friction."
     )
-    asked = next(check for check in FIT.checks).model_copy(update={"identifier": AGREEMENT})
+    asked = next(check for check in FIT.checks).model_copy(update={"identifier": RECORDS_AGREE})
     looked_at = taken_alike_sentence(plain.model_copy(update={"checks": (asked,)}))
     assert looked_at.endswith("Whether single records ask for other values was looked at; no interval allows for it.")
     both = dict.fromkeys(("stiffness", "damping", "friction"), between["stiffness"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fibrefit.study.summaries.summaries import FitResultSummary
 
-AGREEMENT = "records_agree"
+RECORDS_AGREE = "records_agree"
 """Identifier of the check whether single records ask for the same values."""
 
 
@@ -23,7 +23,7 @@ def taken_alike_sentence(summary: FitResultSummary) -> str:
         return ""
     names = f"{', '.join(taken[:-1])} and {taken[-1]}" if len(taken) > 1 else taken[0]
     said = f"Taken to be the same in all records: {names}"
-    if any(check.identifier == AGREEMENT for check in summary.checks):
+    if any(check.identifier == RECORDS_AGREE for check in summary.checks):
         return f"{said}. Whether single records ask for other values was looked at; no interval allows for it."
     return (
         f"{said}. Differences between records in {'these' if len(taken) > 1 else 'it'} were not looked for, and no "

@@ -311,6 +311,7 @@ def finished(folder: Path, study: Study, options: SearchOptions) -> DiscoverySum
     }
     then = {name: getattr(origin, name) for name in now} | {"inputs": sorted(origin.inputs.values())}
     then["settings"] = {name: value for name, value in origin.settings.items() if name != TIME}
-    if options.seconds > float(origin.settings.get(TIME, SECONDS)) and not (summary.untried or summary.undone):
+    given = float(origin.settings.get(TIME, SearchOptions().seconds))
+    if options.seconds > given and not (summary.untried or summary.undone):
         return None
     return summary if then == now else None
