@@ -21,11 +21,12 @@
 # %% [markdown]
 # ## The equation
 #
-# With the model of the first notebook, parameters $\theta$ and noise whose covariance $\Sigma$ follows from its spectrum,
+# With the model of the first notebook, parameters $\theta$ and noise whose covariance $\Sigma$ follows from its spectrum, up to a level $\sigma$ of each channel,
 #
-# $$p(\theta \mid y) \;\propto\; p(\theta)\,\exp\!\Bigl(-\tfrac12\,(y - s(\theta))^{\mathsf T}\,\Sigma^{-1}\,(y - s(\theta))\Bigr).$$
+# $$p(\theta, \sigma \mid y) \;\propto\; p(\theta)\,p(\sigma)\,|\Sigma_\sigma|^{-1/2}\,\exp\!\Bigl(-\tfrac12\,(y - s(\theta))^{\mathsf T}\,\Sigma_\sigma^{-1}\,(y - s(\theta))\Bigr).$$
 #
-# $y$ are all measured samples, $s(\theta)$ the simulated ones, $p(\theta)$ what is known beforehand.
+# $y$ are all measured samples, $s(\theta)$ the simulated ones, $p(\theta)$ and $p(\sigma)$ what is known beforehand. Differences between records are
+# integrated out.
 #
 # ## The study file
 

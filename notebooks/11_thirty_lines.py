@@ -19,8 +19,8 @@
 # %% [markdown]
 # ## The equation
 #
-# The falling weight of the first notebook: $m\,\ddot x = m g\sin\alpha - F_f\,\mathrm{sign}\,\dot x - \max(0,\; k e + b\,\dot e)$, with the
-# stretch $e$ of the fibre.
+# The falling weight of the first notebook: $m\,\ddot u = m g\sin\alpha - T - F_f\,\mathrm{sgn}\,\dot u$ with the stretch $e = u$ of the fibre; its tension $T$ is
+# $\max(0,\; k e + b\,\dot e)$ where $e > 0$, and zero where it is slack.
 #
 # ## The study file
 #
