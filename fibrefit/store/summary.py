@@ -82,6 +82,7 @@ def provenance(
     seed: int | None = None,
     seconds: float | None = None,
     settings: Mapping[str, str] | None = None,
+    read: Mapping[str, str] | None = None,
 ) -> Provenance:
     """What a result made now rests on.
 
@@ -98,8 +99,11 @@ def provenance(
         Wall time of the computation, in s.
     settings : mapping of str to str, optional
         All else the result depends on, by option.
+    read : mapping of str to str, optional
+        Digests of further files as they were when they were read, by their paths.
     """
-    digests = {} if isinstance(study, str) else study.digests
+    digests = {Path(name): digest for name, digest in (read or {}).items()}
+    digests |= {} if isinstance(study, str) else study.digests
     return Provenance(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),

@@ -16,7 +16,7 @@ from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
 from fibrefit.study.rigs.common import RecordTable
-from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series
+from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series, said_of
 
 Each = Literal["record", "study"]
 
@@ -115,7 +115,8 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     for name, origin, record in named:
         taken[name] = taken.get(name, 0) + 1
         unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
-        jobs.append(Job(unique, origin, record, starts, seed, robust))
+        says = "" if record is None else said_of(loaded(origin), record)
+        jobs.append(Job(unique, origin, record, starts, seed, robust, says))
     return jobs
 
 
