@@ -157,13 +157,15 @@ class Request(NamedTuple):
         return self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
 
     @contextmanager
-    def reserved(self, *settings: str) -> Iterator[Path]:
+    def reserved(self, *settings: str, files: Sequence[Path] = ()) -> Iterator[Path]:
         """Block in which the folder of a result is kept for this run, refused before any work is done for it.
 
         Parameters
         ----------
         settings : str
             As for `folder`.
+        files : sequence of pathlib.Path
+            Read beside those of the study: none may lie in the folder either.
 
         Raises
         ------
@@ -173,7 +175,7 @@ class Request(NamedTuple):
         from fibrefit.store import ResultDirectory, Run
 
         folder = self.folder(*settings)
-        with ResultDirectory(folder, force=self.force, run=Run(tuple(self.study.input_files()))).reserved():
+        with ResultDirectory(folder, force=self.force, run=Run((*self.study.input_files(), *files))).reserved():
             yield folder
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import is_folder, read_plain_file, sha256_of
+from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
@@ -58,6 +58,18 @@ def read_summary(result: str | Path) -> Part:
     from fibrefit.study.summaries.files import summary_of  # models of all kinds, which a run does without
 
     return summary_of(content, str(path))
+
+
+def files_of_result(result: Path) -> list[Path]:
+    """Files of a result from which others go on: its summary, its arrays, its study; those that are there.
+
+    Parameters
+    ----------
+    result : pathlib.Path
+        Its folder, or a file in it.
+    """
+    folder = result if is_folder(result) else result.parent
+    return [folder / name for name in (NAME, "result.h5", "study.toml") if is_plain_file(folder / name)]
 
 
 WITHOUT = {
