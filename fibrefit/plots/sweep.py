@@ -166,6 +166,8 @@ def _remark_on_all(curves: Sequence[_Curve]) -> str:
     ]
     worst = int(np.argmax([angle.max() for angle in angles]))
     most = int(np.argmax(angles[worst]))
+    if angles[worst][most] < 0.0:
+        return "Started from rest, the pendulum overturns at every frequency"
     where = f"{angles[worst][most]:.2g} rad at {curves[worst].frequencies[most]:.3g} Hz"
     return f"Started from rest, maximum |angle| is largest with {curves[worst].name}: {where}"
 

@@ -7,7 +7,7 @@ import pytest
 from fibrefit.plots.batch import _parameters
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
-from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.pooled import OutlierSummary, PopulationSummary, TrendSummary
 from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary
 
 RECORDS = ("slow.csv", "middle.csv", "fast.csv")
@@ -40,6 +40,20 @@ def test_no_gap_of_a_batch_lies_at_the_edge_of_its_panel() -> None:
         low, high = axes.get_ylim()
         assert low == 0.0
         assert high > 1.05 * max(gaps[name] for name in shown)
+
+
+def test_items_of_which_no_gap_is_known_are_drawn() -> None:
+    """As where no motion could be simulated."""
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", free=True)}
+    axes = _parameters({"a": BatchItem(status="failed", gap=None, parameters=value)})["parameters"].axes[-1]
+    assert axes.get_ylim() == (0.0, pytest.approx(1.32))
+
+
+def test_how_items_ended_is_seen_without_colours() -> None:
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", std_error=10.0, free=True)}
+    items = {name: BatchItem(status=name, gap=1.0, parameters=value) for name in ("ok", "suspect", "failed")}
+    axes, _ = _parameters(items)["parameters"].axes
+    assert {line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1} == {"o", "^", "s"}
 
 
 @pytest.mark.parametrize(
@@ -95,3 +109,15 @@ def test_trends_are_counted(chances: tuple[float, ...], says: str) -> None:
         for i, record in enumerate(RECORDS)
     }
     assert caption_of(trends_figure(found, VALUES, where)).startswith(says)
+
+
+def test_an_outlier_is_seen_without_colours() -> None:
+    found = TrendSummary(
+        parameter="stiffness", condition="added_mass", condition_unit="kg", unit="N/m", records=3, slope=1.0,
+        slope_error=1.0, slope_interval_95=(-1.0, 3.0), intercept=1e4, between_records=0.0, chance=0.5,
+        chance_corrected=0.5, outliers=(OutlierSummary(record=RECORDS[1], score=9.0, chance=1e-4),),
+    )  # fmt: skip
+    where = {record: BatchItem(status="ok", conditions={"added_mass": float(i)}) for i, record in enumerate(RECORDS)}
+    drawn = [line for line in trends_figure([found], VALUES, where).axes[0].lines if line.get_linestyle() == "None"]
+    marks = {line.get_marker(): len(line.get_xdata()) for line in drawn}
+    assert marks == {"o": 2, "D": 1}

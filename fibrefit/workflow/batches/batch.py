@@ -19,13 +19,14 @@ from fibrefit.series.engines import Done, in_processes, in_this_process, on_clus
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
+from fibrefit.study.summaries.pooled import speed_name
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified, loaded
 from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
-from fibrefit.workflow.together.pooled import USABLE, PooledBatch, pooled_batch, quantities_of, speed_name
+from fibrefit.workflow.together.pooled import USABLE, PooledBatch, pooled_batch, quantities_of
 from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows, write_table
 
 if TYPE_CHECKING:

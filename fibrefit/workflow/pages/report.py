@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -16,7 +15,6 @@ from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
-from fibrefit.workflow.batches.batch import TABLE
 from fibrefit.workflow.outcome.draw import figures_of
 
 CHOSEN: dict[type[Part], tuple[str, ...]] = {
@@ -98,7 +96,7 @@ def _read(result: Path, beside: Path) -> Result:
     groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
     items = _items(summary, folder)
     link = quote(os.path.relpath(folder, beside).replace(os.sep, "/"))
-    return Result(result.as_posix(), summary, _pictures(summary, groups, folder), groups, items, _table(folder), link)
+    return Result(result.as_posix(), summary, _pictures(summary, groups, folder), groups, items, link)
 
 
 def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration]:
@@ -149,13 +147,3 @@ def _items(summary: Part, folder: Path) -> dict[str, Part]:
             # The table has what the batch itself says of it.
             continue
     return {name: one for name, one in found.items() if one != summary}
-
-
-def _table(folder: Path) -> list[list[str]]:
-    try:
-        with (folder / TABLE).open(encoding="utf-8", newline="") as file:
-            return list(csv.reader(file))
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, csv.Error) as error:
-        raise DataError(str(folder / TABLE), str(error), "the table of a batch") from None
