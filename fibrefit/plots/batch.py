@@ -52,7 +52,7 @@ def batch_figures(summary: BatchSummary) -> Figures:
     if summary.population:
         figures["population"] = population_figure(summary.population, values)
     if summary.trends:
-        figures["trends"] = trends_figure(summary.trends, values, usable)
+        figures["trends"] = trends_figure(summary.trends, values, summary.items)
     return figures
 
 

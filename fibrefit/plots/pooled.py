@@ -141,7 +141,8 @@ def trends_figure(
         The surest first, one at least.
     values : mapping of record to mapping of parameter to RecordValue
     records : mapping of record to BatchItem or SeriesRecord
-        With its conditions, by bare names or with their units; ``speed of <parameter>`` for the speed.
+        All of them in their order, with their conditions by bare names or with their units; ``speed of <parameter>``
+        for the speed.
     """
     drawn = trends[:MOST]
     high = TOP + -(-len(drawn) // COLUMNS) * (HEIGHT + UP) + 2.0
@@ -175,10 +176,12 @@ def _points(
     bare = speed_name(one.parameter) if one.condition == "speed" else one.condition
     headed = f"{bare} [{one.condition_unit}]"
     outliers, rows, flags = {o.record for o in one.outliers}, [], []
-    for number, (name, said) in enumerate(values.items(), 1):
+    # Those of which nothing can be used count too.
+    places = {name: float(number) for number, name in enumerate(records, 1)}
+    for name, said in values.items():
         record = records.get(name)
         known, errors = ({}, {}) if record is None else (record.conditions, record.condition_errors)
-        x = known.get(bare, known.get(headed, float(number) if bare == BY_ORDER else None))
+        x = known.get(bare, known.get(headed, places.get(name) if bare == BY_ORDER else None))
         if x is not None and one.parameter in said:
             spread = errors.get(bare, errors.get(headed, 0.0))
             rows.append((x, spread, said[one.parameter].value, said[one.parameter].error))

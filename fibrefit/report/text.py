@@ -149,9 +149,13 @@ def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, 
     value = value / worth
     if not error:
         return f"{value:.5g}", "", chosen
-    error = error / worth
-    decimals = min(max(0, ERROR_DIGITS - 1 - math.floor(math.log10(error))), 12)
-    return f"{value:.{decimals}f}", f"{error:.{decimals}f}", chosen
+    decimals = decimals_of(error / worth)
+    return f"{value:.{decimals}f}", f"{error / worth:.{decimals}f}", chosen
+
+
+def decimals_of(error: float) -> int:
+    """Decimals to which an error bar means something, and whatever it is the error of."""
+    return min(max(0, ERROR_DIGITS - 1 - math.floor(math.log10(error))), 12)
 
 
 def _found(summary: FitResultSummary) -> list[str]:

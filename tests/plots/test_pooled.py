@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
-from fibrefit.plots.batch import _parameters
+from fibrefit.plots.batch import _parameters, batch_figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
+from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.pooled import OutlierSummary, PopulationSummary, TrendSummary
-from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, ParameterSummary
+from fibrefit.workflow.together.pooled import quantities_of
 
 RECORDS = ("slow.csv", "middle.csv", "fast.csv")
 MEAN = {"stiffness": 14.7e3, "guide.stribeck_friction.stribeck_speed": 0.02}
@@ -111,12 +115,28 @@ def test_trends_are_counted(chances: tuple[float, ...], says: str) -> None:
     assert caption_of(trends_figure(found, VALUES, where)).startswith(says)
 
 
-def test_an_outlier_is_seen_without_colours() -> None:
-    found = TrendSummary(
-        parameter="stiffness", condition="added_mass", condition_unit="kg", unit="N/m", records=3, slope=1.0,
+def over(condition: str, unit: str, **more: Any) -> TrendSummary:
+    return TrendSummary(
+        parameter="stiffness", condition=condition, condition_unit=unit, unit="N/m", records=3, slope=1.0,
         slope_error=1.0, slope_interval_95=(-1.0, 3.0), intercept=1e4, between_records=0.0, chance=0.5,
-        chance_corrected=0.5, outliers=(OutlierSummary(record=RECORDS[1], score=9.0, chance=1e-4),),
+        chance_corrected=0.5, **more,
     )  # fmt: skip
+
+
+def test_items_stand_in_their_order_with_those_of_which_nothing_can_be_used() -> None:
+    """As the line through them was found: an item that failed is a step of the order too."""
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", std_error=10.0, free=True)}
+    usable = BatchItem(status="ok", gap=1.0, parameters=value)
+    items = {"a": usable, "lost": BatchItem(error="lost: nothing."), "c": usable, "d": usable}
+    summary = BatchSummary(status="suspect", name="many", items=items, trends=(over(BY_ORDER, "-"),))
+    (line,) = [line for line in batch_figures(summary)["trends"].axes[0].lines if line.get_marker() == "o"]
+    assert line.get_xdata().tolist() == [1.0, 3.0, 4.0]
+    order = quantities_of(items)[1][-1]
+    assert (order.name, order.values.tolist()) == (BY_ORDER, [1.0, 3.0, 4.0])
+
+
+def test_an_outlier_is_seen_without_colours() -> None:
+    found = over("added_mass", "kg", outliers=(OutlierSummary(record=RECORDS[1], score=9.0, chance=1e-4),))
     where = {record: BatchItem(status="ok", conditions={"added_mass": float(i)}) for i, record in enumerate(RECORDS)}
     drawn = [line for line in trends_figure([found], VALUES, where).axes[0].lines if line.get_linestyle() == "None"]
     marks = {line.get_marker(): len(line.get_xdata()) for line in drawn}

@@ -205,6 +205,15 @@ def test_residuals_of_a_posterior_are_in_units_of_the_noise_of_its_draws() -> No
     assert without is None
 
 
+def test_the_interval_of_a_posterior_is_in_the_unit_of_its_mean() -> None:
+    """Though one of its ends alone would be told in another one."""
+    summary = EXAMPLES["fibrefit/posterior/1"]
+    wide = {"mean": 1005.0, "sd": 10.0, "median": 1005.0, "interval": (985.0, 1025.0)}
+    changed = {"stiffness": summary.parameters["stiffness"].model_copy(update=wide)}
+    (table, *_) = page_of(Result("results/a", summary.model_copy(update={"parameters": changed}))).blocks
+    assert table.rows[0][:5] == ("stiffness", "1.005", "0.010", "kN/m", "0.985 to 1.025")
+
+
 def test_a_result_without_its_samples_has_no_view_of_records() -> None:
     assert "records-block" not in page([Result("results/a", FIT)], "one").partition("</style>")[2]
 

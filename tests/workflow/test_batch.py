@@ -18,7 +18,8 @@ from fibrefit.records.copies import Fingerprint
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import BatchItem, FitSummary
+from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSummary
 from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, _error_line, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified, outcome_of
@@ -182,6 +183,36 @@ def test_the_report_counts_and_names(series: Path, asked: list[str], tmp_path: P
         "stiffness 34.21",
     ):
         assert part in plain, part
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (("a", "bad", "odd", "bad 2"), "1 of 4 can be used: see what to doubt."),
+        (("a", "so-so"), "All 2 can be used: see what to doubt."),
+        (("a", "b"), "each passed all checks of its numbers."),
+        (("bad",), "None of these identifications can be used."),
+    ],
+)
+def test_how_many_can_be_used_is_counted(
+    series: Path, asked: list[str], tmp_path: Path, names: tuple[str, ...], says: str
+) -> None:
+    text = " ".join(carried_out(jobs(series, *names), tmp_path / "out").report().split())
+    assert says in text
+    assert "All 0" not in text
+
+
+def test_a_median_of_nothing_and_its_errors_are_told_in_one_unit() -> None:
+    """Of a friction that most items have at its end: the errors had been told in a unit of their own each."""
+    frictions = (0.0, 0.0, 0.0, 3.0, 4.0)
+    values = [s.ParameterSummary(value=1e3 * one, unit="N", std_error=20.0 + one) for one in frictions]
+    items = {str(n): BatchItem(status="ok", gap=1.0, parameters={"friction": one}) for n, one in enumerate(values)}
+    text = " ".join(batch_report(BatchSummary(status="ok", name="many", items=items)).split())
+    assert "friction 0 20 N 5" in text
+    spread = [one.model_copy(update={"value": n * 1e3 - 2e3}) for n, one in enumerate(values)]
+    items = {name: items[name].model_copy(update={"parameters": {"friction": spread[int(name)]}}) for name in items}
+    text = " ".join(batch_report(BatchSummary(status="ok", name="many", items=items)).split())
+    assert "friction 0 1.5 0.020 kN 5" in text
 
 
 def test_an_interrupted_batch_goes_on(

@@ -16,10 +16,11 @@ from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
+from fibrefit.workflow.prediction.files import _says
 from fibrefit.workflow.prediction.known import known_of
 from fibrefit.workflow.prediction.predict import Prediction, _with_values, predict_study
 from tests.fitting import made
@@ -194,6 +195,17 @@ def test_the_result_that_is_predicted_from_is_not_replaced(
         assert run([*map(str, words), "--out", str(saved), "--force"]) == 2
         assert f"{saved}: holds {saved}/summary.json, which is read" in capsys.readouterr().err
     assert (saved / "summary.json").read_bytes() == before
+
+
+def test_a_channel_that_its_mean_predicts_better_has_no_share_explained() -> None:
+    channels = {
+        "force": PredictedChannel(rms=12.0, unit="N", explained=-3.2),
+        "position": PredictedChannel(rms=1e-4, unit="m", explained=0.9),
+    }
+    assert _says("does_not_hold", channels, ()) == (
+        "The values do not hold for these records: they explain less of the force than its mean does, within 12 N rms "
+        "and 90.0 % of the position, within 100 um rms."
+    )
 
 
 def test_a_result_without_its_arrays_is_refused(saved: Path, tmp_path: Path, predicted: Prediction) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from fibrefit.core.units import shown_unit
-from fibrefit.report.batch import VERDICTS, scatter_sentences
+from fibrefit.report.batch import batch_verdict, scatter_sentences
 from fibrefit.report.page.blocks import Block, Items, PageContent, Result, TableBlock, Words
 from fibrefit.report.page.common import failed_checks, gap_line, page_content
 from fibrefit.report.pooled import POPULATION, population_rows, trend_sentences
@@ -30,7 +30,7 @@ def batch_page(result: Result) -> PageContent:
     ]
     number = f"{len(found)} identification{'s' * (len(found) != 1)}"
     said = f"{number}: {', '.join(f'{n} {kind}' for kind, n in counts.items())}."
-    return page_content(result, blocks, VERDICTS[summary.status], said, [(kind, str(n)) for kind, n in counts.items()])
+    return page_content(result, blocks, batch_verdict(summary), said, [(kind, str(n)) for kind, n in counts.items()])
 
 
 def _population(summary: BatchSummary) -> TableBlock | None:
