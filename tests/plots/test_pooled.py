@@ -9,6 +9,7 @@ import pytest
 from fibrefit.plots.batch import _parameters, batch_figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
+from fibrefit.report.pooled import population_rows
 from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.pooled import OutlierSummary, PopulationSummary, TrendSummary
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, ParameterSummary
@@ -44,6 +45,13 @@ def test_no_gap_of_a_batch_lies_at_the_edge_of_its_panel() -> None:
         low, high = axes.get_ylim()
         assert low == 0.0
         assert high > 1.05 * max(gaps[name] for name in shown)
+
+
+def test_an_interval_is_told_to_digits_that_tell_its_ends_apart() -> None:
+    ends = {"mean_interval_95": (14723.1, 14723.9), "new_record_interval_95": (14695.0, 14752.0)}
+    found = population(0.5)["stiffness"].model_copy(update={"mean": 14723.5, **ends})
+    (row,) = population_rows({"stiffness": found})
+    assert row == ("stiffness", "14.72350", "14.72310 to 14.72390", "3 %", "14.695 to 14.752", "kN/m")
 
 
 def test_items_of_which_no_gap_is_known_are_drawn() -> None:

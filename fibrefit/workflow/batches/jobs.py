@@ -56,11 +56,13 @@ def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     Raises
     ------
     UsageError
-        If a folder holds no study, studies and records are mixed, or there are no words.
+        If a folder holds no study, studies and records are mixed, a rig is named for studies, or there are no words.
     """
     if not words:
         raise UsageError("series", *NO_FILES)
     if rig is not None:
+        if any(Path(word).is_dir() or Path(word).suffix.lower() == ".toml" for word in words):
+            raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
         return [Origin(tuple(words), rig, tuple(overrides))]
     return [Origin((study,), None, tuple(overrides)) for word in words for study in _studies(word)]
 
