@@ -6,6 +6,7 @@ import base64
 import hashlib
 import importlib
 import json
+import math
 import re
 from html.parser import HTMLParser
 
@@ -268,6 +269,16 @@ def test_a_batch_shows_the_conditions_that_differ(names: tuple[str, str]) -> Non
     assert "speed of stiffness" not in told
     assert 'data-value="5.0">5</td>' in text
     assert 'data-value="20.0">20</td>' in text
+
+
+def test_numbers_that_a_page_is_filtered_by_are_those_that_are_shown() -> None:
+    """``inclination = 60``: in degrees made of radians there are 59.99999999999999 of them."""
+    item = next(iter(EXAMPLES["fibrefit/batch/1"].items.values()))
+    said = {f"{n}": {"inclination [rad]": math.radians(n), "lift [m]": float(f"{n}e-3")} for n in (15, 60, 43)}
+    items = {name: item.model_copy(update={"conditions": of}) for name, of in said.items()}
+    text = page([Result("results/a", EXAMPLES["fibrefit/batch/1"].model_copy(update={"items": items}))], "one")
+    for number in said:
+        assert text.count(f'data-value="{number}.0">{number}</td>') == 2
 
 
 def test_a_search_that_ran_out_of_time_says_so_before_all_else() -> None:

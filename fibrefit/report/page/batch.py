@@ -63,7 +63,8 @@ class _Column(NamedTuple):
         """Text, number and error of an item."""
         if item not in self.numbers:
             return "", None, None
-        value, error = (None if one is None else one / self.worth for one in self.numbers[item])
+        # Sixty degrees are 60 of them, not 59.999999999999993: whoever filters asks for the former.
+        value, error = (None if one is None else float(f"{one / self.worth:.12g}") for one in self.numbers[item])
         assert value is not None
         if not error:
             return f"{value:{self.written}}", value, None

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
-from fibrefit.core.paths import is_plain_file
+from fibrefit.core.paths import is_plain_file, path_from
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -95,7 +95,7 @@ def _read(result: Path, beside: Path) -> Result:
     folder = result if result.is_dir() else result.parent
     groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
     items = _items(summary, folder)
-    link = quote(os.path.relpath(folder, beside).replace(os.sep, "/"))
+    link = quote(path_from(beside, folder))
     return Result(result.as_posix(), summary, _pictures(summary, groups, folder), groups, items, link)
 
 
