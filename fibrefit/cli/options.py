@@ -247,7 +247,7 @@ def check_trust_of_result(result: Path) -> None:
 
     file = (result if is_folder(result) else result.parent) / "study.toml"
     if is_plain_file(file):
-        check_trust(load_study(file))
+        check_trust(load_study(file, all_missing=True))
 
 
 def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:

@@ -21,7 +21,7 @@ from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.prediction.files import _says
-from fibrefit.workflow.prediction.known import known_of
+from fibrefit.workflow.prediction.known import known_from, known_of
 from fibrefit.workflow.prediction.predict import Prediction, _with_values, predict_study
 from tests.fitting import made
 from tests.workflow import axis
@@ -183,6 +183,17 @@ def test_the_command(saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     told = read_summary(tmp_path / "out").provenance.inputs
     for name in ("summary.json", "result.h5", "study.toml"):
         assert told[(saved / name).as_posix()] == sha256((saved / name).read_bytes()).hexdigest()
+
+
+def test_a_result_that_was_handed_on_is_predicted_from(saved: Path, predicted: Prediction, tmp_path: Path) -> None:
+    """Without the records it was found from, which nothing is read from."""
+    alone = Path(shutil.copytree(saved, tmp_path / "elsewhere" / "result"))
+    with pytest.raises(StudyError, match="no folder for|no file"):
+        load_study(alone)
+    handed = known_from(alone)
+    assert handed.parameters == known_from(saved).parameters
+    assert handed.digests == known_from(saved).digests
+    assert run(("predict", str(alone), str(predicted.study.source), "--out", str(tmp_path / "out"))) == 0
 
 
 def test_the_result_that_is_predicted_from_is_not_replaced(
