@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures
-from fibrefit.report.layout import items, paragraph, section, table, titled
+from fibrefit.report.layout import decimals_of, items, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.sentences.thresholds import SCATTERS_MORE
-from fibrefit.report.text import LONGEST_NAME, decimals_of, with_error
+from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
 MOST_NAMED = 5

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fibrefit.core.units import format_number, shown_unit
-from fibrefit.report.layout import items, table
-from fibrefit.report.text import decimals_of, with_error
+from fibrefit.report.layout import decimals_of, items, table
+from fibrefit.report.text import with_error
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary

@@ -120,7 +120,7 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
         raise DataError(str(path), "HDF5 of another layout", "a result.h5 of fibrefit", "") from None
 
 
-def group_of(groups: Groups, name: str, where: str) -> Mapping[str, Variable]:
+def needed_group(groups: Groups, name: str, where: str) -> Mapping[str, Variable]:
     """A group of a result.
 
     Parameters

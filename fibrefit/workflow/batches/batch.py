@@ -260,7 +260,7 @@ def _all_of(places: Mapping[Job, Path], errors: Mapping[str, str]) -> tuple[dict
     return items | copies, read
 
 
-class Known(NamedTuple):
+class KeptItem(NamedTuple):
     """What is kept of a job that has ended.
 
     Parameters
@@ -276,7 +276,7 @@ class Known(NamedTuple):
     inputs: Mapping[str, str]
 
 
-def _resumed(place: Path, job: Job) -> Known | None:
+def _resumed(place: Path, job: Job) -> KeptItem | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
@@ -287,13 +287,13 @@ def _resumed(place: Path, job: Job) -> Known | None:
         return None
 
 
-def _parsed(kept: Mapping[str, Any], place: Path) -> Known:
+def _parsed(kept: Mapping[str, Any], place: Path) -> KeptItem:
     item = BatchItem.model_validate({**kept["item"], "result": f"{ITEMS}/{place.name}"}, strict=False)
     looks = None if kept["fingerprint"] is None else Fingerprint(**kept["fingerprint"])
-    return Known(item, looks, {str(name): str(digest) for name, digest in kept.get("inputs", {}).items()})
+    return KeptItem(item, looks, {str(name): str(digest) for name, digest in kept.get("inputs", {}).items()})
 
 
-def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
+def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> KeptItem | None:
     """What another part of the batch found, copied to its place."""
     for folder in folders:
         source = folder / ITEMS / place.name
