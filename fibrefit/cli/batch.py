@@ -10,6 +10,7 @@ from fibrefit.cli.options import check_trust, result_options, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 from fibrefit.core.allowance import MOST_STARTS
+from fibrefit.core.errors import UsageError
 
 
 @click.command("batch")
@@ -61,6 +62,9 @@ def command(
     from fibrefit.workflow.batches.run import batch
     from fibrefit.workflow.batches.shards import shard_of
 
+    if jobs is not None and scheduler is not None:
+        do = "Leave out --jobs: a cluster has as many workers as it was given."
+        raise UsageError(f"--jobs {jobs}", f"--scheduler {scheduler} beside it", "one of both", do)
     for study in studies_of(origins_of(series, rig, overrides)):
         check_trust(study, overrides)
     with shown_progress(terminal) as progress:

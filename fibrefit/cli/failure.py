@@ -82,10 +82,11 @@ def _log(trace: str, args: Sequence[str]) -> Path | None:
     from fibrefit.core.environment import cache_directory, versions
 
     now = datetime.now(UTC)
-    path = cache_directory() / "logs" / f"{now:%Y%m%d-%H%M%S}-{os.getpid()}.log"
-    facts = [f"{now.isoformat()}  fibrefit {shlex.join(args)}", f"in {Path.cwd()}, {sys.executable}"]
-    facts += [f"{name} {version}" for name, version in versions().items()]
     try:
+        path = cache_directory() / "logs" / f"{now:%Y%m%d-%H%M%S}-{os.getpid()}.log"
+        # The working folder may be gone.
+        facts = [f"{now.isoformat()}  fibrefit {shlex.join(args)}", f"in {Path.cwd()}, {sys.executable}"]
+        facts += [f"{name} {version}" for name, version in versions().items()]
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("\n".join([*facts, "", trace]), encoding="utf-8")
     except OSError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import partial
@@ -14,7 +13,7 @@ from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.interruption import stop_requested
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed
 from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.formats import FIGURES, requested_formats
 
@@ -78,5 +77,5 @@ def _further(folder: Path) -> str:
     """How the figures that were not requested are drawn."""
     if FIGURES.get() is not None:
         return ""
-    command = shlex.join(["fibrefit", "show", str(folder), "--figures", "png"])
+    command = as_typed("fibrefit", "show", str(folder), "--figures", "png")
     return f" Besides the overview, figures are drawn on request: {command}"

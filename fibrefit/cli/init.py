@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal, as_typed, with_terminal
 
 FILES = ("study.toml", "drop_10mm_90deg.csv")
 
@@ -65,8 +65,8 @@ def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
     wanted = f"{file.as_posix()}:{class_name(short)}"
     text = (
         f"Wrote {file}, a law that can be used as it is.\n\n"
-        f"  fibrefit effects --check {wanted}    says what is wrong with it\n"
-        f"  fibrefit effects {wanted}    shows its page\n\n"
+        f"  {as_typed('fibrefit', 'effects', '--check', wanted)}    says what is wrong with it\n"
+        f"  {as_typed('fibrefit', 'effects', wanted)}    shows its page\n\n"
         f'In a study beside it: effects = ["{file.name}:{class_name(short)}"] under [model], and --trust to run it.'
     )
     terminal.answer(text, {"effect": name, "file": str(file), "name": wanted})
@@ -97,8 +97,8 @@ def _write_study(terminal: Terminal, directory: Path) -> None:
     study = directory / FILES[0]
     text = (
         f"Wrote {study} and {FILES[1]}, one drop of a weight on a fibre.\n\n"
-        f"  fibrefit inspect {directory}    says what is understood of them\n"
-        f"  fibrefit fit {study}    identifies the fibre\n\n"
+        f"  {as_typed('fibrefit', 'inspect', str(directory))}    says what is understood of them\n"
+        f"  {as_typed('fibrefit', 'fit', str(study))}    identifies the fibre\n\n"
         "Put your own records in their place and say in the study what was measured."
     )
     terminal.answer(text, {"study": str(study), "files": [str(directory / name) for name in FILES]})

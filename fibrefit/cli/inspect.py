@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.options import is_study, study_from
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.terminal import Terminal, as_typed, with_terminal
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.roles import ROLES
 
 if TYPE_CHECKING:
-    from fibrefit.workflow.inspection.inspection import Seen
+    from fibrefit.workflow.inspection.inspection import Inspection, Seen
 
 _POSSIBLE = (
     ("units.force", '"kN"'),
@@ -75,15 +74,26 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
 
         unstated = write_study(found, write, options["rig"], overrides, force=force)
         terminal.remark(_next(write, unstated))
-    if found.tables and (out is not None or (sys.stdout.isatty() and write is None)):
+    if out is not None:
+        _keep(terminal, found, out, force)
+    elif found.tables and sys.stdout.isatty() and write is None:
         from fibrefit.store.directory import default_directory
 
-        # A folder named after its content may be written again: it will hold the same.
-        folder = out or default_directory(f"inspect {found.name}", found.content())
-        found.save(folder, force=force or out is None)
-        terminal.remark(f"\nPictures are in {folder / 'figures'}.")
+        try:
+            # A folder named after its content may be written again: it will hold the same.
+            _keep(terminal, found, default_directory(f"inspect {found.name}", found.content()), force=True)
+        except UsageError as error:  # records may lie where nobody can write, and nobody asked for pictures
+            terminal.remark(f"\nNo pictures were drawn: {error}")
     not_ready = [DataError.exit_code for each in found.seen if each.verdict == "not ready"]
     return max([refusal.exit_code for refusal in found.refusals] + not_ready, default=0)
+
+
+def _keep(terminal: Terminal, found: Inspection, folder: Path, force: bool) -> None:
+    """Write an inspection into a folder, and say what lies there."""
+    found.save(folder, force=force)
+    number, drawn = len(found.tables), len(found.drawn)
+    which = f"Pictures of the first {drawn} of {number} files" if drawn < number else "Pictures"
+    terminal.remark(f"\n{which} are in {folder / 'figures'}." if drawn else f"\nWhat was said is in {folder}.")
 
 
 def _of_files(overrides: tuple[str, ...]) -> tuple[str, ...]:
@@ -98,7 +108,7 @@ def _next(study: Path, unstated: Sequence[str]) -> str:
     said = f"\nThe study is in {study}."
     if unstated:
         said += f" Still to be stated in it, under [rig]: {', '.join(unstated)}."
-    return f"{said} Then: fibrefit fit {shlex.quote(str(study))}"
+    return f"{said} Then: {as_typed('fibrefit', 'fit', str(study))}"
 
 
 def _hint(seen: Sequence[Seen]) -> str:
@@ -138,4 +148,4 @@ def _typed(key: str, value: str) -> str:
         return f"--set {key}={text}"
     if plain and not set(text) & set('"$`\\!'):
         return f'--set {key}="{text}"'
-    return f"--set {shlex.quote(f'{key}={value}')}"
+    return as_typed("--set", f"{key}={value}")

@@ -172,6 +172,20 @@ def _open_what_is_closed() -> None:
             setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
 
 
+def with_files(words: Sequence[str]) -> list[str]:
+    """Words of a command line with the files that a pattern such as ``drop_*.csv`` names in its place.
+
+    Shells do so themselves, but for that of Windows. What names a file as it stands, or none, stays.
+    """
+    import glob
+
+    found: list[str] = []
+    for word in words:
+        files = sorted(glob.glob(word)) if glob.has_magic(word) and not os.path.lexists(word) else []
+        found += files or [word]
+    return found
+
+
 def _say_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: Any) -> None:
     """Say what a library warns of in one line; it may quote a file or a name."""
     say(f"{category.__name__}: {message} ({os.path.basename(filename)}, line {lineno})")
@@ -202,7 +216,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     warnings.showwarning = cast("Any", _say_warning)
-    code = run(sys.argv[1:])
+    code = run(with_files(sys.argv[1:]) if os.name == "nt" else sys.argv[1:])
     try:
         sys.stdout.flush()
     except OSError:

@@ -157,13 +157,15 @@ class Request(NamedTuple):
         return self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
 
     @contextmanager
-    def reserved(self, *settings: str) -> Iterator[Path]:
+    def reserved(self, *settings: str, files: Sequence[Path] = ()) -> Iterator[Path]:
         """Block in which the folder of a result is kept for this run, refused before any work is done for it.
 
         Parameters
         ----------
         settings : str
             As for `folder`.
+        files : sequence of pathlib.Path
+            Read beside those of the study: none may lie in the folder either.
 
         Raises
         ------
@@ -173,7 +175,7 @@ class Request(NamedTuple):
         from fibrefit.store import ResultDirectory, Run
 
         folder = self.folder(*settings)
-        with ResultDirectory(folder, force=self.force, run=Run(tuple(self.study.input_files()))).reserved():
+        with ResultDirectory(folder, force=self.force, run=Run((*self.study.input_files(), *files))).reserved():
             yield folder
 
 
@@ -245,7 +247,7 @@ def check_trust_of_result(result: Path) -> None:
 
     file = (result if is_folder(result) else result.parent) / "study.toml"
     if is_plain_file(file):
-        check_trust(load_study(file))
+        check_trust(load_study(file, all_missing=True))
 
 
 def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:

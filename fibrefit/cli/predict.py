@@ -20,9 +20,13 @@ def command(terminal: Terminal, request: Request, result: Path) -> int:
     Exit code 5 where the values do not hold or the prediction cannot be trusted.
     """
     check_trust_of_result(result)
+    from fibrefit.core.paths import sha256_of
+    from fibrefit.store.summary import files_of_result
     from fibrefit.workflow.prediction.predict import predict_study
 
-    with request.reserved("predict", str(result.resolve())) as folder, shown_progress(terminal) as progress:
+    files = files_of_result(result)
+    place = request.reserved("predict", *map(sha256_of, files), files=files)
+    with place as folder, shown_progress(terminal) as progress:
         prediction = predict_study(result, request.study, progress=progress)
         progress("drawing and writing", None)
         prediction.save(folder, force=request.force)

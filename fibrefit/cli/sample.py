@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -60,13 +61,16 @@ def command(
     from fibrefit.sampling.settings import Settings
     from fibrefit.store import Run
     from fibrefit.workflow.growing import growing_folder
-    from fibrefit.workflow.sampling.sample import SamplingOptions, identity, sample_study
+    from fibrefit.workflow.sampling.sample import SamplingOptions, files_compared, identity, sample_study
     from fibrefit.workflow.sampling.start import KEPT
 
     settings, options = Settings(seed=request.seed, **budget), SamplingOptions(noise, heavy, nuts, compare)
     fixed = identity(options, settings)
     folder = request.folder("sample", fixed)
-    place = growing_folder(folder, KEPT, force=request.force, resume=resume, run=Run.of("sample", request.study, fixed))
+    run = Run.of("sample", request.study, fixed)
+    # What it is compared with may be others when it goes on, but none of them may lie where it is written.
+    run = replace(run, inputs=(*run.inputs, *files_compared(options)))
+    place = growing_folder(folder, KEPT, force=request.force, resume=resume, run=run)
     with place as directory, shown_progress(terminal) as progress:
         found = sample_study(
             request.study, settings=settings, options=options, folder=directory.path, progress=progress

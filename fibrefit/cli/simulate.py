@@ -11,7 +11,8 @@ from fibrefit.cli.terminal import Terminal
 def command(terminal: Terminal, request: Request) -> None:
     """Compute the response of the model to the conditions of each record of STUDY, as CSV and pictures.
 
-    Parameters take the initial values of the study; those it does not give are suggested by the records.
+    Of many records the first have pictures. Parameters take the initial values of the study; those it does not give are
+    suggested by the records.
     What belongs to a measured record alone, its zero, its release or start and the error of a measured input, is fitted
     to it where the study does not state it.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import os
+import shlex
 import sys
 import unicodedata
 from collections.abc import Callable
@@ -150,6 +151,19 @@ def spelt(text: str, encoding: str | None) -> str:
         return sign
 
     return text if text.isascii() else "".join(map(letter, text))
+
+
+def as_typed(*words: str, windows: bool = os.name == "nt") -> str:
+    """Words as they are typed on a command line of this system: a name with blanks in it is one word.
+
+    Parameters
+    ----------
+    windows : bool
+        Whether to double quotes, which are all that its command line knows; this system's unless said.
+    """
+    from subprocess import list2cmdline  # half a hundredth of a second, where a command is told at all
+
+    return list2cmdline(words) if windows else shlex.join(words)
 
 
 def with_terminal(command: Command) -> Command:

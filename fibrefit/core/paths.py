@@ -119,6 +119,17 @@ def sha256_of(path: Path) -> str:
     return found.hexdigest()
 
 
+def path_from(folder: Path, file: Path) -> str:
+    """Path of a file as it is named from a folder, with forward slashes; whole where another drive leaves no way.
+
+    Links are taken as they stand.
+    """
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:
+        return file.absolute().as_posix()
+
+
 def name_of_several(files: Sequence[str | Path]) -> str:
     """Name of what belongs to some files: that of the first, and how many more there are; empty for none."""
     first = Path(files[0]).stem if files else ""

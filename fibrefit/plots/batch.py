@@ -15,6 +15,7 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
     BLACK,
     ENDED,
+    ENDED_AS,
     LETTER_SMALL,
     SMALL,
     in_own_style,
@@ -51,7 +52,7 @@ def batch_figures(summary: BatchSummary) -> Figures:
     if summary.population:
         figures["population"] = population_figure(summary.population, values)
     if summary.trends:
-        figures["trends"] = trends_figure(summary.trends, values, usable)
+        figures["trends"] = trends_figure(summary.trends, values, summary.items)
     return figures
 
 
@@ -98,7 +99,7 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
             if here.any():
                 bars = 2.0 * np.nan_to_num(errors[here]) / worth
                 style: dict[str, Any] = {"color": colour, "markerfacecolor": filled, "elinewidth": 0.6, "label": said}
-                axes.errorbar(numbers[here], values[here] / worth, bars, fmt="o", markersize=2, **style)
+                axes.errorbar(numbers[here], values[here] / worth, bars, fmt=ENDED_AS[state], markersize=2, **style)
     label(axes, y=axis_label(name.rpartition(".")[2], unit))
 
 
@@ -106,5 +107,5 @@ def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> No
     gaps = np.array([np.nan if item.gap is None else item.gap for item in items.values()])
     axes.axhline(1.0, color="0.5", linewidth=0.4)
     axes.plot(numbers, gaps, ".", color=BLACK, markersize=3)
-    axes.set_ylim(0.0, 1.1 * max(1.2, *gaps[np.isfinite(gaps)]))
+    axes.set_ylim(0.0, 1.1 * max([1.2, *gaps[np.isfinite(gaps)]]))
     label(axes, y="residual RMS / noise")

@@ -13,7 +13,7 @@ from fibrefit.plots.shrink import small_png
 from fibrefit.plots.style import caption_of
 
 MOST_RECORDS = 24
-"""Records that get a figure of their own; of a longer fit those that are explained worst, else the first."""
+"""Records, or files, that get a figure of their own; of a longer fit those that are explained worst, else the first."""
 
 
 class Figures(dict[str, Figure]):

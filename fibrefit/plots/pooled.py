@@ -32,6 +32,7 @@ from fibrefit.plots.style import (
 )
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
+from fibrefit.study.summaries.pooled import speed_name
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
@@ -47,7 +48,7 @@ HEIGHT, COLUMNS = 32.0, 3
 MOST = 12
 """Trends that are drawn: a page of them."""
 TRENDS = (
-    "line: weighted regression; bars: twice the standard error; red: outlier; chance: probability of as strong a trend "
+    "line: weighted regression; bars: 2 standard errors; diamond: outlier; chance: probability of as strong a trend "
     "where there is none, all looks together"
 )
 
@@ -140,7 +141,8 @@ def trends_figure(
         The surest first, one at least.
     values : mapping of record to mapping of parameter to RecordValue
     records : mapping of record to BatchItem or SeriesRecord
-        With its conditions, by bare names or with their units; ``speed of <parameter>`` for the speed.
+        All of them in their order, with their conditions by bare names or with their units; ``speed of <parameter>``
+        for the speed.
     """
     drawn = trends[:MOST]
     high = TOP + -(-len(drawn) // COLUMNS) * (HEIGHT + UP) + 2.0
@@ -171,13 +173,15 @@ def _points(
     one: TrendSummary, values: Values, records: Mapping[str, BatchItem | SeriesRecord]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Condition, its error, value and error of each record that shows both, ``(4, n)``; and which are outliers."""
-    bare = f"speed of {one.parameter}" if one.condition == "speed" else one.condition
+    bare = speed_name(one.parameter) if one.condition == "speed" else one.condition
     headed = f"{bare} [{one.condition_unit}]"
     outliers, rows, flags = {o.record for o in one.outliers}, [], []
-    for number, (name, said) in enumerate(values.items(), 1):
+    # Those of which nothing can be used count too.
+    places = {name: float(number) for number, name in enumerate(records, 1)}
+    for name, said in values.items():
         record = records.get(name)
         known, errors = ({}, {}) if record is None else (record.conditions, record.condition_errors)
-        x = known.get(bare, known.get(headed, float(number) if bare == BY_ORDER else None))
+        x = known.get(bare, known.get(headed, places.get(name) if bare == BY_ORDER else None))
         if x is not None and one.parameter in said:
             spread = errors.get(bare, errors.get(headed, 0.0))
             rows.append((x, spread, said[one.parameter].value, said[one.parameter].error))
@@ -189,9 +193,9 @@ def _trend(axes: Axes, one: TrendSummary, points: tuple[np.ndarray, np.ndarray])
     (x, spread, value, error), outlying = points
     unit, worth = readable_unit(value, one.unit)
     across, scale = readable_unit(x, one.condition_unit)
-    for here, colour in ((~outlying, BLUE), (outlying, VERMILLION)):
+    for here, colour, mark, size in ((~outlying, BLUE, "o", 2.5), (outlying, VERMILLION, "D", 3.5)):
         bars, across_it = 2.0 * np.nan_to_num(error[here]) / worth, 2.0 * spread[here] / scale
-        style: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.6}
+        style: dict[str, Any] = {"fmt": mark, "color": colour, "markersize": size, "elinewidth": 0.6}
         axes.errorbar(x[here] / scale, value[here] / worth, bars, across_it if across_it.any() else None, **style)
     ends = np.array([x.min(), x.max()])
     axes.plot(ends / scale, (one.intercept + one.slope * ends) / worth, color=BLACK, linewidth=0.8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.plots.figures import Figures
+from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.records import Compared, compared_figure
 from fibrefit.plots.style import in_own_style
 from fibrefit.study.summaries.arrays import Groups
@@ -12,7 +12,7 @@ from fibrefit.study.summaries.arrays import Groups
 
 @in_own_style
 def simulation_figures(groups: Groups) -> Figures:
-    """One figure a record.
+    """One figure a record, of the first ones of many.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def simulation_figures(groups: Groups) -> Figures:
     """
     observed, predicted = groups["observed_data"], groups["predictions"]
     figures = Figures()
-    for r, record in enumerate(observed["record"].values):
+    for r, record in enumerate(observed["record"].values[:MOST_RECORDS]):
         times = observed["time"].values[r]
         inside = np.isfinite(times)
         channels = [

@@ -41,6 +41,8 @@ PLACE, MASKED = YELLOW, PURPLE
 POSTERIOR, PRIOR = BLUE, ORANGE
 ENDED = {"ok": GREEN, "suspect": ORANGE, "failed": "#B03A00"}
 """How a result ended."""
+ENDED_AS = {"ok": "o", "suspect": "^", "failed": "s"}
+"""The same as marks, for print without colours."""
 
 WIDTH = 183.0
 """Of a figure, in mm: two columns of a journal."""

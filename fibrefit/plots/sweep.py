@@ -39,6 +39,8 @@ WAYS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 OTHER_MOTION = 0.05
 """Share of an amplitude by which that of another way to a frequency differs when it is another motion."""
+MARKS = 10
+"""Marks along a curve, beside others."""
 HEIGHTS, BOTH_PANELS = (46.0, 34.0, 34.0, 24.0), (52.0, 52.0)
 """Heights in mm of angle, forces and multiplier, and of the two panels of all curves: both figures fit on a page."""
 
@@ -127,12 +129,17 @@ def _comparison_figure(curves: Sequence[_Curve]) -> Figure:
         "lines: from rest and sweep up; dashed: sweep down",
     )
     for i, curve in enumerate(curves):
-        colour = KINDS[i % len(KINDS)][0]
+        colour, mark = KINDS[i % len(KINDS)]
         rest, name = curve.branches["rest"], curve.name
         standing = np.where(rest.overturned, np.nan, rest.max_angle)
-        axes[0].plot(curve.frequencies, standing, color=colour, linewidth=0.8, label=name)
-        axes[1].plot(curve.frequencies, curve.branches["up"].amplitude, color=colour, linewidth=0.8)
-        axes[1].plot(curve.frequencies, curve.branches["down"].amplitude, color=colour, linewidth=0.8, linestyle="--")
+        # Marks here and there, each curve's at places of its own, for print without colours.
+        every = (i, max(len(curve.frequencies) // MARKS, 1))
+        style: dict[str, Any] = {
+            "color": colour, "linewidth": 0.8, "marker": mark, "markersize": 3.0, "markevery": every,
+        }  # fmt: skip
+        axes[0].plot(curve.frequencies, standing, label=name, **style)
+        axes[1].plot(curve.frequencies, curve.branches["up"].amplitude, **style)
+        axes[1].plot(curve.frequencies, curve.branches["down"].amplitude, linestyle="--", **style)
         for first, last in ranges(curve.frequencies, rest.overturned):
             axes[0].plot([first, last], [np.nanmax(standing)] * 2, color=colour, marker="x", markersize=4.0)
     label(axes[0], y="max |angle| incl. transient, from rest / rad")
@@ -166,6 +173,8 @@ def _remark_on_all(curves: Sequence[_Curve]) -> str:
     ]
     worst = int(np.argmax([angle.max() for angle in angles]))
     most = int(np.argmax(angles[worst]))
+    if angles[worst][most] < 0.0:
+        return "Started from rest, the pendulum overturns at every frequency"
     where = f"{angles[worst][most]:.2g} rad at {curves[worst].frequencies[most]:.3g} Hz"
     return f"Started from rest, maximum |angle| is largest with {curves[worst].name}: {where}"
 

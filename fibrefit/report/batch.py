@@ -5,18 +5,14 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
+from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures
-from fibrefit.report.layout import items, paragraph, section, table, titled
+from fibrefit.report.layout import decimals_of, items, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.sentences.thresholds import SCATTERS_MORE
 from fibrefit.report.text import LONGEST_NAME, with_error
 from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
 
-VERDICTS = {
-    "ok": "Every identification came to an end, and each passed all checks of its numbers.",
-    "suspect": "Most can be used, not all: see what to doubt.",
-    "failed": "None of these identifications can be used.",
-}
 MOST_NAMED = 5
 """Items named in a sentence; the others are counted."""
 MOST_ERRORS = 12
@@ -28,7 +24,7 @@ SPREAD = 1.4826
 def items_in_words(wrong: Sequence[str], total: int, what: str) -> str:
     """How many of all items something is said of, the first ones by name."""
     if not wrong:
-        return f"All {total}: yes."
+        return f"All {total}: yes." if total else "There is none."
     more = f" and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
     return f"{len(wrong)} of {total} items {what}: {', '.join(wrong[:MOST_NAMED])}{more}."
 
@@ -37,7 +33,7 @@ def batch_report(summary: BatchSummary) -> str:
     """Report of a batch in at most 80 columns; no line break at its end."""
     sections = [
         titled(summary.name, summary.status),
-        paragraph(VERDICTS[summary.status]),
+        paragraph(batch_verdict(summary)),
         section("How many", _counts(summary)),
         section("What was found", _found(summary)),
         section("Population", population_lines(summary.population)),
@@ -47,6 +43,17 @@ def batch_report(summary: BatchSummary) -> str:
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
+
+
+def batch_verdict(summary: BatchSummary) -> str:
+    """What the status means, with how many items can be used where not all are ok."""
+    if summary.status == "ok":
+        return "Every identification came to an end, and each passed all checks of its numbers."
+    if summary.status == "failed":
+        return "None of these identifications can be used."
+    usable = sum(item.status in ("ok", "suspect") for item in summary.items.values())
+    whole = len(summary.items)
+    return f"{f'All {whole}' if usable == whole else f'{usable} of {whole}'} can be used: see what to doubt."
 
 
 def _counts(summary: BatchSummary) -> list[str]:
@@ -72,8 +79,10 @@ def _found(summary: BatchSummary) -> list[str]:
     for name, found in _usable(summary).items():
         middle = statistics.median(one.value for one in found)
         scatter, error = _scatter(found)
-        value, spread, unit = with_error(middle, scatter, found[0].unit)
-        _, own, _ = with_error(middle, error, found[0].unit)
+        # All in one unit; of a median of nothing that of what is larger.
+        unit, worth = shown_unit(middle or max(scatter, error or 0.0), found[0].unit)
+        value = with_error(middle, scatter, found[0].unit)[0] if middle else "0"
+        spread, own = _told(scatter, worth), _told(error, worth)
         shown = name if len(name) <= LONGEST_NAME else f"...{name[-LONGEST_NAME + 3 :]}"
         rows.append((shown, value, spread, own, "" if unit == "-" else unit, str(len(found))))
     lines = table(("", "median", "sd", "std. error", "unit", "items"), rows, right={1, 2, 3, 5})
@@ -81,6 +90,11 @@ def _found(summary: BatchSummary) -> list[str]:
     if rows:
         lines.append(paragraph("sd: robust standard deviation between items; std. error: median of their own."))
     return lines
+
+
+def _told(error: float | None, worth: float) -> str:
+    """An error bar in a unit that is worth so much in SI, to the digits that mean something."""
+    return f"{error / worth:.{decimals_of(error / worth)}f}" if error else ""
 
 
 def _scatter(found: Sequence[ParameterSummary]) -> tuple[float, float | None]:

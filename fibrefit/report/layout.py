@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
 WIDTH = 80
+ERROR_DIGITS = 2
+"""Digits of an error bar that mean something."""
 LONGEST_RECORD_NAME = 34
 """Letters of the name of a record that leave room for what stands beside it."""
+
+
+def decimals_of(error: float) -> int:
+    """Decimals to which an error bar means something, and whatever it is the error of."""
+    return min(max(0, ERROR_DIGITS - 1 - math.floor(math.log10(error))), 12)
 
 
 def titled(name: str, status: str = "") -> str:

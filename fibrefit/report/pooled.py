@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fibrefit.core.units import format_number, shown_unit
-from fibrefit.report.layout import items, table
+from fibrefit.report.layout import decimals_of, items, table
 from fibrefit.report.text import with_error
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
@@ -29,13 +29,18 @@ def population_rows(population: Mapping[str, PopulationSummary]) -> list[tuple[s
         unit, worth = shown_unit(one.mean, one.unit)
         scale = 100.0 if one.relative else 1.0 / worth
         sd = f"{scale * one.between_records:.2g}{' %' if one.relative else ''}"
-        ends = [_ends(*pair, worth) for pair in (one.mean_interval_95, one.new_record_interval_95)]
-        rows.append((name, format_number(one.mean / worth), ends[0], sd, ends[1], "" if unit == "-" else unit))
+        mean, *ends = _to_their_width((one.mean, *one.mean_interval_95), one.mean_interval_95, worth)
+        new = _to_their_width(one.new_record_interval_95, one.new_record_interval_95, worth)
+        rows.append((name, mean, " to ".join(ends), sd, " to ".join(new), "" if unit == "-" else unit))
     return rows
 
 
-def _ends(low: float, high: float, worth: float) -> str:
-    return f"{format_number(low / worth)} to {format_number(high / worth)}"
+def _to_their_width(values: Sequence[float], interval: tuple[float, float], worth: float) -> list[str]:
+    """Values in a unit worth so much in SI, to two digits of half of an interval: its ends are not told as one."""
+    half = 0.5 * (interval[1] - interval[0]) / worth
+    if not half > 0.0:
+        return [format_number(value / worth) for value in values]
+    return [f"{value / worth:.{decimals_of(half)}f}" for value in values]
 
 
 def trend_lines(trends: Sequence[TrendSummary]) -> list[str]:

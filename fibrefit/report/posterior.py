@@ -74,7 +74,8 @@ def posterior_advice(checks: Sequence[Check], converged: bool, with_nuts: bool) 
 
 
 def _known(summary: PosteriorSummary) -> list[str]:
-    rows = [row for name, found in summary.parameters.items() for row in rows_of(name, partial(_row, found=found))]
+    known = summary.parameters.items()
+    rows = [row for name, found in known for row in rows_of(name, partial(posterior_row, found=found))]
     interval = f"{100 * summary.interval_probability:g} % interval"
     lines = table(("", "mean", "sd", "unit", interval), rows, right={1, 2})
     kind = KINDS[summary.interval_kind]
@@ -88,7 +89,8 @@ def _known(summary: PosteriorSummary) -> list[str]:
     return lines + _priors(summary)
 
 
-def _row(name: str, found: PosteriorParameter) -> tuple[str, ...]:
+def posterior_row(name: str, found: PosteriorParameter) -> tuple[str, ...]:
+    """Name, mean, standard deviation, unit and interval of a value, all numbers in that unit."""
     value, error, unit = with_error(found.mean, found.sd, found.unit)
     worth = shown_unit(found.mean if found.mean else found.sd, found.unit)[1]
     decimals = len(error.partition(".")[2])

@@ -13,6 +13,7 @@ from fibrefit.core.units import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import (
     LONGEST_RECORD_NAME,
+    decimals_of,
     items,
     paragraph,
     section,
@@ -35,9 +36,6 @@ from fibrefit.study.summaries.summaries import (
     ParameterSummary,
     RecordSummary,
 )
-
-#: Digits of an error bar that mean something.
-ERROR_DIGITS = 2
 
 #: Longest name of a parameter that leaves room for its numbers.
 LONGEST_NAME = 28
@@ -149,9 +147,8 @@ def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, 
     value = value / worth
     if not error:
         return f"{value:.5g}", "", chosen
-    error = error / worth
-    decimals = min(max(0, ERROR_DIGITS - 1 - math.floor(math.log10(error))), 12)
-    return f"{value:.{decimals}f}", f"{error:.{decimals}f}", chosen
+    decimals = decimals_of(error / worth)
+    return f"{value:.{decimals}f}", f"{error / worth:.{decimals}f}", chosen
 
 
 def _found(summary: FitResultSummary) -> list[str]:

@@ -11,17 +11,17 @@ import multiprocessing
 import os
 import signal
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
 from typing import Any, NamedTuple
 
 from fibrefit.core.errors import UsageError
 
-WATCH_SECONDS = 1.0
 AHEAD = 2
 """Pieces handed over beyond those that are worked on, so that no process waits while an outcome is put away."""
 PATIENCE = 10.0
@@ -86,7 +86,8 @@ def _first_then_frozen(work: Work, argument: Any) -> Any:
 def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Iterator[Done]:
     """In some processes of this machine, in the order in which they end.
 
-    A process that dies takes no work with it: what was under way is tried again, each piece by itself.
+    A process that dies takes no work with it: what was under way is tried again, each piece by itself. Where the
+    iteration is interrupted or left early, what is under way is ended at once: nobody would take its outcome.
 
     Parameters
     ----------
@@ -118,12 +119,14 @@ def _until_one_dies(
     # JAX does not survive a fork.
     context = multiprocessing.get_context("spawn")
     began = context.Event()
-    pool = ProcessPoolExecutor(processes, context, _begin, (os.getpid(), began))
+    held, lifeline = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(processes, context, _begin, (held, began))
     running: dict[Future[Any], int] = {}
     try:
         while waiting or running:
             while waiting and len(running) < processes + AHEAD:
-                running[pool.submit(_first_then_frozen, work, arguments[waiting[0]])] = waiting[0]
+                with _interruptions_held():
+                    running[pool.submit(_first_then_frozen, work, arguments[waiting[0]])] = waiting[0]
                 waiting.popleft()
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 done = _done(running[future], future)
@@ -137,8 +140,26 @@ def _until_one_dies(
                 "What each of them printed says why; with processes=1 there are none."
             ) from None  # fmt: skip
         lost += running.values()
+    except BaseException:
+        lifeline.close()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+        lifeline.close()
+        held.close()
+
+
+@contextmanager
+def _interruptions_held() -> Iterator[None]:
+    """Block in which a process may begin: Ctrl-C is for its parent, also while it still loads what it needs."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _done(number: int, future: Future[Any]) -> Done:
@@ -150,8 +171,8 @@ def _done(number: int, future: Future[Any]) -> Done:
         return Done(number, None, error)
 
 
-def _begin(parent: int, began: Event) -> None:
-    """What a process does first: say so, leave interruptions to its parent, and end when that has ended."""
+def _begin(lifeline: Connection, began: Event) -> None:
+    """What a process does first: say so, leave interruptions to its parent, and end when that lets go of the line."""
     began.set()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The programs of one record are small: threads that share them out wait for each other, a quarter of what such a
@@ -160,8 +181,9 @@ def _begin(parent: int, began: Event) -> None:
         os.environ.setdefault(name, "1")
 
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(WATCH_SECONDS)
+        # Nothing is ever sent: it ends when the other end is closed, by the parent or because that is gone.
+        with suppress(EOFError, OSError):
+            lifeline.recv_bytes()
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -239,9 +239,10 @@ class ResultDirectory:
         if not os.path.lexists(self.out):
             return
         if not (self._force or self._resume):
-            raise UsageError(
-                str(self._shown), "exists already", "a new folder", "Add --force to replace it, or name another --out."
-            )
+            there = read_manifest(self.out)
+            same = self._keep and there is not None and there.run == self._run.parts
+            do = "Add --resume to go on with it, --force to replace it," if same else "Add --force to replace it,"
+            raise UsageError(str(self._shown), "exists already", "a new folder", f"{do} or name another --out.")
         if not self.out.is_dir():
             raise UsageError(str(self._shown), "is a file", "a folder", "Name another --out.")
         others = foreign(self.out)

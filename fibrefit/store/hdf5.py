@@ -120,6 +120,25 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
         raise DataError(str(path), "HDF5 of another layout", "a result.h5 of fibrefit", "") from None
 
 
+def needed_group(groups: Groups, name: str, where: str) -> Mapping[str, Variable]:
+    """A group of a result.
+
+    Parameters
+    ----------
+    where : str
+        What messages call the result.
+
+    Raises
+    ------
+    DataError
+        If it has none of that name, as results of other versions or damaged ones.
+    """
+    if name not in groups:
+        do = "Make the result again with this version."
+        raise DataError(where, f'a result.h5 without the group "{name}"', "one with all its arrays", do)
+    return groups[name]
+
+
 def _count(allowed: Allowance, name: str, item: Any) -> None:
     """Take from an allowance what a dataset is declared with, before it is read."""
     import h5py

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.paths import is_plain_file, sha256_of
+from fibrefit.core.paths import is_plain_file, path_from, sha256_of
 from fibrefit.store.manifest import Manifest
 from fibrefit.study import Study
 
@@ -50,9 +49,7 @@ class Run:
         parts = {COMMAND: command, STUDY: _digest(study.resolved_toml()), SETTINGS: _digest(settings)}
         read = (*study.data_files(), *files)
         # Named from the study, wherever the command was called.
-        named = {
-            Path(os.path.relpath(file, study.source.parent)).as_posix(): file for file in read if is_plain_file(file)
-        }
+        named = {path_from(study.source.parent, file): file for file in read if is_plain_file(file)}
         digests = {f'data "{name}"': sha256_of(file) for name, file in named.items()}
         return cls((*study.input_files(), *files), parts | digests)
 

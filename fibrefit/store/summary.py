@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import is_folder, read_plain_file, sha256_of
+from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, sha256_of
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
@@ -60,6 +60,18 @@ def read_summary(result: str | Path) -> Part:
     return summary_of(content, str(path))
 
 
+def files_of_result(result: Path) -> list[Path]:
+    """Files of a result from which others go on: its summary, its arrays, its study; those that are there.
+
+    Parameters
+    ----------
+    result : pathlib.Path
+        Its folder, or a file in it.
+    """
+    folder = result if is_folder(result) else result.parent
+    return [folder / name for name in (NAME, "result.h5", "study.toml") if is_plain_file(folder / name)]
+
+
 WITHOUT = {
     "inspection.json": ("an inspection", "Its report is inspection.txt; fibrefit fit makes a result of the study."),
     "simulated": ("a simulation", "Its pictures: fibrefit show FOLDER --figures png. Its records can be fitted."),
@@ -82,6 +94,7 @@ def provenance(
     seed: int | None = None,
     seconds: float | None = None,
     settings: Mapping[str, str] | None = None,
+    read: Mapping[str, str] | None = None,
 ) -> Provenance:
     """What a result made now rests on.
 
@@ -98,8 +111,11 @@ def provenance(
         Wall time of the computation, in s.
     settings : mapping of str to str, optional
         All else the result depends on, by option.
+    read : mapping of str to str, optional
+        Digests of further files as they were when they were read, by their paths.
     """
-    digests = {} if isinstance(study, str) else study.digests
+    digests = {Path(name): digest for name, digest in (read or {}).items()}
+    digests |= {} if isinstance(study, str) else study.digests
     return Provenance(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),

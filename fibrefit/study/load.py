@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 from pydantic import ValidationError
 
@@ -35,6 +35,8 @@ from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
 from fibrefit.study.table import StudyTable
 
+Missing = Literal["none", "some", "all"]
+"""Of how many records the files need not be there."""
 #: Bytes of a file's name that file systems take.
 _LONGEST_NAME = 255
 #: Records that a message names one by one; more are counted.
@@ -50,7 +52,9 @@ _OF_RECORD = re.compile(r"@(?:1-|(?:\d{1,9}\+)*)(\d{1,9})$")
 """The last record of an effect that belongs to one or some, or that happens once in each."""
 
 
-def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing: bool = False) -> Study:
+def load_study(
+    path: str | Path, overrides: Sequence[str] = (), *, some_missing: bool = False, all_missing: bool = False
+) -> Study:
     """Read a study.
 
     Parameters
@@ -61,6 +65,8 @@ def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing:
         Changes to it, as on the command line: ``'rig.weight_mass="3.1 kg"'``.
     some_missing : bool
         Whether files of some of the records need not be there: those are refused when they are read.
+    all_missing : bool
+        Whether none of them need be there, as where the model of a result is all that is asked for.
 
     Returns
     -------
@@ -83,7 +89,8 @@ def load_study(path: str | Path, overrides: Sequence[str] = (), *, some_missing:
     source = Path(path)
     if is_folder(source):
         source = source / "study.toml"
-    return _study(_read_toml(source), source, overrides, some_missing)
+    missing: Missing = "all" if all_missing else "some" if some_missing else "none"
+    return _study(_read_toml(source), source, overrides, missing)
 
 
 def as_study(study: Study | str | Path) -> Study:
@@ -181,8 +188,8 @@ def _as_toml(line: str, said: str) -> str:
     return f"Write it in quotes: {found['key']} = {f'[{value}]' if inside else value}"
 
 
-def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_missing: bool = False) -> Study:
-    """Study from the content of a file and the changes to it."""
+def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], missing: Missing = "none") -> Study:
+    """Study from the content of a file and the changes to it, of which files of records may be missing."""
     _name_parameters(raw, source)
     table = _read_table(raw, source)
     changed = apply_overrides(raw, overrides)
@@ -204,7 +211,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], some_mis
         check_uncertain(study, place, mistakes)
         _check_records(study, place, mistakes)
         _check_effects(study, place, mistakes)
-        _check_files(study, place, some_missing, mistakes)
+        _check_files(study, place, missing, mistakes)
     return study
 
 
@@ -322,14 +329,16 @@ def _check_effects(study: Study, place: Places, mistakes: Mistakes) -> None:
             mistakes.note(StudyError(place("model.effects"), got, expected, do))
 
 
-def _check_files(study: Study, place: Places, some_missing: bool, mistakes: Mistakes) -> None:
+def _check_files(study: Study, place: Places, may_be: Missing, mistakes: Mistakes) -> None:
     """Note records without a file where one is named; where some may be missing, only if all are."""
+    if may_be == "all":
+        return
     missing: dict[int, list[str]] = {}
     for i, record in enumerate(study.records):
         for file in (*record.files, *((record.header,) if record.header else ())):
             if not is_plain_file(study.path_of(file)):
                 missing.setdefault(i, []).append(file)
-    if some_missing and len(missing) < len(study.records):
+    if may_be == "some" and len(missing) < len(study.records):
         return
     for i, files in missing.items():
         for file in dict.fromkeys(files):

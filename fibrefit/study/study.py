@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
@@ -12,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.paths import is_plain_file, sha256_of
+from fibrefit.core.paths import is_plain_file, path_from, sha256_of
 from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
@@ -340,8 +339,5 @@ def _written_to(path: Path, folder: Path, growing: Path | None) -> Path:
 
 
 def _relative(path: Path, folder: Path) -> str:
-    """Path from `folder`, with forward slashes; absolute where another drive leaves no other way."""
-    try:
-        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
-    except ValueError:
-        return path.resolve().as_posix()
+    """Path from `folder` to where links lead."""
+    return path_from(folder.resolve(), path.resolve())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple, get_args
 
 from fibrefit.core.capability import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.core.paths import name_of_several
+from fibrefit.core.paths import name_of_several, path_from
 from fibrefit.study.overrides import apply_overrides, parse
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.catalogue import WRITTEN_OUT, study_type
@@ -138,7 +137,7 @@ def _fitting(one: Understood, kind: str) -> Understood:
 
 
 def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
-    record: dict[str, Any] = {"file": Path(os.path.relpath(one.path.resolve(), folder.resolve())).as_posix()}
+    record: dict[str, Any] = {"file": path_from(folder.resolve(), one.path.resolve())}
     own = {role: said for role, said in one.channels.items() if usual.channels.get(role) != said}
     # What is said of all files does not hold for one whose numbers have another unit.
     for role, unit in one.units.items():

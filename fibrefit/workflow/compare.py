@@ -12,6 +12,7 @@ from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.thresholds import PARETO_K
 from fibrefit.store import read_result, read_summary, sha256_of
+from fibrefit.store.hdf5 import needed_group
 from fibrefit.study import Study
 from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
@@ -75,7 +76,7 @@ def rival_of(folder: Path, study: Study) -> Rival:
             "Blocks of time are compared one by one: list the records of both studies alike.",
         )  # fmt: skip
     groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
-    left_out = groups["cross_validation"]
+    left_out = needed_group(groups, "cross_validation", str(folder))
     blocks, pareto_k = (np.asarray(left_out[name].values, dtype=float) for name in ("elpd", "pareto_k"))
     if len(blocks) < FEWEST_BLOCKS:
         raise UsageError(

@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
 
 PRINTED = {
-    "force": ("force [N]", 1.0, "%.6g"),
-    "position": ("position [mm]", 1e3, "%.6g"),
-    "velocity": ("velocity [mm/s]", 1e3, "%.6g"),
-    "drive": ("drive [mm]", 1e3, "%.6g"),
-    "angle": ("angle [rad]", 1.0, "%.6g"),
-    "force_1": ("force_1 [N]", 1.0, "%.6g"),
-    "force_2": ("force_2 [N]", 1.0, "%.6g"),
+    "force": ("force [N]", 1.0),
+    "position": ("position [mm]", 1e3),
+    "velocity": ("velocity [mm/s]", 1e3),
+    "drive": ("drive [mm]", 1e3),
+    "angle": ("angle [rad]", 1.0),
+    "force_1": ("force_1 [N]", 1.0),
+    "force_2": ("force_2 [N]", 1.0),
 }
-"""Header, factor from SI, and format of each channel as written."""
+"""Header of each channel as it is written, and factor from SI."""
 SCHEMA = "fibrefit/simulation/1"
 """Of ``result.h5``, from which figures are drawn again."""
 
@@ -97,13 +97,13 @@ class Simulation(Shown, Saved):
         trace = self.task.traces[record]
         headers, columns = ["time [s]"], [trace.times]
         for channel, values in self.readings.items():
-            header, factor, _ = PRINTED[channel]
+            header, factor = PRINTED[channel]
             headers.append(header)
             columns.append(values[record, : len(trace.times)] * factor)
         inputs = self.task.problem.observations.experiment.inputs
         rig = self.task.problem.model.rig
         for name in (name for name in rig.inputs if name not in rig.derived):
-            header, factor, _ = PRINTED[name]
+            header, factor = PRINTED[name]
             headers.append(header)
             columns.append(np.asarray(inputs[name].values)[record, : len(trace.times)] * factor)
         return headers, np.column_stack(columns)

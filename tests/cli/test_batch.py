@@ -93,6 +93,11 @@ def test_options_reach_the_batch(
     [
         (("--shard", "5/3"), "--shard 5/3: not a part of a whole; expected i/n with i from 1 to n."),
         (("--shard", "9/9999"), "--shard 9/9999: 1 record; expected as many parts at the most."),
+        (
+            ("--jobs", "2", "--scheduler", "tcp://a:1"),
+            "--jobs 2: --scheduler tcp://a:1 beside it; expected one of both",
+        ),
+        (("--rig", "pendulum"), "--rig: pendulum; expected bare records. Override the study with --set rig.kind"),
         (("--each", "year"), "'year' is not one of 'record', 'study'"),
     ],
 )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import errno
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
 from fibrefit.cli import doctor
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import Terminal, as_typed
 from fibrefit.core.parameter import Parameter
 from fibrefit.store import files, write_summary
 from fibrefit.study import PriorSetting, load_study
@@ -20,10 +21,17 @@ from tests.study.test_summaries import EXAMPLES
 def test_init_writes_a_study_that_loads(fibrefit: Run) -> None:
     done = fibrefit("init", "my study")
     assert done.code == 0
-    assert "fibrefit fit" in done.out
+    told = [shlex.split(line.partition("    ")[0]) for line in done.out.splitlines() if line.startswith("  fibrefit")]
+    assert told == [["fibrefit", "inspect", "my study"], ["fibrefit", "fit", "my study/study.toml"]]
     study = load_study("my study")
     assert [record.file for record in study.records] == ["drop_10mm_90deg.csv"]
     assert study.path_of("drop_10mm_90deg.csv").is_file()
+
+
+def test_a_command_is_told_as_it_is_typed_on_either_system() -> None:
+    words = ("fibrefit", "fit", r"my data\study.toml", "a")
+    assert as_typed(*words, windows=True) == r'fibrefit fit "my data\study.toml" a'
+    assert shlex.split(as_typed(*words, windows=False)) == list(words)
 
 
 def test_what_stands_in_it_as_remarks_can_be_said(fibrefit: Run) -> None:

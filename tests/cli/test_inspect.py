@@ -218,6 +218,36 @@ def test_files_of_the_same_name_have_a_picture_each(written: Run) -> None:
     assert len(list(Path("kept/figures").iterdir())) == 2
 
 
+def test_of_many_files_the_first_are_drawn_and_it_is_said(written: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fibrefit.plots.figures.MOST_RECORDS", 1)
+    Path("more.csv").write_text(PLAIN)
+    done = written("inspect", "plain.csv", "more.csv", "--out", "kept")
+    assert "Pictures of the first 1 of 2 files are in kept/figures." in done.err
+    assert [path.name for path in Path("kept/figures").iterdir()] == ["plain.png"]
+    assert len(json.loads(Path("kept/inspection.json").read_text())["files"]) == 2
+
+
+def test_what_was_not_understood_is_kept_too(written: Run) -> None:
+    """A folder was named: that nothing can be drawn is no reason to write nothing, and to say nothing."""
+    done = written("inspect", "headless.csv", "--out", "kept")
+    assert done.code == 3
+    assert "What was said is in kept." in done.err
+    assert "Not understood: headless.csv" in Path("kept/inspection.txt").read_text()
+    assert not Path("kept/figures").exists()
+
+
+def test_pictures_that_nobody_asked_for_are_no_reason_to_fail(written: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where records lie on a disk that is only to be read."""
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    Path("results").touch()
+    done = written("inspect", "plain.csv")
+    assert done.code == 0
+    assert "No pictures were drawn: results/inspect_plain-" in done.err
+    assert "cannot be written" in done.err
+    Path("results").unlink()
+    assert "Pictures are in results/inspect_plain-" in written("inspect", "plain.csv").err
+
+
 def test_nothing_is_drawn_that_nobody_asked_for(written: Run) -> None:
     assert written("inspect", "plain.csv").code == 0
     assert not Path("results").exists()

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.cli import show
-from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late
+from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late, with_files
 from fibrefit.cli.terminal import first_missing
 from fibrefit.core.errors import DataError, StudyError, UsageError, as_one
 from fibrefit.store.directory import ResultDirectory
@@ -153,6 +153,18 @@ def test_a_fault_whose_log_cannot_be_written_shows_the_traceback(
     assert "Traceback" in done.err
 
 
+def test_a_fault_in_a_folder_that_is_gone_is_told_all_the_same(
+    fibrefit: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    failing(monkeypatch, ZeroDivisionError("oh"))
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    done = fibrefit("show", "x")
+    assert done.code == 1
+    assert done.err.startswith("fault in the program: ZeroDivisionError: oh\n")
+
+
 def test_an_interruption_exits_with_130(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     failing(monkeypatch, KeyboardInterrupt())
     done = fibrefit("show", "x")
@@ -253,6 +265,13 @@ def test_a_folder_that_cannot_be_made_is_missing() -> None:
 
 def test_the_figures_that_a_run_draws_are_told_as_they_are(fibrefit: Run) -> None:
     assert "none. [default: png, of a fit its overview alone]" in " ".join(fibrefit("fit", "--help").out.split())
+
+
+def test_patterns_name_files_where_the_shell_leaves_them_to_the_program(fibrefit: Run) -> None:
+    for name in ("drop_2.csv", "drop_1.csv", "a[1].csv", "a1.csv"):
+        Path(name).touch()
+    words = ["fit", "drop_*.csv", "a[1].csv", "none_*.csv", "--set", 'files.columns=["time [s]"]']
+    assert with_files(words) == ["fit", "drop_1.csv", "drop_2.csv", *words[2:]]
 
 
 def test_a_missing_file_of_a_command_line_suggests_its_neighbour(fibrefit: Run) -> None:

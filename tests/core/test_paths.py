@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.core.paths import name_of_several, nearest_file, record_stems
+from fibrefit.core.paths import name_of_several, nearest_file, path_from, record_stems
 from fibrefit.store.files import write_whole
 
 
@@ -55,3 +55,14 @@ def test_a_file_that_is_not_there_suggests_its_neighbour(tmp_path: Path) -> None
 )
 def test_several_files_are_called_by_the_first(files: list[str | Path], name: str) -> None:
     assert name_of_several(files) == name
+
+
+def test_a_file_on_another_drive_is_named_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on Windows, where there is no way from one to the other."""
+    assert path_from(tmp_path / "here", tmp_path / "there" / "a.csv") == "../there/a.csv"
+
+    def refused(file: Path, folder: Path) -> str:
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    monkeypatch.setattr("os.path.relpath", refused)
+    assert path_from(tmp_path / "here", tmp_path / "there" / "a.csv") == (tmp_path / "there" / "a.csv").as_posix()

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
-from fibrefit.plots.batch import _parameters
+from fibrefit.plots.batch import _parameters, batch_figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
-from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
-from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary
+from fibrefit.report.pooled import population_rows
+from fibrefit.series.trends import BY_ORDER
+from fibrefit.study.summaries.pooled import OutlierSummary, PopulationSummary, TrendSummary
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, ParameterSummary
+from fibrefit.workflow.together.pooled import quantities_of
 
 RECORDS = ("slow.csv", "middle.csv", "fast.csv")
 MEAN = {"stiffness": 14.7e3, "guide.stribeck_friction.stribeck_speed": 0.02}
@@ -40,6 +45,27 @@ def test_no_gap_of_a_batch_lies_at_the_edge_of_its_panel() -> None:
         low, high = axes.get_ylim()
         assert low == 0.0
         assert high > 1.05 * max(gaps[name] for name in shown)
+
+
+def test_an_interval_is_told_to_digits_that_tell_its_ends_apart() -> None:
+    ends = {"mean_interval_95": (14723.1, 14723.9), "new_record_interval_95": (14695.0, 14752.0)}
+    found = population(0.5)["stiffness"].model_copy(update={"mean": 14723.5, **ends})
+    (row,) = population_rows({"stiffness": found})
+    assert row == ("stiffness", "14.72350", "14.72310 to 14.72390", "3 %", "14.695 to 14.752", "kN/m")
+
+
+def test_items_of_which_no_gap_is_known_are_drawn() -> None:
+    """As where no motion could be simulated."""
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", free=True)}
+    axes = _parameters({"a": BatchItem(status="failed", gap=None, parameters=value)})["parameters"].axes[-1]
+    assert axes.get_ylim() == (0.0, pytest.approx(1.32))
+
+
+def test_how_items_ended_is_seen_without_colours() -> None:
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", std_error=10.0, free=True)}
+    items = {name: BatchItem(status=name, gap=1.0, parameters=value) for name in ("ok", "suspect", "failed")}
+    axes, _ = _parameters(items)["parameters"].axes
+    assert {line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1} == {"o", "^", "s"}
 
 
 @pytest.mark.parametrize(
@@ -95,3 +121,31 @@ def test_trends_are_counted(chances: tuple[float, ...], says: str) -> None:
         for i, record in enumerate(RECORDS)
     }
     assert caption_of(trends_figure(found, VALUES, where)).startswith(says)
+
+
+def over(condition: str, unit: str, **more: Any) -> TrendSummary:
+    return TrendSummary(
+        parameter="stiffness", condition=condition, condition_unit=unit, unit="N/m", records=3, slope=1.0,
+        slope_error=1.0, slope_interval_95=(-1.0, 3.0), intercept=1e4, between_records=0.0, chance=0.5,
+        chance_corrected=0.5, **more,
+    )  # fmt: skip
+
+
+def test_items_stand_in_their_order_with_those_of_which_nothing_can_be_used() -> None:
+    """As the line through them was found: an item that failed is a step of the order too."""
+    value = {"stiffness": ParameterSummary(value=1e4, unit="N/m", std_error=10.0, free=True)}
+    usable = BatchItem(status="ok", gap=1.0, parameters=value)
+    items = {"a": usable, "lost": BatchItem(error="lost: nothing."), "c": usable, "d": usable}
+    summary = BatchSummary(status="suspect", name="many", items=items, trends=(over(BY_ORDER, "-"),))
+    (line,) = [line for line in batch_figures(summary)["trends"].axes[0].lines if line.get_marker() == "o"]
+    assert line.get_xdata().tolist() == [1.0, 3.0, 4.0]
+    order = quantities_of(items)[1][-1]
+    assert (order.name, order.values.tolist()) == (BY_ORDER, [1.0, 3.0, 4.0])
+
+
+def test_an_outlier_is_seen_without_colours() -> None:
+    found = over("added_mass", "kg", outliers=(OutlierSummary(record=RECORDS[1], score=9.0, chance=1e-4),))
+    where = {record: BatchItem(status="ok", conditions={"added_mass": float(i)}) for i, record in enumerate(RECORDS)}
+    drawn = [line for line in trends_figure([found], VALUES, where).axes[0].lines if line.get_linestyle() == "None"]
+    marks = {line.get_marker(): len(line.get_xdata()) for line in drawn}
+    assert marks == {"o": 2, "D": 1}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.snaps import first_contact, snap_figures
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import caption_of
-from fibrefit.plots.sweep import CHANNELS, sweep_figures
+from fibrefit.plots.sweep import CHANNELS, _comparison_figure, _remark_on_all, sweep_figures
 from fibrefit.plots.traces import Way, traces_figure
 from fibrefit.report.text import ERROR_METHODS
 from fibrefit.store.hdf5 import Variable
@@ -112,6 +113,36 @@ def swept(multiplier: float, amplitude: tuple[float, float]) -> Figure:
         }
     (figure,) = sweep_figures(summary.model_copy(update={"curves": {"20 mm": changed}}), groups).values()
     return figure
+
+
+@pytest.mark.parametrize(
+    ("overturned", "says"),
+    [
+        ([(0, 1, 0), (1, 1, 1)], "largest with 10 mm: 0.4 rad at 4 Hz"),
+        ([(1, 1, 1), (1, 1, 1)], "Started from rest, the pendulum overturns at every frequency"),
+    ],
+)
+def test_of_several_curves_the_largest_angle_is_told_where_there_is_any(
+    overturned: list[tuple[int, ...]], says: str
+) -> None:
+    curves = [
+        SimpleNamespace(
+            name=name,
+            frequencies=np.array([4.0, 4.1, 4.2]),
+            branches={"rest": SimpleNamespace(overturned=np.array(over, bool), max_angle=np.array([0.4, 3.0, 0.3]))},
+        )
+        for name, over in zip(("10 mm", "20 mm"), overturned, strict=True)
+    ]
+    assert _remark_on_all(curves).endswith(says)
+
+
+def test_curves_of_a_sweep_are_told_apart_without_colours() -> None:
+    branch = SimpleNamespace(overturned=np.zeros(30, bool), max_angle=np.ones(30), amplitude=np.ones(30))
+    ways = dict.fromkeys(("rest", "up", "down"), branch)
+    curves = [SimpleNamespace(name=n, frequencies=np.arange(30.0), branches=ways) for n in ("10 mm", "20 mm")]
+    for axes in _comparison_figure(curves).axes:  # type: ignore[arg-type]
+        kinds = {(line.get_marker(), line.get_linestyle()) for line in axes.lines}
+        assert len(kinds) == len(axes.lines)
 
 
 @pytest.mark.parametrize(("multiplier", "top"), [(0.9, 1.05), (1.8, 1.89)])

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import importlib
 import json
+import math
 import re
 from html.parser import HTMLParser
 
@@ -205,6 +206,15 @@ def test_residuals_of_a_posterior_are_in_units_of_the_noise_of_its_draws() -> No
     assert without is None
 
 
+def test_the_interval_of_a_posterior_is_in_the_unit_of_its_mean() -> None:
+    """Though one of its ends alone would be told in another one."""
+    summary = EXAMPLES["fibrefit/posterior/1"]
+    wide = {"mean": 1005.0, "sd": 10.0, "median": 1005.0, "interval": (985.0, 1025.0)}
+    changed = {"stiffness": summary.parameters["stiffness"].model_copy(update=wide)}
+    (table, *_) = page_of(Result("results/a", summary.model_copy(update={"parameters": changed}))).blocks
+    assert table.rows[0][:5] == ("stiffness", "1.005", "0.010", "kN/m", "0.985 to 1.025")
+
+
 def test_a_result_without_its_samples_has_no_view_of_records() -> None:
     assert "records-block" not in page([Result("results/a", FIT)], "one").partition("</style>")[2]
 
@@ -246,20 +256,29 @@ def test_a_batch_has_a_row_an_item_with_numbers_to_sort_by() -> None:
     assert '["a/a/summary.json",""]' in text
 
 
-def test_a_batch_shows_the_conditions_that_differ() -> None:
-    rows = [["item", "lift [m]", "weight_mass [kg]", "status"], ["a", "0.005", "3", "ok"], ["b", "0.02", "3", "ok"]]
-    reader = read(page([Result("results/a", EXAMPLES["fibrefit/batch/1"], table=rows)], "one"))
-    assert "lift [mm]" in reader.text
-    assert "weight mass" not in reader.text
-
-
-def test_conditions_of_an_item_that_looks_like_a_formula_are_shown() -> None:
-    one, two = EXAMPLES["fibrefit/batch/1"].items.values()
-    named = EXAMPLES["fibrefit/batch/1"].model_copy(update={"items": {"-a": one, "+b": two}})
-    rows = [["item", "lift [m]", "status"], ["'-a", "0.005", "ok"], ["'+b", "0.02", "ok"]]
-    text = page([Result("results/a", named, table=rows)], "one")
+@pytest.mark.parametrize("names", [("a", "b"), ("-a", "+b")], ids=["plain", "as formulas"])
+def test_a_batch_shows_the_conditions_that_differ(names: tuple[str, str]) -> None:
+    """From the summary alone: somebody's spreadsheet may have written the table anew."""
+    said = [{"lift [m]": lift, "weight_mass [kg]": 3.0, "speed of stiffness [m/s]": lift} for lift in (0.005, 0.02)]
+    both = zip(names, EXAMPLES["fibrefit/batch/1"].items.values(), said, strict=True)
+    items = {name: item.model_copy(update={"conditions": of}) for name, item, of in both}
+    text = page([Result("results/a", EXAMPLES["fibrefit/batch/1"].model_copy(update={"items": items}))], "one")
+    told = read(text).text
+    assert "lift [mm]" in told
+    assert "weight mass" not in told
+    assert "speed of stiffness" not in told
     assert 'data-value="5.0">5</td>' in text
     assert 'data-value="20.0">20</td>' in text
+
+
+def test_numbers_that_a_page_is_filtered_by_are_those_that_are_shown() -> None:
+    """``inclination = 60``: in degrees made of radians there are 59.99999999999999 of them."""
+    item = next(iter(EXAMPLES["fibrefit/batch/1"].items.values()))
+    said = {f"{n}": {"inclination [rad]": math.radians(n), "lift [m]": float(f"{n}e-3")} for n in (15, 60, 43)}
+    items = {name: item.model_copy(update={"conditions": of}) for name, of in said.items()}
+    text = page([Result("results/a", EXAMPLES["fibrefit/batch/1"].model_copy(update={"items": items}))], "one")
+    for number in said:
+        assert text.count(f'data-value="{number}.0">{number}</td>') == 2
 
 
 def test_a_search_that_ran_out_of_time_says_so_before_all_else() -> None:

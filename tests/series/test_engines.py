@@ -95,6 +95,47 @@ def test_leaving_early_ends_the_processes() -> None:
         os.kill(pid, 0)
 
 
+def test_leaving_early_does_not_wait_for_what_is_under_way() -> None:
+    running = in_processes(work.slow, [0.0, 600.0, 600.0], 2)
+    pid = next(running).outcome
+    left = time.monotonic()
+    running.close()
+    assert time.monotonic() - left < 300.0
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+INTERRUPTED = """
+import sys, time
+from fibrefit.series.engines import in_processes
+from tests.series import work
+if __name__ == "__mp_main__" and sys.argv[1] == "loading":
+    print("loading", flush=True)
+    time.sleep(3.0)
+if __name__ == "__main__":
+    for done in in_processes(work.slow, [0.0, 600.0, 600.0], 2):
+        print("at work", flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="a terminal interrupts a group of processes")
+@pytest.mark.parametrize("when", ["loading", "at work"])
+def test_an_interruption_of_all_processes_is_told_by_the_parent_alone(tmp_path: Path, when: str) -> None:
+    """As Ctrl-C does it, also while the others still load what they need."""
+    (tmp_path / "parent.py").write_text(INTERRUPTED)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(tmp_path / "parent.py"), when]
+    parent = subprocess.Popen(
+        command, env=environment, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert parent.stdout is not None
+    assert parent.stdout.readline().startswith(when)
+    os.killpg(parent.pid, signal.SIGINT)
+    _, said = parent.communicate(timeout=300.0)
+    assert said.count("Traceback") == 1, said
+    assert said.rstrip().endswith("KeyboardInterrupt")
+
+
 ORPHANS = """
 from fibrefit.series.engines import in_processes
 from tests.series import work

@@ -18,7 +18,8 @@ from fibrefit.records.copies import Fingerprint
 from fibrefit.report.batch import batch_report
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import BatchItem, FitSummary
+from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSummary
 from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, _error_line, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified, outcome_of
@@ -61,6 +62,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             update["checks"] = (left,)
         seen = len(job.name.removeprefix("twice "))
         looks = Fingerprint(600, {"force": [seen + 0.1 * place for place in range(64)]}, {"force": 1e-3})
+        update["provenance"] = None
         return outcome_of(job, FIT.model_copy(update=update), job.digest(), looks if seen == 3 else None)
 
     monkeypatch.setattr(batch, "identified", outcome)
@@ -118,6 +120,30 @@ def test_a_batch_says_what_it_rests_on(series: Path, asked: list[str], tmp_path:
     assert set(found) - set(left) == {records[0].as_posix()}
 
 
+def test_digests_are_those_of_what_was_read(
+    series: Path, asked: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Though a file is another one, or gone, by the time all is done, and though items are taken up."""
+    plain, (job,) = batch.identified, jobs(series, "a")
+    file = job.study.data_files()[0]
+    read = sha256(file.read_bytes()).hexdigest()
+
+    def changing(job: Job) -> Outcome:
+        found = plain(job)
+        origin = FIT.provenance.model_copy(update={"inputs": {file.as_posix(): read}})
+        made = outcome_of(job, FIT.model_copy(update={"provenance": origin}), json.loads(found.item)["digest"])
+        file.write_text("another measurement\n")
+        return made
+
+    monkeypatch.setattr(batch, "identified", changing)
+    found = carried_out([job], tmp_path / "out")
+    assert sha256(file.read_bytes()).hexdigest() != read
+    assert found.summary().provenance.inputs[file.as_posix()] == read
+    assert read_summary(tmp_path / "out") == found.summary()
+    file.unlink()
+    assert found.summary().provenance.inputs[file.as_posix()] == read
+
+
 def test_items_that_the_model_does_not_explain_are_named(series: Path, asked: list[str], tmp_path: Path) -> None:
     found = carried_out(jobs(series, "a", "more", "bad"), tmp_path / "out")
     assert found.items["more"].lacks == ("residual size",)
@@ -157,6 +183,36 @@ def test_the_report_counts_and_names(series: Path, asked: list[str], tmp_path: P
         "stiffness 34.21",
     ):
         assert part in plain, part
+
+
+@pytest.mark.parametrize(
+    ("names", "says"),
+    [
+        (("a", "bad", "odd", "bad 2"), "1 of 4 can be used: see what to doubt."),
+        (("a", "so-so"), "All 2 can be used: see what to doubt."),
+        (("a", "b"), "each passed all checks of its numbers."),
+        (("bad",), "None of these identifications can be used."),
+    ],
+)
+def test_how_many_can_be_used_is_counted(
+    series: Path, asked: list[str], tmp_path: Path, names: tuple[str, ...], says: str
+) -> None:
+    text = " ".join(carried_out(jobs(series, *names), tmp_path / "out").report().split())
+    assert says in text
+    assert "All 0" not in text
+
+
+def test_a_median_of_nothing_and_its_errors_are_told_in_one_unit() -> None:
+    """Of a friction that most items have at its end: the errors had been told in a unit of their own each."""
+    frictions = (0.0, 0.0, 0.0, 3.0, 4.0)
+    values = [s.ParameterSummary(value=1e3 * one, unit="N", std_error=20.0 + one) for one in frictions]
+    items = {str(n): BatchItem(status="ok", gap=1.0, parameters={"friction": one}) for n, one in enumerate(values)}
+    text = " ".join(batch_report(BatchSummary(status="ok", name="many", items=items)).split())
+    assert "friction 0 20 N 5" in text
+    spread = [one.model_copy(update={"value": n * 1e3 - 2e3}) for n, one in enumerate(values)]
+    items = {name: items[name].model_copy(update={"parameters": {"friction": spread[int(name)]}}) for name in items}
+    text = " ".join(batch_report(BatchSummary(status="ok", name="many", items=items)).split())
+    assert "friction 0 1.5 0.020 kN 5" in text
 
 
 def test_an_interrupted_batch_goes_on(
@@ -521,3 +577,64 @@ def test_a_study_that_goes_by_places_stops_none_of_the_others(series: Path, tmp_
     assert [job.name.partition("/")[0] for job in work] == ["series", "series", "trend", "trend"]
     with pytest.raises(StudyError, match='the effect "guide.friction_trend", which goes by the place'):
         identified(work[-1])
+
+
+def test_a_study_that_is_edited_meanwhile_mixes_up_no_records(
+    lifted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A record put before the others makes each of them another one in its place; one put behind them, nothing."""
+    plain, file, before = batch.identified, lifted / "study.toml", of_records(lifted)
+    head, first, *others = file.read_text(encoding="utf-8").split("[[records]]")
+    blocks = [first, *others]
+    last = f"{blocks[-1].rstrip()}\n\n"
+
+    def editing(job: Job) -> Outcome:
+        found = plain(job)
+        if job.name == before[1].name:
+            (lifted / "further.csv").touch()
+            further = first.replace(before[0].name, "further.csv")
+            file.write_text("[[records]]".join([head, *blocks[:-1], last, further]), encoding="utf-8")
+        if job.name == before[3].name:
+            file.write_text("[[records]]".join([head, last, *blocks[:-1]]), encoding="utf-8")
+        return found
+
+    monkeypatch.setattr(batch, "identified", editing)
+    conditions = carried_out(before, tmp_path / "alone").conditions
+    assert [conditions[job.name].values["lift"] for job in before] == pytest.approx([1e-3 * (5 + n) for n in range(10)])
+    items = json.loads((tmp_path / "alone" / "summary.json").read_text(encoding="utf-8"))["items"]
+    done = [name for name, item in items.items() if item["error"] is None]
+    assert done == [job.name for job in before[:4]]
+    values = [items[name]["parameters"]["stiffness"]["value"] for name in done]
+    assert values == pytest.approx([2e4 + 1e2 * (5 + n) - 5.0 * (-1.0) ** n for n in range(4)])
+    said = f'{file}: says something else of "{before[5].name}" than when the batch began'
+    assert items[before[5].name]["error"].startswith(said)
+
+
+def test_the_same_again_finds_its_folder_whatever_was_put_right(
+    lifted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By its words and its settings; what is listed no more is kept no longer."""
+    monkeypatch.chdir(tmp_path)
+    for job in of_records(lifted):
+        (lifted / job.study.records[0].file).write_text(job.name)  # no copies of each other
+    found = batch_command("lifted", starts=4, processes=1)
+    gone, *left = [job.name for job in of_records(lifted)]
+    file = lifted / "study.toml"
+    head, _, *others = file.read_text(encoding="utf-8").split("[[records]]")
+    file.write_text("[[records]]".join([head, *others]), encoding="utf-8")
+    with pytest.raises(UsageError, match="exists already.*Add --resume to go on with it, --force to replace it"):
+        batch_command("lifted", starts=4, processes=1)
+    again = batch_command("lifted", starts=4, processes=1, resume=True)
+    assert (again.folder, again.taken_up, list(again.items)) == (found.folder, len(left), left)
+    kept = {path.parent.name for path in Path(again.folder).glob("items/*/summary.json")}
+    assert len(kept) == len(left)
+    assert not any(gone.startswith(name) for name in kept)
+    other = batch_command("lifted", starts=5, processes=1)
+    assert other.folder != found.folder
+
+
+def test_records_of_several_studies_are_no_studies(lifted: Path, tmp_path: Path) -> None:
+    made_again(tmp_path / "second")
+    found = batch_command([lifted, tmp_path / "second"], tmp_path / "out", each="record", starts=4, processes=1)
+    assert found.name == "2 studies"
+    assert len(found.items) > 10

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,16 @@ import pytest
 
 import fibrefit
 from fibrefit.cli.main import run
-from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
+from fibrefit.workflow.prediction.files import _says
+from fibrefit.workflow.prediction.known import known_from, known_of
 from fibrefit.workflow.prediction.predict import Prediction, _with_values, predict_study
 from tests.fitting import made
 from tests.workflow import axis
@@ -177,6 +180,49 @@ def test_the_command(saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert run(("report", str(tmp_path / "out"), "--out", str(tmp_path / "page.html"))) == 0
     assert "The values hold for these records" in (tmp_path / "page.html").read_text(encoding="utf-8")
     assert run(words) == 2
+    told = read_summary(tmp_path / "out").provenance.inputs
+    for name in ("summary.json", "result.h5", "study.toml"):
+        assert told[(saved / name).as_posix()] == sha256((saved / name).read_bytes()).hexdigest()
+
+
+def test_a_result_that_was_handed_on_is_predicted_from(saved: Path, predicted: Prediction, tmp_path: Path) -> None:
+    """Without the records it was found from, which nothing is read from."""
+    alone = Path(shutil.copytree(saved, tmp_path / "elsewhere" / "result"))
+    with pytest.raises(StudyError, match="no folder for|no file"):
+        load_study(alone)
+    handed = known_from(alone)
+    assert handed.parameters == known_from(saved).parameters
+    assert handed.digests == known_from(saved).digests
+    assert run(("predict", str(alone), str(predicted.study.source), "--out", str(tmp_path / "out"))) == 0
+
+
+def test_the_result_that_is_predicted_from_is_not_replaced(
+    saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nor is a posterior that another one is to be compared with, whatever is forced."""
+    series(tmp_path / "new")
+    before = (saved / "summary.json").read_bytes()
+    for words in (("predict", saved, tmp_path / "new"), ("sample", tmp_path / "new", "--compare", saved)):
+        assert run([*map(str, words), "--out", str(saved), "--force"]) == 2
+        assert f"{saved}: holds {saved}/summary.json, which is read" in capsys.readouterr().err
+    assert (saved / "summary.json").read_bytes() == before
+
+
+def test_a_channel_that_its_mean_predicts_better_has_no_share_explained() -> None:
+    channels = {
+        "force": PredictedChannel(rms=12.0, unit="N", explained=-3.2),
+        "position": PredictedChannel(rms=1e-4, unit="m", explained=0.9),
+    }
+    assert _says("does_not_hold", channels, ()) == (
+        "The values do not hold for these records: they explain less of the force than its mean does, within 12 N rms "
+        "and 90.0 % of the position, within 100 um rms."
+    )
+
+
+def test_a_result_without_its_arrays_is_refused(saved: Path, tmp_path: Path, predicted: Prediction) -> None:
+    """As of another version, or damaged."""
+    with pytest.raises(DataError, match='results: a result.h5 without the group "estimate"; expected one with all'):
+        known_of(read_summary(saved), {}, predicted.study, "results")
 
 
 def test_refusals(fit: Fit, predicted: Prediction, saved: Path, tmp_path: Path) -> None:

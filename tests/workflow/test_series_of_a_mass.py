@@ -75,6 +75,12 @@ def test_units_are_those_that_the_model_declares() -> None:
     assert "mass from 59.7 kg to 60.4 kg, friction from 17.8 N to 18.3 N" in words.answer_in_words(found.verdict)
 
 
+def test_two_values_are_told_to_as_many_digits_as_tell_them_apart() -> None:
+    assert words._from_to(14_712.0, 14_738.0, "N/m") == "from 14.71 kN/m to 14.74 kN/m"
+    assert words._from_to(17.8, 18.3, "N") == "from 17.8 N to 18.3 N"
+    assert words._from_to(2.0, 2.0, "N") == "from 2 N to 2 N"
+
+
 def test_the_study_of_records_that_differ_begins_at_a_mass_in_kilograms() -> None:
     begins = begun()
     assert begins["mass"].initial.endswith(" kg")

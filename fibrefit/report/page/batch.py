@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from fibrefit.core.units import shown_unit
-from fibrefit.report.batch import VERDICTS, scatter_sentences
+from fibrefit.report.batch import batch_verdict, scatter_sentences
 from fibrefit.report.page.blocks import Block, Items, PageContent, Result, TableBlock, Words
 from fibrefit.report.page.common import failed_checks, gap_line, page_content
 from fibrefit.report.pooled import POPULATION, population_rows, trend_sentences
 from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.pooled import SPEED_OF
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary
 
 
@@ -29,7 +30,7 @@ def batch_page(result: Result) -> PageContent:
     ]
     number = f"{len(found)} identification{'s' * (len(found) != 1)}"
     said = f"{number}: {', '.join(f'{n} {kind}' for kind, n in counts.items())}."
-    return page_content(result, blocks, VERDICTS[summary.status], said, [(kind, str(n)) for kind, n in counts.items()])
+    return page_content(result, blocks, batch_verdict(summary), said, [(kind, str(n)) for kind, n in counts.items()])
 
 
 def _population(summary: BatchSummary) -> TableBlock | None:
@@ -62,7 +63,8 @@ class _Column(NamedTuple):
         """Text, number and error of an item."""
         if item not in self.numbers:
             return "", None, None
-        value, error = (None if one is None else one / self.worth for one in self.numbers[item])
+        # Sixty degrees are 60 of them, not 59.999999999999993: whoever filters asks for the former.
+        value, error = (None if one is None else float(f"{one / self.worth:.12g}") for one in self.numbers[item])
         assert value is not None
         if not error:
             return f"{value:{self.written}}", value, None
@@ -72,7 +74,7 @@ class _Column(NamedTuple):
 
 def _items(result: Result, summary: BatchSummary) -> Items:
     """A row for each item; columns are its status, gap, conditions, free values and the gap of each channel."""
-    numbers = [*_conditions(result.table, summary.items), *_values(summary), *_channels(result.items)]
+    numbers = [*_conditions(summary.items), *_values(summary), *_channels(result.items)]
     gaps = _Column("gap", "-", 1.0, {k: (v.gap, None) for k, v in summary.items.items() if v.gap is not None}, RATIO)
     lacking = any(item.lacks for item in summary.items.values())
     head = [{"label": "item", "kind": "text"}, {"label": "status", "kind": "status"}]
@@ -117,17 +119,15 @@ def _column(label: str, si: str, numbers: Mapping[str, tuple[float, float | None
     return _Column(label, unit, worth, numbers)
 
 
-def _conditions(table: Sequence[Sequence[str]], items: Container[str]) -> list[_Column]:
-    """Conditions that differ of items, from the columns of ``results.csv`` between the item and its status."""
-    if not table or "status" not in table[0]:
-        return []
-    # A name that a spreadsheet would take for a formula has an apostrophe before it there.
-    plain = {row[0]: row[0] if row[0] in items else row[0].removeprefix("'") for row in table[1:]}
+def _conditions(items: Mapping[str, BatchItem]) -> list[_Column]:
+    """Conditions that differ of items, as a study states them: the speeds were found."""
     columns = []
-    for place, heading in enumerate(table[0][: table[0].index("status")]):
+    for heading in dict.fromkeys(heading for item in items.values() for heading in item.conditions):
         name, _, unit = heading.partition(" [")
-        numbers = {plain[row[0]]: (float(row[place]), None) for row in table[1:] if place and row[place]}
-        if len({value for value, _ in numbers.values()}) > 1:
+        numbers: dict[str, tuple[float, float | None]] = {
+            key: (item.conditions[heading], None) for key, item in items.items() if heading in item.conditions
+        }
+        if not name.startswith(SPEED_OF) and len({value for value, _ in numbers.values()}) > 1:
             columns.append(_column(name, unit.rstrip("]") or "-", numbers))
     return columns
 

@@ -49,8 +49,6 @@ class Result(NamedTuple):
         Content of ``result.h5``; empty where there is none.
     items : mapping of str to Part
         Of a batch: the summary of each item that has one.
-    table : sequence of sequence of str
-        Of a batch: head and rows of its ``results.csv``.
     link : str
         Address of the folder, seen from the page.
     """
@@ -60,7 +58,6 @@ class Result(NamedTuple):
     pictures: Sequence[Illustration] = ()
     groups: Groups = MappingProxyType({})
     items: Mapping[str, Part] = MappingProxyType({})
-    table: Sequence[Sequence[str]] = ()
     link: str = ""
 
     @property

@@ -10,8 +10,7 @@ import numpy as np
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, TableBlock, Words
 from fibrefit.report.page.common import page_content
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
-from fibrefit.report.posterior import VERDICTS
-from fibrefit.report.text import with_error
+from fibrefit.report.posterior import VERDICTS, posterior_row
 from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.summaries import ChannelGap, Gap, PosteriorSummary
 
@@ -43,9 +42,7 @@ def _facts(summary: PosteriorSummary) -> list[tuple[str, str]]:
 def _parameters(summary: PosteriorSummary) -> TableBlock:
     rows = []
     for name, known in summary.parameters.items():
-        mean, sd, unit = with_error(known.mean, known.sd, known.unit)
-        ends = " to ".join(with_error(end, known.sd, known.unit)[0] for end in known.interval)
-        rows.append((name, mean, sd, "" if unit == "-" else unit, ends, known.prior))
+        rows.append((*posterior_row(name, known), known.prior))
     kind = f"{100 * summary.interval_probability:g} % interval"
     head = ("parameter", "mean", "standard deviation", "unit", kind, "prior")
     return TableBlock("Parameters", head, rows, frozenset({1, 2}))

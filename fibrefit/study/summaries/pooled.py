@@ -6,6 +6,14 @@ from pydantic import Field
 
 from fibrefit.study.summaries.part import Interval, Part
 
+SPEED_OF = "speed of "
+"""How a condition begins that is such a speed."""
+
+
+def speed_name(parameter: str) -> str:
+    """Condition that is the speed at which a record tells of a parameter."""
+    return f"{SPEED_OF}{parameter}"
+
 
 class PopulationSummary(Part):
     """A parameter over the records, partially pooled."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.progress import Progress, quiet
@@ -19,13 +19,14 @@ from fibrefit.series.engines import Done, in_processes, in_this_process, on_clus
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
+from fibrefit.study.summaries.pooled import speed_name
 from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified, loaded
 from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, record_conditions
 from fibrefit.workflow.outcome.result import AnyResult
 from fibrefit.workflow.sampling.progress import spoken
-from fibrefit.workflow.together.pooled import USABLE, PooledBatch, pooled_batch, quantities_of, speed_name
+from fibrefit.workflow.together.pooled import USABLE, PooledBatch, pooled_batch, quantities_of
 from fibrefit.workflow.together.tidy import tidy_frame, tidy_rows, write_table
 
 if TYPE_CHECKING:
@@ -78,6 +79,8 @@ class Batch(AnyResult):
         Of this run; what an earlier one had done is not counted.
     taken_up : int
         Items an earlier run had done.
+    read : mapping of str to str
+        SHA-256 of each file that an item rests on, as it was when it was read.
     folder : pathlib.Path or None
         Where the whole of it is, once it is written.
     """
@@ -88,6 +91,7 @@ class Batch(AnyResult):
     conditions: Mapping[str, RecordConditions] = field(default_factory=dict)
     seconds: float = 0.0
     taken_up: int = 0
+    read: Mapping[str, str] = field(default_factory=dict)
     folder: Path | None = None
 
     @property
@@ -97,10 +101,16 @@ class Batch(AnyResult):
 
     def summary(self) -> BatchSummary:
         """Content of ``summary.json``."""
+        return self._summary
+
+    @cached_property
+    def _summary(self) -> BatchSummary:
         first = self.jobs[0]
         settings = {"starts": str(first.starts), "robust": str(first.robust)}
         studies = "\n".join(dict.fromkeys(Path(file).as_posix() for job in self.jobs for file in job.origin.files))
-        origin = provenance(studies, self._inputs, seed=first.seed, seconds=self.seconds, settings=settings)
+        origin = provenance(
+            studies, self._inputs, seed=first.seed, seconds=self.seconds, settings=settings, read=self.read
+        )
         return BatchSummary(
             status=batch_status(self.items),
             name=self.name,
@@ -116,13 +126,13 @@ class Batch(AnyResult):
 
     @property
     def _inputs(self) -> list[Path]:
-        """Files of all studies that can still be read, and what else the command line named."""
+        """What items were read from, files of all studies that can still be read, what else the command line named."""
         found: list[Path] = []
         for origin in dict.fromkeys(job.origin for job in self.jobs):
             with suppress(FibrefitError, OSError):
                 found += loaded(origin).input_files()
             found += map(Path, origin.files)
-        return [file for file in dict.fromkeys(found) if file.is_file()]
+        return list(dict.fromkeys([*(file for file in found if file.is_file()), *map(Path, self.read)]))
 
     @cached_property
     def _with_conditions(self) -> dict[str, BatchItem]:
@@ -193,6 +203,7 @@ def batch_studies(
     from fibrefit.plots.save import file_names
 
     began, follow = time.perf_counter(), progress or quiet
+    conditions = record_conditions(jobs)  # of the study as it is now: it may be changed meanwhile
     folder, *others = (folders,) if isinstance(folders, Path) else folders
     names = file_names([job.name for job in jobs])
     places = {job: folder / ITEMS / name for job, name in zip(jobs, names, strict=True)}
@@ -204,7 +215,7 @@ def batch_studies(
         if known is None:
             todo.append(job)
         else:
-            counts[_kind(known[0])] += 1
+            counts[_kind(known.item)] += 1
     before = counts.total()
     for done in (engine or Engine()).run(todo):
         job = todo[done.number]
@@ -214,30 +225,58 @@ def batch_studies(
             errors[job.name] = _error_line(done.error)
         counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
         follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
-    items = _all_of(places, errors)
-    return Batch(
-        name, tuple(jobs), items, record_conditions(jobs), time.perf_counter() - began, before - len(refused or {})
-    )
+    _forget_others(folder, {place for job, place in places.items() if job.name not in errors})
+    items, read = _all_of(places, errors)
+    done_before = before - len(refused or {})
+    return Batch(name, tuple(jobs), items, conditions, time.perf_counter() - began, done_before, read)
 
 
-def _all_of(places: Mapping[Job, Path], errors: Mapping[str, str]) -> dict[str, BatchItem]:
-    """Items of all jobs, in their order, from where each is kept; a copy of one before it is none."""
-    items, fingerprints = dict[str, BatchItem](), dict[str, Fingerprint]()
+def _forget_others(folder: Path, places: Container[Path]) -> None:
+    """Remove what an earlier run kept of items that are in this batch no longer, or cannot be identified any more."""
+    for place in (folder / ITEMS).glob("*"):
+        if place not in places and not place.is_symlink():
+            with suppress(OSError):
+                for name in (ITEM, NAME):
+                    (place / name).unlink(missing_ok=True)
+                place.rmdir()
+
+
+def _all_of(places: Mapping[Job, Path], errors: Mapping[str, str]) -> tuple[dict[str, BatchItem], dict[str, str]]:
+    """Items of all jobs, in their order, from where each is kept, and digests of the files they were read from.
+
+    A copy of a record before it is no item.
+    """
+    items, fingerprints, read = dict[str, BatchItem](), dict[str, Fingerprint](), dict[str, str]()
     for job, place in places.items():
         if job.name in errors:
             items[job.name] = BatchItem(error=errors[job.name])
             continue
-        items[job.name], seen = _parsed(json.loads((place / ITEM).read_text(encoding="utf-8")), place)
-        if seen is not None:
-            fingerprints[job.name] = seen
-    return items | {copy: BatchItem(error=why) for copy, why in copies_seen(list(items), fingerprints).items()}
+        known = _parsed(json.loads((place / ITEM).read_text(encoding="utf-8")), place)
+        items[job.name] = known.item
+        read |= known.inputs
+        if known.fingerprint is not None:
+            fingerprints[job.name] = known.fingerprint
+    copies = {copy: BatchItem(error=why) for copy, why in copies_seen(list(items), fingerprints).items()}
+    return items | copies, read
 
 
-Known = tuple[BatchItem, Fingerprint | None]
-"""The item of a job that has ended, and by what copies of its record are known."""
+class KeptItem(NamedTuple):
+    """What is kept of a job that has ended.
+
+    Parameters
+    ----------
+    fingerprint : Fingerprint or None
+        By which copies of its record are known.
+    inputs : mapping of str to str
+        SHA-256 of each file it rests on, by path; of earlier versions none.
+    """
+
+    item: BatchItem
+    fingerprint: Fingerprint | None
+    inputs: Mapping[str, str]
 
 
-def _resumed(place: Path, job: Job) -> Known | None:
+def _resumed(place: Path, job: Job) -> KeptItem | None:
     """What an earlier run found, if it was the same job; what failed is tried again."""
     try:
         kept = json.loads((place / ITEM).read_text(encoding="utf-8"))
@@ -248,12 +287,13 @@ def _resumed(place: Path, job: Job) -> Known | None:
         return None
 
 
-def _parsed(kept: Mapping[str, Any], place: Path) -> Known:
+def _parsed(kept: Mapping[str, Any], place: Path) -> KeptItem:
     item = BatchItem.model_validate({**kept["item"], "result": f"{ITEMS}/{place.name}"}, strict=False)
-    return item, None if kept["fingerprint"] is None else Fingerprint(**kept["fingerprint"])
+    looks = None if kept["fingerprint"] is None else Fingerprint(**kept["fingerprint"])
+    return KeptItem(item, looks, {str(name): str(digest) for name, digest in kept.get("inputs", {}).items()})
 
 
-def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> Known | None:
+def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> KeptItem | None:
     """What another part of the batch found, copied to its place."""
     for folder in folders:
         source = folder / ITEMS / place.name

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from fibrefit.core.environment import versions
-from fibrefit.core.errors import FibrefitError
+from fibrefit.core.errors import FibrefitError, StudyError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.report.checks import quantity_of
@@ -57,6 +57,8 @@ class Job:
     starts : int
     seed : int
     robust : bool
+    says : str
+        Digest of all that the study says of the record; empty where the whole study is identified.
     """
 
     name: str
@@ -65,13 +67,24 @@ class Job:
     starts: int
     seed: int
     robust: bool = False
+    says: str = ""
 
     @property
     def study(self) -> Study:
-        """What is identified."""
+        """What is identified.
+
+        Raises
+        ------
+        StudyError
+            If it says something else of the record by now, such as of another one in its place.
+        """
         study = loaded(self.origin)
         if self.record is None:
             return study
+        if self.says and self.says != said_of(study, self.record):
+            got = f'says something else of "{self.name}" than when the batch began, or has it in another place'
+            do = "Run the same again with --resume: what it says now is identified."
+            raise StudyError(str(study.source), got, "a study that stays as it is", do)
         record = study.records[self.record]
         return study.model_copy(update={"name": f"{study.name}, {record.label}", "records": (record,)})
 
@@ -88,6 +101,17 @@ class Job:
         # The study's own file may hold a thousand other records: what of it counts is in the resolved study.
         parts += [sha256_of(file) for file in study.data_files()]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def said_of(study: Study, record: int) -> str:
+    """Digest of what a study says of one of its records and of all of them; empty where it has no such record.
+
+    A batch takes hours, in which records may be added to its study: those that stay in their places are the same.
+    """
+    if record >= len(study.records):
+        return ""
+    said = study.model_dump_json(exclude={"records"}), study.records[record].model_dump_json()
+    return hashlib.sha256("\0".join(said).encode()).hexdigest()
 
 
 @lru_cache(maxsize=1)
@@ -129,7 +153,8 @@ class Outcome(NamedTuple):
     summary : str
         Content of ``summary.json`` of the fit.
     item : str
-        Content of ``item.json``: what the table has of it, what it rests on, by what copies of its record are known.
+        Content of ``item.json``: what the table has of it, what it rests on and the SHA-256 of each file as it was
+        read, by what copies of its record are known.
     status : {"ok", "suspect", "failed"}
     """
 
@@ -212,7 +237,8 @@ def outcome_of(job: Job, summary: FitSummary, digest: str, fingerprint: Fingerpr
         speeds=_speeds(summary) if job.record is not None else {},
     )
     seen = None if fingerprint is None else fingerprint._asdict()
-    content = {"digest": digest, "item": item.model_dump(mode="json"), "fingerprint": seen}
+    inputs = {} if summary.provenance is None else summary.provenance.inputs
+    content = {"digest": digest, "item": item.model_dump(mode="json"), "fingerprint": seen, "inputs": inputs}
     whole = summary.model_dump_json(by_alias=True, indent=1) + "\n"
     return Outcome(whole, json.dumps(content, indent=1) + "\n", summary.status)
 

@@ -16,7 +16,7 @@ from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
 from fibrefit.study.rigs.common import RecordTable
-from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series
+from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series, said_of
 
 Each = Literal["record", "study"]
 
@@ -56,11 +56,13 @@ def origins_of(words: Sequence[str], rig: str | None, overrides: Sequence[str]) 
     Raises
     ------
     UsageError
-        If a folder holds no study, studies and records are mixed, or there are no words.
+        If a folder holds no study, studies and records are mixed, a rig is named for studies, or there are no words.
     """
     if not words:
         raise UsageError("series", *NO_FILES)
     if rig is not None:
+        if any(Path(word).is_dir() or Path(word).suffix.lower() == ".toml" for word in words):
+            raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
         return [Origin(tuple(words), rig, tuple(overrides))]
     return [Origin((study,), None, tuple(overrides)) for word in words for study in _studies(word)]
 
@@ -115,7 +117,8 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     for name, origin, record in named:
         taken[name] = taken.get(name, 0) + 1
         unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
-        jobs.append(Job(unique, origin, record, starts, seed, robust))
+        says = "" if record is None else said_of(loaded(origin), record)
+        jobs.append(Job(unique, origin, record, starts, seed, robust, says))
     return jobs
 
 

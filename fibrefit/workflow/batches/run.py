@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from fibrefit.core.errors import FibrefitError
+from fibrefit.core.paths import name_of_several
 from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
@@ -30,7 +33,8 @@ def batch(
     series : str, pathlib.Path or iterable of them
         Study files, folders with a ``study.toml``, folders of such folders; or bare records, with `rig`.
     out : str or pathlib.Path, optional
-        Folder of the batch; ``results/<name>-<hash>`` by default.
+        Folder of the batch; ``results/<name>-<hash>`` by default, by what `series` says and the settings: `resume`
+        finds it again whatever was put right in the studies and the records.
     rig : str, optional
         Kind of the rig of bare records.
     overrides : sequence of str
@@ -70,12 +74,15 @@ def batch(
     >>> found.status, len(found.items)
     ('ok', 5)
     """
-    words = (series,) if isinstance(series, str | Path) else series
+    words = [series] if isinstance(series, str | Path) else list(series)
     # Workers elsewhere have a working folder of their own.
     origins = origins_of([os.path.abspath(word) if scheduler else str(word) for word in words], rig, overrides)
     jobs = jobs_of(origins, each, starts, seed, robust)
-    name = _named(jobs, len(origins), each)
-    whole = Path(out) if out is not None else default_directory(name, "batch", *(repr(job) for job in jobs))
+    name = _named(jobs, len(origins))
+    settings = repr((rig, tuple(overrides), each, starts, seed, robust))
+    named = (Path(word).as_posix() for word in words)
+    usual = default_directory(_called(name, words, len(origins)), "batch", *named, settings)
+    whole = usual if out is None else Path(out)
     folder, jobs = part_of(whole, jobs, shard)
     engine, tell = Engine(processes or THREADS, scheduler), progress or quiet
     with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
@@ -86,6 +93,15 @@ def batch(
     return found
 
 
-def _named(jobs: Sequence[Job], studies: int, each: Each | None) -> str:
-    """Name of a batch: that of its study where the records of a single one are identified."""
-    return loaded(jobs[0].origin).name if studies == 1 and each != "study" else f"{len(jobs)} studies"
+def _called(name: str, words: Sequence[str | Path], studies: int) -> str:
+    """Begin of the name of its folder: of one study the name of the batch, else what the words name."""
+    return name if studies == 1 else name_of_several([Path(word).absolute() for word in words])
+
+
+def _named(jobs: Sequence[Job], studies: int) -> str:
+    """Name of a batch: that of its study where there is a single one."""
+    if studies > 1:
+        return f"{studies} studies"
+    with suppress(FibrefitError):  # of a study that cannot be read, which the only item says
+        return loaded(jobs[0].origin).name
+    return jobs[0].name

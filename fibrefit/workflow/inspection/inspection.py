@@ -88,6 +88,13 @@ class Inspection(Shown):
         return _named([each.table for each in self.seen if each.table is not None])
 
     @property
+    def drawn(self) -> dict[str, Table]:
+        """Those of which there is a picture: the first ones of many."""
+        from fibrefit.plots.figures import MOST_RECORDS
+
+        return dict(list(self.tables.items())[:MOST_RECORDS])
+
+    @property
     def refusals(self) -> tuple[FibrefitError, ...]:
         """Why files could not be read."""
         return tuple(each.refusal for each in self.seen if each.refusal)
@@ -110,11 +117,11 @@ class Inspection(Shown):
         return inspection_frame(self.document())
 
     def plot(self) -> Figures:
-        """One figure a file."""
+        """One figure a file, of the first ones of many."""
         from fibrefit.plots.figures import Figures
         from fibrefit.plots.table import table_figure
 
-        return Figures({file: table_figure(table) for file, table in self.tables.items()})
+        return Figures({file: table_figure(table) for file, table in self.drawn.items()})
 
     def save(self, out: Path | str, *, force: bool = False) -> Path:
         """Write ``inspection.json``, ``inspection.txt`` and a picture of each file into a folder.
@@ -148,7 +155,8 @@ class Inspection(Shown):
         with ResultDirectory(Path(out), force=force) as directory:
             write_whole(directory.path / "inspection.json", self.content())
             write_whole(directory.path / "inspection.txt", self.report() + "\n")
-            save_figures(self.plot(), directory.path / "figures")
+            if self.drawn:
+                save_figures(self.plot(), directory.path / "figures")
         return directory.out
 
     def content(self) -> str:

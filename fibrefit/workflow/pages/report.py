@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -10,13 +9,12 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
-from fibrefit.core.paths import is_plain_file
+from fibrefit.core.paths import is_plain_file, path_from
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
-from fibrefit.workflow.batches.batch import TABLE
 from fibrefit.workflow.outcome.draw import figures_of
 
 CHOSEN: dict[type[Part], tuple[str, ...]] = {
@@ -97,8 +95,8 @@ def _read(result: Path, beside: Path) -> Result:
     folder = result if result.is_dir() else result.parent
     groups = read_result(folder / "result.h5")[0] if (folder / "result.h5").is_file() else {}
     items = _items(summary, folder)
-    link = quote(os.path.relpath(folder, beside).replace(os.sep, "/"))
-    return Result(result.as_posix(), summary, _pictures(summary, groups, folder), groups, items, _table(folder), link)
+    link = quote(path_from(beside, folder))
+    return Result(result.as_posix(), summary, _pictures(summary, groups, folder), groups, items, link)
 
 
 def _pictures(summary: Part, groups: Mapping, folder: Path) -> list[Illustration]:
@@ -149,13 +147,3 @@ def _items(summary: Part, folder: Path) -> dict[str, Part]:
             # The table has what the batch itself says of it.
             continue
     return {name: one for name, one in found.items() if one != summary}
-
-
-def _table(folder: Path) -> list[list[str]]:
-    try:
-        with (folder / TABLE).open(encoding="utf-8", newline="") as file:
-            return list(csv.reader(file))
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, csv.Error) as error:
-        raise DataError(str(folder / TABLE), str(error), "the table of a batch") from None

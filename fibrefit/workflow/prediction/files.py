@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import ROLES
-from fibrefit.core.units import format_quantity, format_share
+from fibrefit.core.units import format_quantity
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
+from fibrefit.report.text import explained_told
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Z_95
@@ -126,7 +127,7 @@ def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple
     shares = []
     for name, predicted in channels.items():
         rms = format_quantity(predicted.rms, predicted.unit, 3)
-        share = "" if predicted.explained is None else f"{format_share(predicted.explained)} of the {name}, "
+        share = "" if predicted.explained is None else f"{explained_told(predicted.explained, name)}, "
         shares.append(f"{share}within {rms} rms")
     begin = (
         "The values hold for these records: " if verdict == "holds" else "The values do not hold for these records: "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -12,10 +12,11 @@ import numpy as np
 from scipy.special import stdtrit
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import sha256_of
 from fibrefit.problem.formulate.formulate import parameter_slots
 from fibrefit.simulation.model import Model
-from fibrefit.store.hdf5 import Groups, Variable, read_result
-from fibrefit.store.summary import read_summary
+from fibrefit.store.hdf5 import Groups, Variable, needed_group, read_result
+from fibrefit.store.summary import files_of_result, read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import (
@@ -81,6 +82,8 @@ class Known:
         SHA-256 of the files the result rests on.
     differences : mapping of str to Difference
         Of the parameters that differ from record to record.
+    files : mapping of str to str
+        SHA-256 of the files it was read from, by path; empty where it was on no disk.
     """
 
     name: str
@@ -91,6 +94,7 @@ class Known:
     gaps: Mapping[str, ChannelGap]
     digests: frozenset[str]
     differences: Mapping[str, Difference] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 def as_known(result: HasValues | PathLike[str] | str | Known) -> Known:
@@ -131,6 +135,7 @@ def known_from(folder: Path) -> Known:
         If it is none.
     """
     folder = folder if folder.is_dir() else folder.parent
+    files = {file.as_posix(): sha256_of(file) for file in files_of_result(folder)}
     summary, name = read_summary(folder), folder.as_posix()
     if not isinstance(summary, HOLD_VALUES):
         raise _without_values(name)
@@ -138,7 +143,9 @@ def known_from(folder: Path) -> Known:
         got = "a result of which only the summary was kept, as batch keeps it"
         raise UsageError(name, got, "one with its result.h5", "Fit its record by itself: fibrefit fit.")
     groups, _ = read_result(folder / "result.h5")
-    return known_of(summary, groups, load_study(folder), name)
+    # Its own records have been seen: a result that was handed on is predicted from without them.
+    study = load_study(folder, all_missing=True)
+    return replace(known_of(summary, groups, study, name), files=files)
 
 
 def _without_values(name: str) -> UsageError:
@@ -172,11 +179,11 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     if isinstance(summary, FitResultSummary):
         found = summary.parameters
         each = [one.parameters for one in summary.records.values()]
-        listed, whole = _of_estimate(groups["estimate"])
+        listed, whole = _of_estimate(needed_group(groups, "estimate", name))
     else:
         found = _marginals(summary.parameters)
         each = [_marginals(one) for one in summary.records.values()]
-        listed, whole = _of_draws(groups["posterior"], tuple(found))
+        listed, whole = _of_draws(needed_group(groups, "posterior", name), tuple(found))
         found |= _held(study, model)  # a posterior tells of what was free
     declared = [parameter.name for parameter in model.parameters]
     # A constant of the rig that was found is one of its conditions still, and no record's own.

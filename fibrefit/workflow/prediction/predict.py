@@ -41,9 +41,13 @@ class Prediction(Predicted, FoundResult):
         """``holds``, ``does_not_hold`` or ``not_trusted``."""
         return self.summary().verdict
 
+    def inputs(self) -> list[Path]:
+        """Files of the study, and of the result whose values it is."""
+        return [*super().inputs(), *map(Path, self.known.files)]
+
     def summary(self) -> PredictionSummary:
         """Content of ``summary.json``."""
-        origin = provenance(self.study, self.study.input_files(), seconds=self.seconds)
+        origin = provenance(self.study, self.inputs(), seconds=self.seconds, read=self.known.files)
         return prediction_summary(self, origin)
 
     def groups(self) -> Groups:

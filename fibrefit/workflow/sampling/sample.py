@@ -21,7 +21,7 @@ from fibrefit.sampling.predict import predict
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, number_of_coordinates
 from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import AS_A_FIT, Settings
-from fibrefit.store.summary import provenance
+from fibrefit.store.summary import files_of_result, provenance
 from fibrefit.study import PriorSetting, Study, as_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
 from fibrefit.workflow.compare import rival_of
@@ -47,8 +47,17 @@ def identity(options: SamplingOptions, settings: Settings) -> str:
     return repr(sorted({**fixed, "noise": options.noise, "heavy": options.heavy}.items()))
 
 
+def files_compared(options: SamplingOptions) -> list[Path]:
+    """Files of the posteriors that one is to be compared with."""
+    return [file for rival in options.compare for file in files_of_result(Path(rival))]
+
+
 class Sampled(Findings, Predicts):
     """The posterior of a study, to be read, drawn and saved."""
+
+    def inputs(self) -> list[Path]:
+        """Files of the study, and of the posteriors it is compared with."""
+        return [*super().inputs(), *files_compared(self.options)]
 
     def summary(self) -> PosteriorSummary:
         """Content of ``summary.json``."""
@@ -58,7 +67,7 @@ class Sampled(Findings, Predicts):
         del settings["seed"]
         origin = provenance(
             self.study,
-            self.study.input_files(),
+            self.inputs(),
             seed=self.posterior.settings.seed,
             seconds=self.posterior.seconds,
             settings=settings,

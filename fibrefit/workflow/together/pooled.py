@@ -10,13 +10,12 @@ import numpy as np
 
 from fibrefit.series.population import Population, population
 from fibrefit.series.trends import BY_ORDER, Quantity, trends
-from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.pooled import SPEED_OF, PopulationSummary, TrendSummary, speed_name
 from fibrefit.study.summaries.summaries import BatchItem, Measure
 
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""
 USABLE = ("ok", "suspect")
-SPEED_OF = "speed of "
 NOTHING_OWN = 1e-6
 """Share of an error below which its record's own part is rounding: the record says nothing of that value."""
 
@@ -115,11 +114,6 @@ def pooled_batch(items: Mapping[str, BatchItem]) -> PooledBatch:
     }
     pairs = [(y, x) for y in parameters for one in conditions if (x := _seen_by(y, one)) is not None]
     return PooledBatch(populations, tuple(map(TrendSummary.of, trends(names, pairs))), shrunk)
-
-
-def speed_name(parameter: str) -> str:
-    """Condition that is the speed at which a record tells of a parameter."""
-    return f"{SPEED_OF}{parameter}"
 
 
 def _seen_by(parameter: Quantity, condition: Quantity) -> Quantity | None:

@@ -20,7 +20,7 @@ from fibrefit.series.trends import Quantity, Trend, trends
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.summaries.pooled import TrendSummary
+from fibrefit.study.summaries.pooled import TrendSummary, speed_name
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import Measure
 from fibrefit.workflow.prepare import read_records, task_of
@@ -28,7 +28,7 @@ from fibrefit.workflow.saved import FoundResult, write_parts
 from fibrefit.workflow.thresholds import SHORTEST_SERIES
 from fibrefit.workflow.together import files
 from fibrefit.workflow.together.conditions import conditions_of_records, speed_condition
-from fibrefit.workflow.together.pooled import population_summary, speed_name
+from fibrefit.workflow.together.pooled import population_summary
 from fibrefit.workflow.together.tidy import write_table
 from fibrefit.workflow.together.words import answer_in_words
 

@@ -37,12 +37,17 @@ def _change(found: Verdict, one: LawCurve) -> str:
     first, last = one.values[0], one.values[-1]
     verb = "rises" if last > first else "falls"
     ends = f"between {one.speeds[0]:.2g} and {one.speeds[-1]:.2g} m/s"
-    unit = found.units[one.law.parameter]
-    return f"{one.law.parameter} {verb} from {_digits(first, unit)} to {_digits(last, unit)} {ends}"
+    from_to = _from_to(float(first), float(last), found.units[one.law.parameter])
+    return f"{one.law.parameter} {verb} {from_to} {ends}"
 
 
-def _digits(value: float, unit: str) -> str:
-    return format_quantity(float(value), unit, 3)
+def _from_to(first: float, last: float, unit: str) -> str:
+    """Two values, to as many digits as tell them from each other."""
+    for digits in range(3, 10):
+        ends = [format_quantity(value, unit, digits) for value in (first, last)]
+        if ends[0] != ends[1]:
+            break
+    return f"from {ends[0]} to {ends[1]}"
 
 
 def _form(found: Verdict, one: LawCurve) -> str:
@@ -83,15 +88,12 @@ def _scatter(found: Verdict) -> str:
         for name, one in found.populations.items()
         if one.logarithmic and one.chance < RECORDS_DIFFER
     ]
-    return f" By chance records differ by {' and '.join(said)}." if said else ""
+    return f" Beyond their errors records differ by {' and '.join(said)}." if said else ""
 
 
 def _of_each(found: Verdict, number: int) -> str:
-    ranges = [
-        f"{name} from {_digits(found.own.values[:, j].min(), found.units[name])} to "
-        f"{_digits(found.own.values[:, j].max(), found.units[name])}"
-        for j, name in enumerate(found.own.names)
-    ]
+    columns = zip(found.own.names, found.own.values.T.tolist(), strict=True)
+    ranges = [f"{name} {_from_to(min(values), max(values), found.units[name])}" for name, values in columns]
     return (
         f"Neither one set of parameters nor a law of speed serves all {number} records: each has values of its own, "
         f"{', '.join(ranges)} (gap {found.gaps['per_record']:.2f}; constant: {found.gaps['constant']:.2f}, with "
