@@ -6,7 +6,7 @@ import math
 
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table, titled
-from fibrefit.report.sentences.discovery import shown_condition
+from fibrefit.report.sentences.discovery import shown_condition, shown_probability
 from fibrefit.rigs.thresholds import WIDER
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 
@@ -32,7 +32,7 @@ def plan_report(summary: PlanSummary) -> str:
     elif summary.rivals and summary.probability_distinguished_now is not None:
         first += (
             f" The {len(summary.records)} at hand tell {summary.rivals[0]} from {summary.rivals[1]} with a probability "
-            f"of {100.0 * summary.probability_distinguished_now:.0f} %."
+            f"of {shown_probability(summary.probability_distinguished_now)} %."
         )
     parts = [
         titled(summary.study),
@@ -48,7 +48,7 @@ def plan_report(summary: PlanSummary) -> str:
 
 def _within(summary: PlanSummary) -> str:
     """What a further record may have, and why; empty where that is not told."""
-    kinds = {True: "as the study states under [limits]", False: f"{WIDER:g} times what was measured, at either end"}
+    kinds = {True: "as the study states under [limits]", False: f"those at hand, {WIDER:g} times wider at either end"}
     said = []
     for stated, why in kinds.items():
         ends = {name: ends for name, ends in summary.reach.items() if (name in summary.limits_stated) == stated}
@@ -64,7 +64,7 @@ def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
     """One row a quantity, one column a record: names are long, and records few."""
     rows = [
         ("cost / min", *(f"{one.minutes:.3g}" for one in best)),
-        ("resolved / %", *(_percent(one.probability_distinguished) for one in best)),
+        ("resolved / %", *(_resolved(one) for one in best)),
         *((f"error of {name}", *(f"x {one.errors[name]:.2f}" for one in best)) for name in best[0].errors),
         ("detection limits", *(f"x {_mean(one.limits):.2f}" if one.limits else "" for one in best)),
     ]
@@ -74,8 +74,12 @@ def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
     return table(head, kept, right=set(range(1, len(head))))
 
 
-def _percent(probability: float | None) -> str:
-    return "" if probability is None else f"{100.0 * probability:.0f}"
+def _resolved(one: FurtherRecord) -> str:
+    """Probability that it tells the rivals apart, in brackets where slopes alone say so."""
+    if one.probability_distinguished is None:
+        return ""
+    said = shown_probability(one.probability_distinguished)
+    return said if one.looked_into is not False else f"({said})"
 
 
 def _mean(factors: dict[str, float]) -> float:

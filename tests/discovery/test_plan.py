@@ -54,10 +54,12 @@ from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
 from fibrefit.study.summaries.design import PlanSummary
 from fibrefit.study.summaries.files import summary_of
+from fibrefit.workflow.design import plan as workflow
 from fibrefit.workflow.design import rivals as at_hand
 from fibrefit.workflow.design.plan import MINUTES, Aim, RecordPlan, _minutes, _sentence, plan_study
 from tests.discovery.made import BASE, differing
 from tests.discovery.test_menu import PARAMETERS
+from tests.study.test_summaries import EXAMPLES
 
 RIVALS = (CATALOGUE["guide.viscous_friction"], CATALOGUE["guide.quadratic_drag"])
 PLANNED = f"""
@@ -343,6 +345,58 @@ def test_what_is_believed_counts_as_a_record(folder: Path, tmp_path: Path) -> No
     free, believed = (plan_study(place, aim).further[0][0] for place in (folder, tmp_path))
     assert believed.errors["damping"] == pytest.approx(1.0, abs=3e-3)
     assert free.errors["damping"] < 0.95
+
+
+def told(*records: tuple[str, float, bool], **more: Any) -> PlanSummary:
+    """Summary of a plan that tells rivals apart, of records with a name, a probability, and whether looked into."""
+    (example,) = EXAMPLES["fibrefit/plan/1"].further
+    further = tuple(
+        example.model_copy(
+            update={"like": like, "says": f"{like} once more (3 min): it tells a from b", "nats": 9.0}
+            | {"probability_distinguished": share, "looked_into": looked}
+        )
+        for like, share, looked in records
+    )
+    rivals = {"purpose": "rivals", "rivals": ("a", "b"), "further": further}
+    return EXAMPLES["fibrefit/plan/1"].model_copy(update=rivals | more)
+
+
+def test_a_reader_sees_of_which_records_slopes_alone_speak_and_that_nothing_is_certain() -> None:
+    summary = told(("a: (1).csv", 0.999, True), ("b.csv", 0.999, False), ("c.csv", 0.001, True), ("d.csv", 0.0, True))
+    row = next(line for line in report_of(summary).splitlines() if line.startswith("resolved"))
+    assert row.split("%")[1].replace("> ", ">").replace("< ", "<").split() == [">99", "(>99)", "<1", "0"]
+    figure = plan_figures(summary)["plan"]
+    axes = figure.axes[0]
+    assert [bar.get_alpha() for bar in axes.patches] == [1.0, 0.4, 1.0, 1.0]
+    texts = [text.get_text() for text in figure.texts]
+    assert texts[0] == "a: (1).csv once more would add most"
+    assert texts[1].endswith("; pale: by slopes alone")
+    assert axes.get_yticklabels()[0].get_text() == "a: (1).csv once more (3 min)"
+    worth = Worth(Choice(0, {}), {}, {}, nats=9.0, distinguished=0.7, minutes=2.0)
+    assert "70 % (expected log likelihood ratio 9, by slopes alone)" in _sentence(worth, 2.0, "a.csv", ("a", "b"))
+    assert "slopes" not in _sentence(replace(worth, refitted=True), 2.0, "a.csv", ("a", "b"))
+
+
+def test_a_report_says_how_far_further_records_go_and_why() -> None:
+    ends = {"lift": (0.005, 0.015), "inclination": (0.5, math.pi / 2), "drive_speed": (0.1, 0.3)}
+    text = " ".join(report_of(told(("a", 0.5, True), reach=ends, limits_stated=("lift",))).split())
+    assert (
+        "None goes beyond lift 5 mm to 15 mm (as the study states under [limits]); inclination 28.6 deg to 90 deg, "
+        "drive_speed 100 mm/s to 300 mm/s (those at hand, 1.5 times wider at either end). State under [limits] what "
+        "your rig can do."
+    ) in text
+    assert "None goes beyond" not in report_of(told(("a", 0.5, True)))
+
+
+def test_what_was_done_beyond_the_limits_of_a_study_is_remarked_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    motions = {"drive_speed": np.array([0.1, 0.45]), "drive_travel": np.array([0.02, 0.06])}
+    monkeypatch.setattr(workflow, "motions_of", lambda task: motions)
+    study: Any = SimpleNamespace(possible={"drive_speed": (0.05, 0.2), "drive_travel": (0.0, 0.1)})
+    assert workflow._beyond(study, None) == (
+        "Records at hand are beyond the [limits] of the study: drive_speed 450 mm/s.",
+    )
+    study.possible = {}
+    assert workflow._beyond(study, None) == ()
 
 
 def test_a_report_of_many_long_names_stays_within_its_columns(plan: RecordPlan) -> None:

@@ -94,6 +94,18 @@ def shown_condition(name: str, value: float) -> str:
     return format_quantity(value, unit, 3)
 
 
+def shown_probability(share: float) -> str:
+    """A probability in percent; what is not certain is not told as certain.
+
+    Parameters
+    ----------
+    share : float
+        0 to 1.
+    """
+    percent = f"{100.0 * share:.0f}"
+    return {"0": "< 1" if share > 0.0 else "0", "100": "> 99"}.get(percent, percent)
+
+
 def worded_separation(found: Separation) -> Separation:
     """A record that tells two effects apart, with the sentence that says what it would tell."""
     first, second = found.pair

@@ -53,6 +53,11 @@ class FurtherRecord(Part):
         default=None, description="Probability that the rivals are distinguished with it; null without rivals."
     )
     nats: Known = Field(default=None, description="Expected logarithm of the likelihood ratio of the rivals with it.")
+    looked_into: bool | None = Field(
+        default=None,
+        description="Whether the rivals were fitted to it too; where not, slopes alone say what it tells, which mostly "
+        "promise too much. Null without rivals.",
+    )
     says: str
 
 
@@ -78,7 +83,7 @@ class PlanSummary(Part):
     reach: dict[str, tuple[float, float]] = Field(
         default_factory=dict,
         description="Least and most of each condition that further records have, in SI units: as [limits] of the study "
-        "state it, else what was measured, wider by a factor at either end.",
+        "state it, else what records at hand have, wider by a factor at either end.",
     )
     limits_stated: tuple[str, ...] = Field(default=(), description="Those of them that the study states.")
     remarks: tuple[str, ...] = ()

@@ -23,7 +23,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.fitting.thresholds import FEW_STARTS
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
-from fibrefit.report.sentences.discovery import further_record, shown_condition
+from fibrefit.report.sentences.discovery import further_record, shown_condition, shown_probability
 from fibrefit.rigs.rig import Rig
 from fibrefit.simulation.model import Experiment
 from fibrefit.store import read_summary
@@ -153,6 +153,7 @@ class RecordPlan(FoundResult):
             newly_shown=worth.shown,
             probability_distinguished=worth.distinguished if rivals else None,
             nats=worth.nats if rivals else None,
+            looked_into=worth.refitted if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
         )
 
@@ -165,8 +166,8 @@ ALONE = (
 )
 AS_PLANNED = f"{FROM_SLOPES} in white noise, and records are alike: nothing is measured yet."
 BY_SLOPES = (
-    "The rivals were fitted to {} of {} further records, first to that of which slopes promise most; for the others "
-    "slopes speak alone, and they mostly promise too much."
+    "The rivals were fitted to {} of {} further records, those that would come first by slopes; for the others slopes "
+    "speak alone, and they mostly promise too much."
 )
 
 
@@ -211,9 +212,8 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     task = task_of(study)
     choices, rig = options_of(task), task.problem.model.rig
     if len(choices) == len(study.records):
-        raise StudyError(
-            str(study.source), f"a rig {rig.kind}", "one whose further records could differ", "Plan its inputs by hand."
-        )
+        do = "Widen its [limits]." if rig.possible else "Plan its inputs by hand."
+        raise StudyError(str(study.source), f"a rig {rig.kind}", "one whose further records could differ", do)
     # What happened in records at hand is no part of a further one, unless it is asked for by its very name.
     sought = candidates_of(study, aim.only, aim.exclude)
     effects = {name: effect for name, effect in sought.items() if name in aim.only or is_lasting(effect)}
@@ -341,8 +341,8 @@ def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) 
     said = []
     if rivals:
         said.append(
-            f"it tells {rivals[0]} from {rivals[1]} with a probability of {100.0 * worth.distinguished:.0f} % "
-            f"(expected log likelihood ratio {worth.nats:.3g})"
+            f"it tells {rivals[0]} from {rivals[1]} with a probability of {shown_probability(worth.distinguished)} % "
+            f"(expected log likelihood ratio {worth.nats:.3g}{'' if worth.refitted else ', by slopes alone'})"
         )
     if worth.determined:
         said.append(f"it determines {_listed(worth.determined)}, which the records at hand do not")
