@@ -278,7 +278,7 @@ def nats_apart(
     # A record that either way cannot be simulated has no number here, and `worths` leaves it out.
     nats = np.min([way.by_slopes(choices) for way in ways], axis=0).tolist()
     refitted, tried = list[int](), set[int]()
-    while len(tried) < LOOKS:
+    for _ in range(LOOKS):
         ranks = ranked(now, nats)
         best = min((ranks[i] for i in refitted), default=(np.inf,))
         ahead = [i for i, rank in enumerate(ranks) if i not in tried and np.isfinite(nats[i]) and rank < best]
