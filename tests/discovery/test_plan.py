@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -102,7 +102,7 @@ def test_a_faster_drop_tells_drag_from_viscous_friction_better_than_one_more_of_
     again = next(worth for worth, _ in plan.further if not worth.choice.conditions)
     assert fastest.nats > 2.0 * again.nats
     # No record can take away what those at hand say.
-    assert min(nats.values()) >= plan.standing.nats * (1.0 - 1e-6)
+    assert min(nats.values()) >= np.min(plan.standing.nats) * (1.0 - 1e-6)
 
 
 def test_of_records_that_tell_rivals_apart_as_surely_the_cheapest_comes_first(plan: RecordPlan) -> None:
@@ -201,6 +201,9 @@ def test_what_is_measured_is_known_and_only_the_further_record_is_left_to_chance
     standing = Standing(10.0, ahead)
     assert standing.distinguished(10.0 + added) == pytest.approx(right.mean(), abs=3e-3)
     assert standing.now is None
+    # Each way round what is added is its own: where the second one is true this record adds nothing.
+    right = np.where(first, ratio, -ahead) > APART
+    assert Standing((10.0, 2.0), ahead).distinguished((10.0 + added, 2.0)) == pytest.approx(right.mean(), abs=3e-3)
     # A record that adds nothing leaves them as they are.
     share = 1.0 / (1.0 + np.exp(-abs(ahead)))
     assert standing.distinguished(10.0) == pytest.approx(share if abs(ahead) > APART else 0.0)
@@ -433,11 +436,11 @@ def test_rivals_that_are_not_in_the_records_are_told_apart_by_what_would_just_be
         assert strength == pytest.approx(np.full(2, known.smallest_detectable), rel=0.3)
     options = [(choice, 2.0) for choice in options_of(search.task)]
     ranked, standing = worths(search, [one for one in found if one is not None], options, Beside())
-    now = standing.nats
+    now = np.min(standing.nats)
     assert now > 0.0
     assert max(worth.nats for worth in ranked) > 2.0 * now
     absent: Any = Explanation(RIVALS[0], dict(zip(base.supermodel.names, base.local.T, strict=True)))
-    assert worths(search, [absent, found[1]], options[:1], Beside())[1].nats < 1e-3 * now
+    assert np.min(worths(search, [absent, found[1]], options[:1], Beside())[1].nats) < 1e-3 * now
 
 
 @pytest.fixture(scope="module")
@@ -499,14 +502,14 @@ def looked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[list[float], 
         monkeypatch.setattr(Contest, "of", contest_of)
         given: Any = (None, "ab", range(len(promised["a"])), Beside())
         now, nats, refitted = nats_apart(*given, rank)
-        assert now == ord("a")
-        return nats, refitted, order
+        assert now.tolist() == [ord("a"), ord("b")]
+        return nats.min(axis=0).tolist(), refitted, order
 
     return made
 
 
-def by_nats(now: float, nats: Sequence[float]) -> list[tuple[float, ...]]:
-    return [(-of,) for of in nats]
+def by_nats(now: np.ndarray, nats: np.ndarray) -> list[tuple[float, ...]]:
+    return [(-of,) for of in nats.min(axis=0)]
 
 
 def test_rivals_are_refitted_to_further_records_until_slopes_promise_no_more(
@@ -529,8 +532,8 @@ def test_what_costs_less_and_is_promised_to_be_as_sure_is_looked_into_as_well(
     """All are told of as sure beyond 20 nats: the dear best one first, then the cheaper ones, never the dearer one."""
     minutes = (8.0, 3.0, 2.0, 17.0)
 
-    def rank(now: float, nats: Sequence[float]) -> list[tuple[float, ...]]:
-        return [(-min(of, 20.0), cost, -of) for of, cost in zip(nats, minutes, strict=True)]
+    def rank(now: np.ndarray, nats: np.ndarray) -> list[tuple[float, ...]]:
+        return [(-min(of, 20.0), cost, -of) for of, cost in zip(nats.min(axis=0), minutes, strict=True)]
 
     promised, kept = (90.0, 40.0, 25.0, 30.0), {0: 50.0, 1: 22.0, 2: 6.0}
     nats, refitted, order = looked({"a": promised, "b": promised}, {"a": kept, "b": kept}, rank)

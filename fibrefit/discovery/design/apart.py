@@ -248,9 +248,9 @@ def nats_apart(
     rivals: Sequence[Explanation],
     choices: Sequence[Choice],
     beside: Beside,
-    ranked: Callable[[float, Sequence[float]], Sequence[tuple[float, ...]]],
-) -> tuple[float, list[float], list[int]]:
-    """Nats by which two rivals differ: at hand, and with each choice; whichever of them is true.
+    ranked: Callable[[np.ndarray, np.ndarray], Sequence[tuple[float, ...]]],
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Nats by which two rivals differ, where the first one is true and where the second one is: at hand, and with more.
 
     Rivals are refitted to those choices, in the order of what slopes promise, that would come before the best one to
     which they were, until none would: what comes first has been looked into, and so has what costs less.
@@ -267,29 +267,30 @@ def nats_apart(
 
     Returns
     -------
-    now : float
-    nats : list of float
+    now : (2,)
+        In the records at hand.
+    nats : (2, n_choice)
+        With each choice too; not finite, either way, of one that cannot be simulated.
     refitted : list of int
         Those choices to which the rivals were refitted.
     """
     first, second = rivals
     ways = [Contest.of(search, true, other, beside) for true, other in ((first, second), (second, first))]
-    now = min(way.now for way in ways)
-    # A record that either way cannot be simulated has no number here, and `worths` leaves it out.
-    nats = np.min([way.by_slopes(choices) for way in ways], axis=0).tolist()
+    now, nats = np.array([way.now for way in ways]), np.array([way.by_slopes(choices) for way in ways])
+    nats[:, ~np.isfinite(nats).all(axis=0)] = np.nan
     refitted, tried = list[int](), set[int]()
     for _ in range(LOOKS):
         ranks = ranked(now, nats)
         best = min((ranks[i] for i in refitted), default=(np.inf,))
-        ahead = [i for i, rank in enumerate(ranks) if i not in tried and np.isfinite(nats[i]) and rank < best]
+        ahead = [i for i, rank in enumerate(ranks) if i not in tried and np.isfinite(nats[0, i]) and rank < best]
         if not ahead:
             break
-        i = max(ahead, key=lambda i: nats[i])
+        i = max(ahead, key=lambda i: float(nats[:, i].min()))
         tried.add(i)
         ends = [way.refitted(choices[i]) for way in ways]
         # Where either way loses the motion, slopes are all that is known of the record.
         if np.isfinite(ends).all():
-            nats[i] = min(ends)
+            nats[:, i] = ends
             refitted.append(i)
     return now, nats, refitted
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.special import expit
@@ -92,9 +92,9 @@ class Standing:
 
     Parameters
     ----------
-    nats : float
-        Expected logarithm of their likelihood ratio in these records, the smaller of both ways round; nan without
-        rivals.
+    nats : float or (2,)
+        Expected logarithm of their likelihood ratio in these records, where the first one is true and where the second
+        one is; nan without rivals.
     ahead : float or None
         Nats by which the records make the first one more probable than the second; None where that is not known, as
         nothing is measured, or they do not show both.
@@ -102,22 +102,28 @@ class Standing:
         Nats that the one with more parameters pays for them, where nothing is measured.
     """
 
-    nats: float = float("nan")
+    nats: Any = float("nan")
     ahead: float | None = None
     price: float = 0.0
 
-    def distinguished(self, nats: float) -> float:
+    def distinguished(self, nats: Any) -> float:
         """Probability that the right one comes out ahead beyond doubt, with records of which so much is expected.
 
         Twice the logarithm of a likelihood ratio is normal about the noncentrality with twice its root as standard
         deviation. What is measured is known, and each rival is as probable as that makes it; of records that are yet to
         be taken the rival counts of which less is expected, the one with more parameters.
+
+        Parameters
+        ----------
+        nats : float or (2,)
+            As `nats` of the records at hand, with a further one.
         """
         if self.ahead is None:
-            return _exceeds(nats - self.price, nats)
-        added = max(nats - self.nats, 0.0)
-        first = float(expit(self.ahead))
-        return first * _exceeds(self.ahead + added, added) + (1.0 - first) * _exceeds(added - self.ahead, added)
+            least = float(np.min(nats))
+            return _exceeds(least - self.price, least)
+        first, second = np.maximum(np.broadcast_to(np.asarray(nats) - np.asarray(self.nats), (2,)), 0.0).tolist()
+        share = float(expit(self.ahead))
+        return share * _exceeds(self.ahead + first, first) + (1.0 - share) * _exceeds(second - self.ahead, second)
 
     @property
     def now(self) -> float | None:
@@ -209,15 +215,15 @@ def worths(
     if not (rivals and found):
         return found, standing
 
-    def ranked(now: float, nats: Sequence[float]) -> list[tuple[float, ...]]:
-        shares = map(replace(standing, nats=now).distinguished, nats)
-        return [_rank(share, worth.minutes, of) for share, worth, of in zip(shares, found, nats, strict=True)]
+    def ranked(now: np.ndarray, nats: np.ndarray) -> list[tuple[float, ...]]:
+        told = replace(standing, nats=now).distinguished
+        return [_rank(told(of), one.minutes, float(of.min())) for one, of in zip(found, nats.T, strict=True)]
 
     now, nats, refitted = nats_apart(search, rivals, [worth.choice for worth in found], beside, ranked)
     standing = replace(standing, nats=now)
     told = [
-        replace(worth, nats=of, distinguished=standing.distinguished(of), refitted=i in refitted)
-        for i, (worth, of) in enumerate(zip(found, nats, strict=True))
+        replace(worth, nats=float(of.min()), distinguished=standing.distinguished(of), refitted=i in refitted)
+        for i, (worth, of) in enumerate(zip(found, nats.T, strict=True))
     ]
     return [worth for worth in told if np.isfinite(worth.nats)], standing
 
