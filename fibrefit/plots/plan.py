@@ -33,6 +33,8 @@ ROW, LEFT = 7.0, 68.0
 """Height of a row, and room for what its record is, in mm."""
 LINES = 2
 """Of a name, in a row."""
+PALE = 0.4
+"""Opacity of what slopes alone say."""
 PURPOSES = {
     "errors": "how much the standard errors fall",
     "rivals": "how surely the rivals are distinguished",
@@ -47,27 +49,30 @@ def plan_figures(summary: PlanSummary) -> Figures:
 
 
 def _plan(summary: PlanSummary, best: tuple[FurtherRecord, ...]) -> Figure:
-    panels = [("standard errors fall by / %", BLUE, [100.0 * (1.0 - _mean(one.errors)) for one in best])]
+    panels = [("errors fall by / %", BLUE, [100.0 * (1.0 - _mean(one.errors)) for one in best])]
     if summary.rivals:
         panels.insert(
             0,
             ("rivals distinguished / %", VERMILLION, [100.0 * (one.probability_distinguished or 0.0) for one in best]),
         )
-    panels.append(("detection limits fall by / %", GREEN, [100.0 * (1.0 - _mean(one.limits)) for one in best]))
+    panels.append(("limits fall by / %", GREEN, [100.0 * (1.0 - _mean(one.limits)) for one in best]))
     height, width = ROW * len(best), 106.0 / len(panels) - 5.0
     figure = new_figure(height + 30.0)
-    heading = f"A record like {_name(best[0])} would add most" if best else "No further record was looked at"
-    title(figure, heading, f"ranked by {PURPOSES[summary.purpose]}")
+    heading = f"{_like(best[0])} would add most" if best else "No further record was looked at"
+    pale = "; pale: by slopes alone" if any(one.looked_into is False for one in best) else ""
+    title(figure, heading, f"ranked by {PURPOSES[summary.purpose]}{pale}")
     rows = np.arange(len(best))
     for i, (words, colour, values) in enumerate(panels):
         axes = axes_at(figure, LEFT + i * (width + 6.0), 12.0, width, height)
-        axes.barh(rows, values, color=colour, height=0.6)
+        bars = axes.barh(rows, values, color=colour, height=0.6)
         axes.set_ylim(len(best) - 0.4, -0.6)
         axes.set_yticks(rows, [_in_lines(_name(one)) for one in best] if i == 0 else [""] * len(best))
         axes.tick_params(axis="y", length=0, labelsize=SMALL)
         label(axes, x=words)
         if summary.rivals and i == 0:
             axes.set_xlim(0.0, 100.0)
+            for bar, one in zip(bars, best, strict=True):
+                bar.set_alpha(PALE if one.looked_into is False else 1.0)
             if (now := summary.probability_distinguished_now) is not None:
                 axes.axvline(100.0 * now, color=GREY, linewidth=0.7, linestyle="--")
     return figure
@@ -78,8 +83,13 @@ def _mean(factors: dict[str, float]) -> float:
     return float(np.exp(np.mean(np.log(known)))) if known else 1.0
 
 
+def _like(one: FurtherRecord) -> str:
+    """What a record is, in words, without its cost: a name may hold a bracket or a colon itself."""
+    return one.says.partition(" min): ")[0].rpartition(" (")[0]
+
+
 def _name(one: FurtherRecord) -> str:
-    return one.says.partition(":")[0].removeprefix("A record like ")
+    return f"{_like(one).removeprefix('A record like ')} ({one.minutes:.3g} min)"
 
 
 def _in_lines(name: str) -> str:

@@ -6,6 +6,8 @@ import math
 
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table, titled
+from fibrefit.report.sentences.discovery import shown_condition, shown_probability
+from fibrefit.rigs.thresholds import WIDER
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 
 MOST = 6
@@ -30,11 +32,12 @@ def plan_report(summary: PlanSummary) -> str:
     elif summary.rivals and summary.probability_distinguished_now is not None:
         first += (
             f" The {len(summary.records)} at hand tell {summary.rivals[0]} from {summary.rivals[1]} with a probability "
-            f"of {100.0 * summary.probability_distinguished_now:.0f} %."
+            f"of {shown_probability(summary.probability_distinguished_now)} %."
         )
     parts = [
         titled(summary.study),
         paragraph(first),
+        paragraph(_within(summary)),
         section("The next record", numbered(one.says for one in best)),
         section("What each would add", _rows(best)),
         section("What to doubt", items(summary.remarks)),
@@ -43,11 +46,25 @@ def plan_report(summary: PlanSummary) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
+def _within(summary: PlanSummary) -> str:
+    """What a further record may have, and why; empty where that is not told."""
+    kinds = {True: "as the study states under [limits]", False: f"those at hand, {WIDER:g} times wider at either end"}
+    said = []
+    for stated, why in kinds.items():
+        ends = {name: ends for name, ends in summary.reach.items() if (name in summary.limits_stated) == stated}
+        ranges = [f"{name} {' to '.join(shown_condition(name, at) for at in pair)}" for name, pair in ends.items()]
+        said += [f"{', '.join(ranges)} ({why})"] if ranges else []
+    if not said:
+        return ""
+    rest = "" if set(summary.limits_stated) == set(summary.reach) else " State under [limits] what your rig can do."
+    return f"None goes beyond {'; '.join(said)}.{rest}"
+
+
 def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
     """One row a quantity, one column a record: names are long, and records few."""
     rows = [
-        ("cost / min", *(f"{one.minutes:g}" for one in best)),
-        ("resolved / %", *(_percent(one.probability_distinguished) for one in best)),
+        ("cost / min", *(f"{one.minutes:.3g}" for one in best)),
+        ("resolved / %", *(_resolved(one) for one in best)),
         *((f"error of {name}", *(f"x {one.errors[name]:.2f}" for one in best)) for name in best[0].errors),
         ("detection limits", *(f"x {_mean(one.limits):.2f}" if one.limits else "" for one in best)),
     ]
@@ -57,8 +74,12 @@ def _rows(best: tuple[FurtherRecord, ...]) -> list[str]:
     return table(head, kept, right=set(range(1, len(head))))
 
 
-def _percent(probability: float | None) -> str:
-    return "" if probability is None else f"{100.0 * probability:.0f}"
+def _resolved(one: FurtherRecord) -> str:
+    """Probability that it tells the rivals apart, in brackets where slopes alone say so."""
+    if one.probability_distinguished is None:
+        return ""
+    said = shown_probability(one.probability_distinguished)
+    return said if one.looked_into is not False else f"({said})"
 
 
 def _mean(factors: dict[str, float]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from importlib import import_module
 
@@ -19,7 +20,12 @@ RIGS: dict[str, Rig] = {kind: _declared(kind) for kind in KINDS}
 
 
 @lru_cache(maxsize=256)
-def rig_of(kind: str, variant: str = "", found: tuple[tuple[str, float], ...] = ()) -> Rig:
+def rig_of(
+    kind: str,
+    variant: str = "",
+    found: tuple[tuple[str, float], ...] = (),
+    possible: tuple[tuple[str, tuple[float, float]], ...] = (),
+) -> Rig:
     """Rig of a study.
 
     Parameters
@@ -28,6 +34,8 @@ def rig_of(kind: str, variant: str = "", found: tuple[tuple[str, float], ...] = 
         The variant is empty for the usual one.
     found : tuple of (str, float)
         Conditions that are parameters, the same in all records and known about a value in SI units only.
+    possible : tuple of (str, (float, float))
+        Least and most of what the rig can do, in SI units, where that is known.
 
     Raises
     ------
@@ -37,4 +45,4 @@ def rig_of(kind: str, variant: str = "", found: tuple[tuple[str, float], ...] = 
     rig = RIGS[kind].variants[variant] if variant else RIGS[kind]
     for name, value in found:
         rig = rig.finding(name, value)
-    return rig
+    return replace(rig, possible=dict(possible)) if possible else rig

@@ -248,7 +248,7 @@ _USUAL = Rig(
     pulled=_pulled,
     directions=("down", "up"),
     planned=lambda _: {"release": LEAD},
-    further=(Variation("lift"), Variation("inclination"), Variation("added_mass", (0.0, 1.0), of="weight_mass")),
+    further=(Variation("lift"), Variation("inclination"), Variation("added_mass", onto="weight_mass")),
 )
 
 FORCE_ONLY = replace(

@@ -391,5 +391,5 @@ PULLEY_DRIVE = Rig(
     pulled=drawn_up,
     planned=lambda conditions: {"start_tension": balance(conditions)},
     directions=("up", "down"),
-    further=(Variation("added_mass", (0.0, 1.0, 2.0), of="weight_mass"), Variation("inclination")),
+    further=(Variation("added_mass", onto="weight_mass"), Variation("inclination")),
 )

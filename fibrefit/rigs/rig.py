@@ -16,6 +16,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import WIDER
 
 STANDARD_GRAVITY = 9.81
 """In m/s^2: the value of central Europe, to which the rigs' published data refer."""
@@ -68,19 +69,16 @@ class Starting:
 
 
 class Variation(NamedTuple):
-    """How a condition of a further record could differ from those of the records at hand.
+    """A condition in which a further record could differ from those at hand.
 
     Parameters
     ----------
-    factors : tuple of float
-        On the smallest value stated where below 1, on the largest otherwise.
-    of : str
-        Condition whose values they multiply; the same where empty.
+    onto : str
+        Condition onto which it comes, as an added mass onto that of the weight: a rig can do a range of the sum.
     """
 
     condition: str
-    factors: tuple[float, ...] = (0.5, 1.0, 2.0)
-    of: str = ""
+    onto: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +123,8 @@ class Rig:
         Inputs that are made of measured ones, of a rig whose motion is known from its records.
     further : tuple of Variation
         Conditions in which a further record could differ; none where the rig allows no choice.
+    possible : mapping of str to (float, float), in SI units
+        Least and most of what a study says that the rig can do, by condition or as ``drive_travel``, ``drive_speed``.
     planned : callable ``(conditions) -> {nuisance: value}``
         Nuisances of a record that is planned; zero where not named.
     per_unit_of : str
@@ -152,6 +152,7 @@ class Rig:
     prepared: Callable[[Trace], Trace] | None = None
     derived: tuple[str, ...] = ()
     further: tuple[Variation, ...] = ()
+    possible: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     planned: Callable[[Mapping[str, float]], Mapping[str, float]] = lambda _: {}
     per_unit_of: str = ""
     pulled: Callable[[Mapping[str, float], np.ndarray], Pull] | None = None
@@ -185,8 +186,25 @@ class Rig:
         further = tuple(variation for variation in self.further if variation.condition != name)
         return replace(self, parameters=(*self.parameters, freed), conditions=conditions, further=further)
 
+    def reach(self, stated: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+        """Least and most of each condition that a further record could have, in SI units.
+
+        As a study says that the rig can do; where it says nothing what was measured, wider by a factor at either end.
+
+        Parameters
+        ----------
+        stated : mapping of str to (n_record,) in SI units
+            Conditions of the records at hand.
+        """
+        return {
+            variation.condition: self.possible.get(variation.condition) or self._widened(variation, stated)
+            for variation in self.further
+        }
+
     def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
         """Conditions that further records could be measured under: all combinations of the `further` ones.
+
+        Each is at an end of its `reach`, or the largest that was measured.
 
         Parameters
         ----------
@@ -196,13 +214,21 @@ class Rig:
         Returns
         -------
         tuple of dict of str to float
-            In SI units, within the ranges of the conditions; empty where there is no choice.
+            In SI units; empty where there is no choice.
         """
-        axes = {variation.condition: self._around(variation, stated) for variation in self.further}
+        axes = {
+            # A change of units may round what was measured beyond its end.
+            name: sorted({low, float(np.clip(np.max(stated[name]), low, high)), high})
+            for name, (low, high) in self.reach(stated).items()
+        }
         return tuple(dict(zip(axes, values, strict=True)) for values in product(*axes.values())) if axes else ()
 
-    def _around(self, variation: Variation, stated: Mapping[str, Any]) -> list[float]:
+    def _widened(self, variation: Variation, stated: Mapping[str, Any]) -> tuple[float, float]:
         (declared,) = (p for p in self.conditions if p.name == variation.condition)
-        known = np.asarray(stated[variation.of or variation.condition])
-        values = [factor * (known.min() if factor < 1.0 else known.max()) for factor in variation.factors]
-        return sorted({float(np.clip(value, declared.lower, declared.upper)) for value in values})
+        known = np.asarray(stated[variation.condition], dtype=float)
+        onto = np.asarray(stated[variation.onto], dtype=float) if variation.onto else np.zeros(len(known))
+        whole = known + onto
+        # A further record is like the first one but for what is varied.
+        ends = whole.min() / WIDER - onto[0], whole.max() * WIDER - onto[0]
+        low, high = (float(np.clip(end, declared.lower, declared.upper)) for end in ends)
+        return low, high

@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from fibrefit.core.allowance import LARGEST_SIZE, SMALLEST_SIZE
 from fibrefit.core.errors import FibrefitError
 from fibrefit.core.scale import uncertain
-from fibrefit.core.units import parse_quantity
+from fibrefit.core.units import format_quantity, parse_quantity
 
 CHECK_IT = "Check the exponent and the unit."
 AS_WRITTEN = {"as_written": True}
@@ -153,6 +153,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST_SHOWN else f"{text[: LONGEST_SHOWN - 3]}..."
 
 
+def as_stated(value: float, si: str) -> str:
+    """A quantity as the file wrote it, or in the unit a person would choose."""
+    return getattr(value, "text", "") or format_quantity(value, si)
+
+
 MOMENT = "2026-03-14 09:30"
 """Example of a day and a time, as a study says when a record was taken."""
 
@@ -181,6 +186,7 @@ Duration = Annotated[float, Unit("s", "4 s", lower=0, lower_allowed=False)]
 Pause = Annotated[float, Unit("s", "0.5 s", lower=0)]
 Frequency = Annotated[float, Unit("Hz", "2 kHz", lower=0, lower_allowed=False)]
 Speed = Annotated[float, Unit("m/s", "200 mm/s", lower=0, lower_allowed=False)]
+SpeedOrNone = Annotated[float, Unit("m/s", "200 mm/s", lower=0)]
 Inertia = Annotated[float, Unit("kg m^2", "3.288 kg m^2", lower=0, lower_allowed=False)]
 Points = Annotated[StrictInt, Field(ge=1, le=32)]
 Gain = Annotated[StrictFloat, Field(gt=0)]

@@ -17,9 +17,9 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.files.reading import Files, reading_arguments
-from fibrefit.study.parameters import ParameterSetting, ParameterTable, check_possible, setting_of
+from fibrefit.study.parameters import ROUNDED, ParameterSetting, ParameterTable, check_possible, setting_of
 from fibrefit.study.places import Places
-from fibrefit.study.quantity import AS_WRITTEN, Unit
+from fibrefit.study.quantity import AS_WRITTEN, Unit, as_stated
 from fibrefit.study.table import Name, StudyTable
 from fibrefit.study.toml import to_toml
 
@@ -76,6 +76,7 @@ class Study(Shown, StudyTable):
     model: ModelTable = ModelTable()
     parameters: dict[str, ParameterTable] = Field(default_factory=dict)
     noise: Any
+    limits: StudyTable = StudyTable()
     records: tuple[Any, ...]
 
     _source: Path = PrivateAttr(default=Path("study.toml"))
@@ -159,6 +160,11 @@ class Study(Shown, StudyTable):
             do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be run."
             raise StudyError(self._place("records"), "none is listed", "at least one record", do)
 
+    @property
+    def possible(self) -> dict[str, tuple[float, float]]:
+        """Least and most of what the rig can do, in SI units, where the study says so."""
+        return {name: ends for name, ends in self.limits if ends is not None}
+
     def settings(self, declared: Mapping[str, Parameter]) -> dict[str, ParameterSetting]:
         """What the study says about each declared parameter, in SI.
 
@@ -196,6 +202,7 @@ class Study(Shown, StudyTable):
         self._check_units(mistakes)
         self._check_times(mistakes)
         self._check_laws(mistakes)
+        self._check_limits(mistakes)
 
     def _check_parameters(self, mistakes: Mistakes) -> None:
         """Note what can be seen to be wrong before the effects are known: of a misspelt name, or of a quantity."""
@@ -214,6 +221,19 @@ class Study(Shown, StudyTable):
         """Constants of the rig that a parameter may be, and their SI units."""
         units = {name: _unit_of(field) for name, field in type(self.rig).model_fields.items()}
         return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
+
+    def _check_limits(self, mistakes: Mistakes) -> None:
+        """Note limits of the rig that one of its records goes beyond."""
+        for name, (least, most) in self.possible.items():
+            for record in self.records:
+                value, slack = getattr(record, name, None), ROUNDED * abs(most)
+                if value is not None and not least - slack <= value <= most + slack:
+                    unit = record.conditions()[name].si
+                    low, high, at = (as_stated(each, unit) for each in (least, most, value))
+                    got, expected = f"{low} to {high}", f"limits that hold every record; {record.label} has {at}"
+                    do = "Widen them, or correct the record."
+                    mistakes.note(StudyError(self._place(f"limits.{name}"), got, expected, do))
+                    break
 
     def _check_times(self, mistakes: Mistakes) -> None:
         """Note tests that are dated with an offset from UTC where the first one is without, or the other way round."""

@@ -47,6 +47,7 @@ def _further(summary: PlanSummary) -> pd.DataFrame:
             "size": one.size,
             "minutes": one.minutes,
             "probability_distinguished": one.probability_distinguished,
+            "looked_into": one.looked_into,
             **{f"error of {name}": factor for name, factor in one.errors.items()},
             **{f"limit of {name}": factor for name, factor in one.limits.items()},
         }

@@ -45,7 +45,7 @@ def model_of(study: Study) -> Model:
 
 def _rig(study: Study) -> Rig:
     try:
-        return rig_of(study.kind, study.variant, tuple(study.found_constants.items()))
+        return rig_of(study.kind, study.variant, tuple(study.found_constants.items()), tuple(study.possible.items()))
     except KeyError as error:
         do = "State it without an uncertainty."
         got = "an uncertainty, or a parameter, of what the model does not contain"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import equinox as eqx
@@ -14,12 +14,12 @@ import pytest
 
 import fibrefit
 from fibrefit.discovery.design import distinguish as module
-from fibrefit.discovery.design.distinguish import best_split, detectable, menu_grams
-from fibrefit.discovery.design.menu import _driven
+from fibrefit.discovery.design import grams
+from fibrefit.discovery.design.beside import Beside
+from fibrefit.discovery.design.distinguish import best_split, confusion, detectable
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.screening import directions, slightly
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, Chance, false_alarm, gate
-from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
@@ -30,8 +30,8 @@ from fibrefit.problem.estimate.score_test import score_test
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation
-from fibrefit.simulation.inputs import Signals
 from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.design.distinguish import distinguish_study
 from tests.discovery.made import BASE, differing
 from tests.workflow import axis
@@ -115,74 +115,64 @@ def test_a_gate_is_what_a_name_takes() -> None:
     assert gate(1, louder=1e6) == 1e6 * gate(1)
 
 
+def split_of(laid: Search, pair: Sequence[Any], louder: float = 1.0) -> Separation | None:
+    """The record that tells a pair of effects apart best, in records that are alike."""
+    seen, beside = laid.inference.common_noise.whitened(laid.base.supermodel), Beside()
+    found = confusion(seen, laid.context, laid.base.fit.local, laid.effects, gate, beside)
+    return best_split(laid, seen, pair, found, beside, louder)
+
+
 def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None:
     viscous, drag = laid.effects[:2]
-    found = best_split(laid, (viscous, drag))
+    found = split_of(laid, (viscous, drag))
     assert found is not None
     assert found.pair == (viscous.name, drag.name)
-    assert found.cosine_after < found.cosine_before <= 1.0
+    # As strong as would just be found, of which the rival imitates most.
+    assert 0.0 < found.nats_before < 0.5 * gate(1)
+    assert found.nats_after > 2.0 * found.nats_before
     # Slow and fast motion together separate a friction that is linear in speed from one that is not: of slow drops, the
-    # fastest that can be asked for is missing, upright and from twice the height.
+    # fastest that can be asked for is missing, upright and from half as high again.
     stated = laid.task.problem.observations.experiment.conditions
     own = float(np.asarray(stated["inclination"])[laid.task.problem.layout.records.index(found.record)])
     steepest = np.max(np.asarray(stated["inclination"]))
     assert found.conditions.get("inclination", own) == pytest.approx(steepest)
-    assert found.conditions["lift"] == pytest.approx(2.0 * np.max(np.asarray(stated["lift"])))
+    assert found.conditions["lift"] == pytest.approx(1.5 * np.max(np.asarray(stated["lift"])))
     assert worded_separation(found).says.startswith(
         f"To tell {viscous.name} from {drag.name}, the best further record is one like"
     )
+    # What a model leaves beside the noise hides both alike.
+    loud = split_of(laid, (viscous, drag), louder=4.0)
+    assert loud is not None
+    assert loud.nats_after == pytest.approx(found.nats_after / 4.0)
 
 
-def test_an_input_run_faster_and_farther() -> None:
-    times = np.linspace(0.0, 1.0, 101)[None]
-    stroke = np.where(times < 0.5, 0.1 * times, 0.05)
-    slope = np.where(times < 0.5, 0.1, 0.0)
-    signals = Signals(jnp.asarray(stroke), jnp.asarray(slope))
-    experiment = SimpleNamespace(times=times, count=np.array([101]), inputs={"drive": signals})
-    run = _driven(experiment, [Choice(0, {}, pace=2.0, size=3.0)])["drive"]
-    expected = np.where(times < 0.25, 0.6 * times, 0.15)
-    np.testing.assert_allclose(run.values, expected, atol=1e-12)
-    inside = (times < 0.24) | (times > 0.26)
-    np.testing.assert_allclose(np.asarray(run.slopes)[inside], np.where(times < 0.25, 0.6, 0.0)[inside], atol=1e-12)
-    same = _driven(experiment, [Choice(0, {})])["drive"]
-    np.testing.assert_array_equal(same.values, stroke)
+def test_of_two_effects_the_wrong_one_misses_what_it_cannot_imitate() -> None:
+    """Closed form: of strengths a and b at an angle t, half of the smaller square times sin^2 t."""
+    a, b, angle = 3.0, 5.0, 0.4
+    left = np.array([[1.0, np.cos(angle)], [np.cos(angle), 1.0]])
+    assert module._apart(left, np.array([a, b])) == pytest.approx(0.5 * a**2 * np.sin(angle) ** 2)
+    # One that does nothing imitates nothing, and misses nothing.
+    assert module._apart(np.diag([4.0, 0.0]), np.ones(2)) == 0.0
 
 
-def test_a_record_of_a_menu_is_said_in_words() -> None:
-    choice = Choice(1, {"inclination": np.pi / 6}, pace=2.0, size=0.5)
-    found = separation(("a", "b"), choice, "one.csv", cosine_before=0.99, cosine_after=0.98)
-    assert worded_separation(found).says == (
-        "To tell a from b, the best further record is one like one.csv with inclination 30 deg, its input run twice as "
-        "fast, its input run half as far: the |cosine| of their sensitivities "
-        "falls from 0.990 to 0.980. That is little: it takes another kind of test."
-    )
-
-
-def test_a_record_that_hides_an_effect_or_cannot_be_simulated_is_not_proposed(
-    laid: Search, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    usual = best_split(laid, laid.effects[:2])
+def test_a_record_that_cannot_be_simulated_is_not_proposed(laid: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = split_of(laid, laid.effects[:2])
     assert usual is not None
-    grams = menu_grams(*_asked(laid))
-    known = grams[0]
-    # All of what the first effect does is imitated, many times over, by the first base parameter.
-    hiding, size, first = np.zeros_like(known), len(known), len(known) - 2
-    hiding[np.ix_([0, first], [0, first])] = 1e12 * np.diag(known).max()
-    broken = [np.full((size, size), np.nan), hiding]
-    monkeypatch.setattr(module, "menu_grams", lambda *given: [*broken, *grams[2:]])
-    found = best_split(laid, laid.effects[:2])
+    kept = grams.menu_grams
+
+    def broken(*given: Any) -> list[np.ndarray]:
+        found = kept(*given)
+        best = next(i for i, choice in enumerate(given[-1]) if choice.conditions == usual.conditions)
+        found[best] = np.full_like(found[best], np.nan)
+        return found
+
+    monkeypatch.setattr(grams, "menu_grams", broken)
+    found = split_of(laid, laid.effects[:2])
     assert found is not None
-    assert 0.0 < found.cosine_after < found.cosine_before
-    monkeypatch.setattr(module, "menu_grams", lambda *given: [broken[i % 2] for i in range(len(grams))])
-    assert best_split(laid, laid.effects[:2]) is None
-
-
-def _asked(laid: Search) -> tuple[Any, ...]:
-    """What `menu_grams` is asked for a pair."""
-    pair = laid.effects[:2]
-    supermodel, local, context = laid.base.supermodel, laid.base.fit.local, laid.context
-    given = module.changed_values(supermodel, context, local, module.strengths_of(pair), module.little_sizes(pair))
-    return supermodel, context, local, *given, module.menu_of(laid.task)
+    assert found.conditions != usual.conditions
+    assert found.nats_before == usual.nats_before < found.nats_after <= usual.nats_after
+    monkeypatch.setattr(grams, "menu_grams", lambda *given: [np.full_like(gram, np.nan) for gram in kept(*given)])
+    assert split_of(laid, laid.effects[:2]) is None
 
 
 @pytest.mark.parametrize("log_factor", [-3.0, -2.0, 0.0])
@@ -198,8 +188,8 @@ def test_noise_drawn_through_the_matrices_of_a_study_is_no_more_often_as_loud_as
     unknowns, sigma = screen.unknowns(supermodel), parent.evidence.mode.sigma
     place = place_of(unknowns, parent.local, parent.evidence.mode.place.eta)
     further = columns, np.array([slightly(supermodel, e, f"{e.name}.{name}", weak) for e, name, weak in ways])
-    grams = local_grams(unknowns, place, screen.gram(supermodel), further)
-    covariance = score_test(unknowns, place, grams, len(ways), sigma).covariance
+    products = local_grams(unknowns, place, screen.gram(supermodel), further)
+    covariance = score_test(unknowns, place, products, len(ways), sigma).covariance
     size, draws = np.sqrt(np.diag(covariance)), 200_000
     drawn = np.random.default_rng(7).multivariate_normal(np.zeros(len(ways)), covariance, draws) / size
     often = np.mean(np.max(0.5 * drawn**2, axis=1) - PRICE >= log_factor)

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.discovery.design.menu import batches, menu_of, records_of
+from fibrefit.discovery.design.menu import _driven, _times, batches, duration_of, menu_of, records_of
 from fibrefit.discovery.design.plan import options_of
+from fibrefit.discovery.model.finding import Choice
 from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
+from fibrefit.rigs.thresholds import WIDER
+from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import ORDER, known_conditions
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
@@ -166,6 +171,58 @@ def test_a_menu_has_no_record_at_hand_and_tells_what_differs_alone(tmp_path: Pat
         assert not any(np.isclose(stated[name][choice.record], value) for name, value in choice.conditions.items())
         whole = {name: choice.conditions.get(name, stated[name][0]) for name in ("lift", "inclination", "added_mass")}
         assert not np.all([np.isclose(stated[name], value) for name, value in whole.items()], axis=0).any()
+
+
+def test_an_input_run_faster_and_farther_and_slower() -> None:
+    times = np.linspace(0.0, 1.0, 101)[None]
+    stroke = np.where(times < 0.5, 0.1 * times, 0.05)
+    slope = np.where(times < 0.5, 0.1, 0.0)
+    signals = Signals(jnp.asarray(stroke), jnp.asarray(slope))
+    experiment: Any = SimpleNamespace(times=times, count=np.array([101]), inputs={"drive": signals})
+    run = _driven(experiment, [Choice(0, {}, pace=2.0, size=3.0)])["drive"]
+    expected = np.where(times < 0.25, 0.6 * times, 0.15)
+    np.testing.assert_allclose(run.values, expected, atol=1e-12)
+    inside = (times < 0.24) | (times > 0.26)
+    np.testing.assert_allclose(np.asarray(run.slopes)[inside], np.where(times < 0.25, 0.6, 0.0)[inside], atol=1e-12)
+    np.testing.assert_array_equal(_times(experiment, [Choice(0, {}, pace=2.0)]), times)
+    same = _driven(experiment, [Choice(0, {})])["drive"]
+    np.testing.assert_array_equal(same.values, stroke)
+    # At half the pace the whole of it, in twice the time.
+    slow, later = _driven(experiment, [Choice(0, {}, pace=0.5)])["drive"], _times(experiment, [Choice(0, {}, pace=0.5)])
+    np.testing.assert_allclose(later, 2.0 * times)
+    np.testing.assert_allclose(slow.values, np.where(times < 0.5, 0.05 * later, 0.05), atol=1e-12)
+    np.testing.assert_allclose(slow.slopes, 0.5 * slope, atol=1e-12)
+    assert duration_of(experiment, Choice(0, {}, pace=0.5)) == 2.0
+
+
+def test_a_slower_drive_comes_to_its_end_and_its_weight_with_it(tmp_path: Path) -> None:
+    task = planned(tmp_path, DRIVES)
+    problem, local = task.problem, np.asarray(task.problem.layout.local(jnp.asarray(task.start)))
+    data, values = records_of(problem, local, [Choice(1, {}, pace=0.5), Choice(1, {})])
+    there = eqx.tree_at(lambda p: p.observations, problem, data)
+    end = int(np.asarray(problem.observations.experiment.count)[1]) - 1
+    drive = np.asarray(problem.observations.experiment.inputs["drive"].values)[1, : end + 1]
+    slow = np.asarray(there.moved_at(jnp.asarray(values)).states.position)[0, : end + 1]
+    assert np.ptp(slow) == pytest.approx(np.ptp(drive), rel=0.1)
+
+
+def test_a_drive_is_run_no_faster_or_farther_than_the_rig_is_said_to_do(tmp_path: Path) -> None:
+    """Strokes at 200 and 100 mm/s: without limits each goes half as far again, and less."""
+
+    def factors(limits: str) -> dict[tuple[int, str], Any]:
+        found: dict[tuple[int, str], Any] = {}
+        for choice in menu_of(planned(tmp_path, DRIVES + limits)):
+            for what in ("pace", "size"):
+                if (factor := getattr(choice, what)) != 1.0:
+                    found.setdefault((choice.record, what), []).append(factor)
+        return {key: pytest.approx(sorted(values), rel=1e-2) for key, values in found.items()}
+
+    free = [1.0 / WIDER, WIDER]
+    assert factors("") == {(r, what): free for r in (0, 1) for what in ("pace", "size")}
+    bound = factors('[limits]\ndrive_speed = ["80 mm/s", "240 mm/s"]\ndrive_travel = ["1 mm", "1 m"]\n')
+    # Farther is faster too.
+    first = [1.0 / WIDER, 1.2]
+    assert bound == {(0, "pace"): first, (0, "size"): first, (1, "pace"): [0.8, WIDER], (1, "size"): [0.8, WIDER]}
 
 
 def test_what_is_made_of_a_measured_motion_is_not_run_faster_or_farther(tmp_path: Path) -> None:

@@ -1,8 +1,9 @@
-"""The further record of which two explanations predict the most different things."""
+"""The further record that tells two explanations of a search apart."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -44,22 +45,24 @@ def test_rivals_part_where_the_weight_is_fast(search: Search) -> None:
     found = separating_experiment(search, Rivals((VISCOUS.name, DRAG.name), models))
     assert found is not None
     assert found.pair == (VISCOUS.name, DRAG.name)
-    assert found.conditions["lift"] == 0.04
-    assert found.apart_after > 1.5 * found.apart_before > 0.0
-    # The same two, each the other's rival, are as far apart.
+    assert found.conditions["lift"] == pytest.approx(0.03)
+    assert found.nats_after > 1.5 * found.nats_before > 0.0
+    # The same two, each the other's rival, part in the same record.
     back = separating_experiment(search, Rivals((DRAG.name, VISCOUS.name), models[::-1]))
     assert back is not None
     assert back.conditions == found.conditions
-    assert back.apart_after == pytest.approx(found.apart_after, rel=0.1)
+    assert back.nats_after == pytest.approx(found.nats_after, rel=0.5)
 
 
-def test_another_zero_parts_nothing(search: Search) -> None:
+def test_another_zero_or_stiffness_parts_nothing(search: Search) -> None:
+    """A rival is at its best: what its own values imitate tells no models apart."""
     own = next(name for name in search.context.each if name == "position_zero")
-    models = model(search, VISCOUS, COEFFICIENT, 1.0), model(search, VISCOUS, COEFFICIENT, 1.0, **{own: 3e-5})
-    found = separating_experiment(search, Rivals(("a", "b"), models))
-    assert found is not None
-    assert found.apart_before < 0.01
-    assert found.apart_after < 0.01
+    here = model(search, VISCOUS, COEFFICIENT, 1.0)
+    for shift in ({own: 3e-5}, {"stiffness": 1e-6 * BASE["stiffness"]}):
+        there = model(search, VISCOUS, COEFFICIENT, 1.0, **shift)
+        found = separating_experiment(search, Rivals(("a", "b"), (here, there)))
+        assert found is not None
+        assert found.nats_before <= found.nats_after < 1e-3
 
 
 def test_a_rig_without_a_menu_has_no_further_record(search: Search, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,28 +70,26 @@ def test_a_rig_without_a_menu_has_no_further_record(search: Search, monkeypatch:
     assert separating_experiment(search, Rivals(("a", "b"), (search.base, search.base))) is None
 
 
-@pytest.mark.parametrize(("broken", "proposed"), [(range(100), False), (range(2), False), (range(1), True)])
+@pytest.mark.parametrize(
+    ("now", "further", "proposed"),
+    [(np.nan, (1.0, 2.0), None), (0.1, (np.nan, np.nan), None), (0.1, (np.nan, 3.0), 3.0), (0.1, (4.0, 3.0), 4.0)],
+)
 def test_what_cannot_be_simulated_is_not_proposed(
-    search: Search, monkeypatch: pytest.MonkeyPatch, broken: range, proposed: bool
+    search: Search, monkeypatch: pytest.MonkeyPatch, now: float, further: tuple[float, ...], proposed: float | None
 ) -> None:
-    assert len(search.task.problem.layout.records) == 2
-
-    def apart(models: object, each: object, menu: list[Choice]) -> tuple[np.ndarray, np.ndarray]:
-        found = np.where(np.isin(np.arange(2 + len(menu)), broken), np.nan, 0.1)
-        return found[:2], found[2:]
-
-    monkeypatch.setattr(module, "_apart", apart)
+    menu = [Choice(0, {"lift": 0.03}), Choice(1, {"lift": 0.03})]
+    monkeypatch.setattr(module, "menu_of", lambda task: menu)
+    contest = SimpleNamespace(now=now, by_slopes=lambda choices: list(further))
+    monkeypatch.setattr(module.Contest, "between", lambda search, true, other: contest)
     found = separating_experiment(search, Rivals(("a", "b"), (search.base, search.base)))
-    assert (found is not None) == proposed
-    assert found is None or np.isfinite([found.apart_before, found.apart_after]).all()
+    assert (found and found.nats_after) == proposed
+    assert found is None or found.record == search.task.problem.layout.records[further.index(found.nats_after)]
 
 
-@pytest.mark.parametrize(("after", "help"), [(3.2, ""), (0.1, " That is little: it takes another kind of test.")])
+@pytest.mark.parametrize(("after", "help"), [(9.0, ""), (4.0, " That is little: it takes another kind of test.")])
 def test_a_parting_is_said_in_words(after: float, help: str) -> None:
-    choice = Choice(1, {"added_mass": 5.0}, pace=2.0)
-    found = separation(("a", "b"), choice, "one.csv", apart_before=0.1, apart_after=after)
-    assert worded_separation(found).says == (
-        "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run twice as "
-        f"fast: there they predict readings that differ by {after:.2g} times the noise (rms), 0.1 times in the "
-        f"records at hand.{help}"
+    choice = Choice(1, {"added_mass": 5.0}, pace=1.5)
+    assert worded_separation(separation(("a", "b"), choice, "one.csv", 0.12, after)).says == (
+        "To tell a from b, the best further record is one like one.csv with added_mass 5 kg, its input run 1.5 times "
+        f"as fast: the expected logarithm of their likelihood ratio rises from 0.12 to {after:.2g}.{help}"
     )

@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 from fibrefit.discovery import choice, comparison, conclusion, forward_selection, unnamed
 from fibrefit.discovery import discover as search
 from fibrefit.discovery.curves import free_form
-from fibrefit.discovery.design import distinguish, plan
+from fibrefit.discovery.design import distinguish, grams, plan
 from fibrefit.discovery.design import thresholds as of_design
 from fibrefit.discovery.engine import priors, thresholds
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -367,9 +367,9 @@ def an_event(share: float) -> bool:
 def visible(share: float) -> bool:
     """Whether two effects of which the base parameter imitates all but such a share are compared at all."""
     like = np.sqrt(1.0 - share**2)
-    grams = np.array([[[1.0, like, like], [like, 1.0, 1.0], [like, 1.0, 1.0]]])
+    products = np.array([[[1.0, like, like], [like, 1.0, 1.0], [like, 1.0, 1.0]]])
     context: Any = SimpleNamespace(base=("stiffness",), each=())
-    return bool(distinguish.likeness(grams, len(context.base), len(context.each))[2][0, 1] > 0.5)
+    return bool(grams.likeness(products, len(context.base), len(context.each))[2][0, 1] > 0.5)
 
 
 def determined(share: float) -> bool:
@@ -476,7 +476,7 @@ CASES = (
     Bracket("ENOUGH", comparison, nothing_left, 1.01, 1.03),
     Bracket("CARRIED", forward_selection, lambda x: changes(x) != (), 0.06, 0.04),
     Bracket("TELLS", conclusion, an_event, 0.55, 0.65),
-    Bracket("UNIQUE", distinguish, visible, 0.025, 0.015),
+    Bracket("UNIQUE", grams, visible, 0.025, 0.015),
     Bracket("INSEPARABLE", distinguish, told_apart, 0.97, 0.99),
     Bracket("QUANTISED", innovations, told_at_rest, 0.36, 0.25),
     Bracket("FEWEST_TELLING", innovations, told_of_constancy, 7.0, 5.0),

@@ -21,14 +21,11 @@ def of_weight(errors: float, share: float) -> str:
     return discovery.worded_weight(one).says
 
 
-def helps(factor: float) -> bool:
-    """Whether a record helps by which the likeness of two effects falls, or their difference grows, so far."""
+def helps(nats: float) -> bool:
+    """Whether a record helps that is expected to add so many nats to those at hand."""
     conditions = {"record": "a.csv", "conditions": {}, "pace": 1.0, "size": 1.0}
-    alike = Separation(pair=("a", "b"), **conditions, cosine_before=0.5, cosine_after=0.5 * factor)
-    apart = Separation(pair=("a", "b"), **conditions, apart_before=factor, apart_after=1.0)
-    found = {discovery.NO_HELP in discovery.worded_separation(one).says for one in (alike, apart)}
-    assert len(found) == 1
-    return not found.pop()
+    found = Separation(pair=("a", "b"), **conditions, nats_before=3.0, nats_after=3.0 + nats)
+    return discovery.NO_HELP not in discovery.worded_separation(found).says
 
 
 def listed(cosine: float) -> bool:
@@ -69,7 +66,7 @@ CASES = (
     Bracket("SMALL_DIFFERENCE", text, told_to_agree, 0.005, 0.01),
     Bracket("SURE", discovery, lambda x: "only" not in of_weight(x, 0.1), 6.0, 4.0),
     Bracket("SMALL_SHARE", discovery, lambda x: "small" in of_weight(9.0, x), 0.04, 0.07),
-    Bracket("LITTLE_HELP", discovery, helps, 0.9, 0.99),
+    Bracket("LITTLE_HELP", discovery, helps, 6.0, 4.0),
     Bracket("CONFOUNDED", confusion, listed, 0.95, 0.85),
     Bracket("SCATTERS_MORE", batch, one_value, 1.5, 2.5),
     Bracket("HEAVY_TAILS", posterior, normal, 0.8, 1.3),

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.rigs import thresholds
+from fibrefit.rigs import rig, thresholds
+from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.signals import motion, newton, rates, rest
 from fibrefit.rigs.signals.newton import Pull, Sizes
 from fibrefit.rigs.signals.trace import Trace
@@ -160,7 +161,14 @@ def drive_stands(noise: float, away: float) -> bool:
     return not accepted(lambda: pulley_drive._begins(record({}, {"drive": drive}), slice(0, 100)))
 
 
+def offered(factor: float) -> bool:
+    """Whether a further drop may be so much higher than the one at hand."""
+    stated = {"weight_mass": [1.0], "added_mass": [0.0], "inclination": [1.0], "lift": [1.0]}
+    return RIGS["fibre_mass"].reach(stated)["lift"][1] >= factor
+
+
 CASES = (
+    Bracket("WIDER", rig, offered, 1.3, 1.8),
     Bracket("LIFT_AGREES", stated_lifts, lambda x: stated_lifts.LiftShown("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
     Bracket("MOVES", newton, slides, 0.07, 0.035),
     Bracket("MOSTLY_SLIDES", newton, mostly_slides, 0.9, 0.7),

@@ -44,6 +44,12 @@ SLOW_DROPS = ((4, 90), (6, 90), (6, 45))
 """Lift in mm and slope in degrees of the records at hand."""
 AFTER = 1.2
 """Time in s for which a drop is logged from the release on."""
+CAN_DO = """
+[limits]
+lift = ["2 mm", "12 mm"]
+inclination = ["22.5 deg", "90 deg"]
+"""
+"""What the rig is said to do: half and twice of what the records at hand have."""
 SCATTER = 0.005
 STRENGTH, ALIKE = 60.0, 6.0
 """Most noncentrality of what is hidden in the records at hand: by itself, enough to be found, and beside its rival, too
@@ -149,6 +155,8 @@ class Bench:
         """Study of the records at hand and more, without the truth."""
         records = (*self.at_hand, *more)
         write_study(Series(DROP, self.base, self.effects, records, records[0], None, self.seed), folder)
+        study = folder / "study.toml"
+        study.write_text(study.read_text(encoding="utf-8") + CAN_DO, encoding="utf-8")
         return folder
 
 
@@ -176,7 +184,7 @@ def _told(trial: Trial, bench: Bench, folder: Path) -> dict[str, Any]:
     alike = [worth for worth, cost in others if abs(cost - minutes) == nearest]
     chance = alike[int(bench.rng.integers(len(alike)))]
     said = {
-        id(worth): one.says.partition(" (")[0]
+        id(worth): one.says.partition(" min): ")[0].rpartition(" (")[0]
         for (worth, _), one in zip(plan.further, plan.summary().further, strict=True)
     }
     after = [

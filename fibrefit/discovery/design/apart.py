@@ -7,7 +7,7 @@ T-optimal design, Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -17,9 +17,16 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.design.beside import Beside, relative_changes
-from fibrefit.discovery.design.distinguish import projected, with_records
+from fibrefit.discovery.design.grams import exactly, projected, read_exactly, with_records
 from fibrefit.discovery.design.menu import batches, records_of
-from fibrefit.discovery.engine.candidates import SMALL, absent_values, strengthened, with_absent
+from fibrefit.discovery.engine.candidates import (
+    SMALL,
+    Hypothesis,
+    absent_values,
+    own_task_by_record,
+    strengthened,
+    with_absent,
+)
 from fibrefit.discovery.engine.refit import Subset, difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.model.finding import Choice
@@ -100,12 +107,12 @@ class Lengthened(Supermodel):
 
 @dataclass(frozen=True)
 class Contest:
-    """A rival, fitted to what a true model says of the records at hand, without noise.
+    """A rival of a model that is taken for true, at its best for what that one says of the records at hand.
 
     Parameters
     ----------
-    supermodel : Supermodel
-        Of both, in the noise of the records at hand.
+    true, supermodel : Supermodel
+        Of the true model and of the rival; the rival's in the noise of the records at hand.
     truth, found : (n_record, n_local) in SI units
         Values of the true model, and of the rival at its best.
     subset : Subset
@@ -115,6 +122,7 @@ class Contest:
     beside : Beside
     """
 
+    true: Supermodel
     supermodel: Supermodel
     truth: np.ndarray
     found: np.ndarray
@@ -124,7 +132,7 @@ class Contest:
 
     @classmethod
     def of(cls, search: Search, true: Explanation, other: Explanation, beside: Beside) -> Contest:
-        """That of a model that is true and another one.
+        """That of two explanations, the other one fitted to what the true one says, without noise.
 
         Parameters
         ----------
@@ -133,29 +141,40 @@ class Contest:
         beside : Beside
             Of the records at hand.
         """
-        plain, context = supermodel_of(search.task, (true.effect, other.effect)), search.context
-        truth = _values(plain, search.task, true)
-        blank = cls(
-            replace(plain, whitening=beside.whitening),
-            truth,
-            truth,
-            replace(context.subset((other.effect,)), scatter={n: sd for n, sd in beside.scatter.items() if sd > 0.0}),
-            context.whole,
-            beside,
-        )
+        plain = supermodel_of(search.task, (true.effect, other.effect), search.base.supermodel.sensitivities)
+        context, truth = search.context, _values(plain, search.task, true)
+        alike = replace(context.subset((other.effect,)), scatter={})
+        unweighted = cls(plain, read_exactly(plain, Beside()), truth, truth, alike, context.whole, beside).at_hand
         starts = _starts(plain, _values(plain, search.task, other), other.effect)
-        unweighted, alike = replace(blank.at_hand, whitening=None), replace(blank.subset, scatter={})
         fits = [refit(unweighted, alike, start, context.whole, enough=FITTED_WELL) for start in starts]
         best = min(fits, key=lambda fit: fit.cost if np.isfinite(fit.cost) else np.inf)
         # Of a value that is zero, as a friction that a rival takes the place of, no share differs between records.
         nothing = {name for j, name in enumerate(plain.names) if not best.local[:, j].any()}
-        scatter = {name: sd for name, sd in blank.subset.scatter.items() if name not in nothing}
-        return replace(blank, found=best.local, subset=replace(blank.subset, scatter=scatter))
+        scatter = {name: sd for name, sd in beside.scatter.items() if sd > 0.0 and name not in nothing}
+        subset = replace(alike, scatter=scatter)
+        return cls(plain, read_exactly(plain, beside), truth, best.local, subset, context.whole, beside)
+
+    @classmethod
+    def between(cls, search: Search, true: Hypothesis, other: Hypothesis) -> Contest:
+        """That of two models of a search, each as it was found in the records at hand.
+
+        Parameters
+        ----------
+        search : Search
+        true, other : Hypothesis
+        """
+        seen = exactly(search.inference.common_noise.whitened(other.supermodel))
+        own, truth = own_task_by_record(search.task, true)
+        # Of inputs without the errors that were found in them.
+        told = Problem(own.problem.model, own.problem.layout, seen.problem.observations)
+        subset, beside = search.context.subset(other.effects), Beside(seen.whitening)
+        model = Supermodel(replace(own, problem=told))
+        return cls(model, seen, truth, other.fit.local, subset, search.context.whole, beside)
 
     @cached_property
     def at_hand(self) -> Supermodel:
         """With the records at hand as the true model says they are."""
-        return _as_read(self.supermodel, self.truth, self.supermodel.problem.observations)
+        return self._as_read(self.truth, self.true.problem.observations)
 
     @cached_property
     def grams(self) -> np.ndarray:
@@ -170,7 +189,7 @@ class Contest:
     def _seen(self, model: Supermodel, values: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Gram matrices of some records at values of the rival, with what deviations of a record do."""
         shared, names = len(self.subset.shared), (*self.subset.shared, *self.subset.each)
-        columns = np.array([model.names.index(name) for name in names])
+        columns = np.array([model.names.index(name) for name in names], dtype=int)
         steps = difference_steps(values[:, columns], model.sizes(names))
         grams = model.grams(values, columns, values[:, columns] + steps, counts)
         relative = relative_changes(values[:, columns], values[:, columns] + steps)
@@ -207,53 +226,73 @@ class Contest:
     def _further(self, batch: Sequence[Choice]) -> tuple[Supermodel, np.ndarray, np.ndarray]:
         """Further records as the true model says they would be, the rival's values there, and their samples."""
         rows = [choice.record for choice in batch]
-        data, true_values = records_of(self.supermodel.problem, self.truth, batch)
+        data, true_values = records_of(self.true.problem, self.truth, batch)
         values = records_of(self.supermodel.problem, self.found, batch)[1]
-        return _as_read(self.supermodel, true_values, data, rows), values, self.counts[rows]
+        return self._as_read(true_values, data, rows), values, self.counts[rows]
 
-
-def nats_apart(
-    search: Search, rivals: Sequence[Explanation], choices: Sequence[Choice], beside: Beside
-) -> tuple[float, list[float], list[int]]:
-    """Nats by which two rivals differ: at hand, and with each choice; whichever of them is true.
-
-    Slopes order the choices; rivals are refitted to the first ones of them in turn, until none is left of which slopes
-    promise more than was found.
-
-    Returns
-    -------
-    now : float
-    nats : list of float
-    refitted : list of int
-        Those choices to which the rivals were refitted.
-    """
-    first, second = rivals
-    ways = [Contest.of(search, true, other, beside) for true, other in ((first, second), (second, first))]
-    # A record that either way cannot be simulated has no number here, and `worths` leaves it out.
-    nats = np.min([way.by_slopes(choices) for way in ways], axis=0).tolist()
-    refitted: list[int] = []
-    for i in np.argsort(-np.nan_to_num(np.array(nats)), kind="stable")[:LOOKS]:
-        if refitted and not nats[i] > max(nats[j] for j in refitted):
-            break
-        ends = [way.refitted(choices[i]) for way in ways]
-        # Where either way loses the motion, slopes are all that is known of the record.
-        if np.isfinite(ends).all():
-            nats[i] = min(ends)
-            refitted.append(int(i))
-    return min(way.now for way in ways), nats, refitted
-
-
-def _as_read(
-    supermodel: Supermodel, local: np.ndarray, data: Observations, like: Sequence[int] | None = None
-) -> Supermodel:
-    """A supermodel whose records, like some of those at hand, are read as values of it say."""
-    readings = _predicted(supermodel.problem, jnp.asarray(local), data.experiment)
-    return with_records(supermodel, data._replace(measured={name: readings[name] for name in data.measured}), like)
+    def _as_read(self, truth: np.ndarray, data: Observations, like: Sequence[int] | None = None) -> Supermodel:
+        """The rival's supermodel of records, like some of those at hand, that are read as the true model says."""
+        readings = _predicted(self.true.problem, jnp.asarray(truth), data.experiment)
+        return with_records(
+            self.supermodel, data._replace(measured={name: readings[name] for name in data.measured}), like
+        )
 
 
 @eqx.filter_jit
 def _predicted(problem: Problem, local: jax.Array, experiment: Experiment) -> dict[str, jax.Array]:
     return problem.predict(local, experiment)
+
+
+def nats_apart(
+    search: Search,
+    rivals: Sequence[Explanation],
+    choices: Sequence[Choice],
+    beside: Beside,
+    ranked: Callable[[np.ndarray, np.ndarray], Sequence[tuple[float, ...]]],
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """Nats by which two rivals differ, where the first one is true and where the second one is: at hand, and with more.
+
+    Rivals are refitted to those choices, in the order of what slopes promise, that would come before the best one to
+    which they were, until none would: what comes first has been looked into, and so has what costs less.
+
+    Parameters
+    ----------
+    search : Search
+    rivals : sequence of Explanation
+        Two.
+    choices : sequence of Choice
+    beside : Beside
+    ranked : callable
+        Rank of each choice, the lowest first, from the nats at hand and with each.
+
+    Returns
+    -------
+    now : (2,)
+        In the records at hand.
+    nats : (2, n_choice)
+        With each choice too; not finite, either way, of one that cannot be simulated.
+    refitted : list of int
+        Those choices to which the rivals were refitted.
+    """
+    first, second = rivals
+    ways = [Contest.of(search, true, other, beside) for true, other in ((first, second), (second, first))]
+    now, nats = np.array([way.now for way in ways]), np.array([way.by_slopes(choices) for way in ways])
+    nats[:, ~np.isfinite(nats).all(axis=0)] = np.nan
+    refitted, tried = list[int](), set[int]()
+    for _ in range(LOOKS):
+        ranks = ranked(now, nats)
+        best = min((ranks[i] for i in refitted), default=(np.inf,))
+        ahead = [i for i, rank in enumerate(ranks) if i not in tried and np.isfinite(nats[0, i]) and rank < best]
+        if not ahead:
+            break
+        i = max(ahead, key=lambda i: float(nats[:, i].min()))
+        tried.add(i)
+        ends = [way.refitted(choices[i]) for way in ways]
+        # Where either way loses the motion, slopes are all that is known of the record.
+        if np.isfinite(ends).all():
+            nats[:, i] = ends
+            refitted.append(i)
+    return now, nats, refitted
 
 
 def _values(supermodel: Supermodel, task: Task, rival: Explanation) -> np.ndarray:

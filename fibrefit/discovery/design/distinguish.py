@@ -2,41 +2,44 @@
 
 Source
 ------
-The projection and its smallest detectable strength are those of a t-test in a linear model; choosing the next record by
-the worst pair follows Hunter and Reiner, Technometrics 7 (1965).
+The projection and its smallest detectable strength are those of a t-test in a linear model. The record that tells the
+worst pair apart: Hunter and Reiner, Technometrics 7 (1965); Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
-import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
 from fibrefit.core.time_limit import check_time
 from fibrefit.discovery.design.beside import Beside
-from fibrefit.discovery.design.menu import batches, menu_of, records_of
+from fibrefit.discovery.design.grams import (
+    changed_values,
+    exactly,
+    grams_at_hand,
+    grams_with,
+    least_sizes,
+    likeness,
+    projected,
+    sizes_of,
+    strengths_of,
+)
+from fibrefit.discovery.design.menu import menu_of
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext, fit_all, transferred
 from fibrefit.discovery.engine.effort import strengths_converged
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.refit import difference_steps
-from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import INSEPARABLE, UNIQUE, gate
-from fibrefit.discovery.model.finding import Choice, separation
+from fibrefit.discovery.model.finding import separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.layout import assembled, gathered, scale_of
-from fibrefit.problem.statement.observations import Observations
 from fibrefit.study.summaries.discovery import Detectable, Separation
 
 ROUNDS = 4
 """Of looking for the strength that would just be found."""
-LITTLE = 0.01
-"""Share of strengths that spoil no motion, for what is compared without a strength that is requested."""
 
 
 @dataclass(frozen=True)
@@ -171,196 +174,70 @@ def _detectable_in(
     return confusion(supermodel, search.context, local, effects, gate, beside).directions
 
 
-def best_split(search: Search, pair: Sequence[type[Effect]]) -> Separation | None:
-    """The record of the menu that splits a pair of effects best; None where the rig has no menu.
+def best_split(
+    search: Search,
+    supermodel: Supermodel,
+    pair: Sequence[type[Effect]],
+    found: Confusion,
+    beside: Beside,
+    louder: float = 1.0,
+) -> Separation | None:
+    """The record of the menu that tells a pair of effects apart best; None where the rig has no menu.
 
-    Inputs count as known: what they would be measured like is not known beforehand.
+    That with which the one that is wrong, at its best as slopes say, misses most, each in turn being as strong as would
+    just be found in the records at hand, or of its typical size where these cannot show it.
 
     Parameters
     ----------
     search : Search
+    supermodel : Supermodel
+        Whitened, of the model without them.
     pair : sequence of Effect classes
         Two.
+    found : Confusion
+        Of these and others.
+    beside : Beside
+        Of the records at hand.
+    louder : float
+        Power of what the model leaves of them, in units of the noise.
     """
     if not (menu := menu_of(search.task)):
         return None
-    held = next((supermodel for supermodel in search.supermodels if supermodel.holds(pair)), None)
-    supermodel = supermodel_of(search.task, pair) if held is None else replace(held, sensitivities=None, whitening=None)
-    local = transferred(supermodel, search.base.supermodel, search.base.fit.local)
-    columns, targets = changed_values(supermodel, search.context, local, strengths_of(pair), little_sizes(pair))
-    grams = grams_at_hand(
-        as_simulated(supermodel, local, search.context.whole), search.context, local, columns, targets
+    most = sizes_of(strengths_of(pair))
+    sizes = np.minimum(wanted := _just_found(pair, found), most)
+    at_hand, further, own = grams_with(search, exactly(supermodel), beside, menu, (pair, sizes))
+    shared = len(search.context.base)
+    before, *after = (
+        _apart(projected(grams, shared, own)[0] / louder, wanted / sizes) if np.isfinite(grams).all() else np.nan
+        for grams in (at_hand, *(np.concatenate([at_hand, gram[None]]) for gram in further))
     )
-    before = float(likeness(grams, len(search.context.base), len(search.context.each))[2][0, 1])
-    further = menu_grams(supermodel, search.context, local, columns, targets, menu)
-    after = np.array([_cosine_with(grams, gram, search.context) for gram in further])
-    if not np.isfinite(after).any():
+    if not (np.isfinite(before) and np.isfinite(after).any()):
         return None
-    best = int(np.nanargmin(after))
+    best = int(np.nanargmax(after))
     record = search.task.problem.layout.records[menu[best].record]
-    names = (pair[0].name, pair[1].name)
-    return separation(names, menu[best], record, cosine_before=before, cosine_after=float(after[best]))
+    return separation((pair[0].name, pair[1].name), menu[best], record, before, after[best])
 
 
-def _cosine_with(grams: np.ndarray, further: np.ndarray, context: SearchContext) -> float:
-    """Cosine of two effects with a further record; nan where it cannot be simulated, or one of them is hidden then."""
-    if not np.isfinite(further).all():
-        return float("nan")
-    _, unique, cosine = likeness(np.concatenate([grams, further[None]]), len(context.base), len(context.each))
-    return float(cosine[0, 1]) if (unique > UNIQUE).all() else float("nan")
+def _just_found(pair: Sequence[type[Effect]], found: Confusion) -> np.ndarray:
+    """Sizes as of `sizes_of` that would just be found, typical ones where the records cannot show an effect."""
+    known = {direction.effect: direction.smallest_detectable for direction in found.directions}
+    sizes = sizes_of(strengths_of(pair)) / SMALL
+    for i, (effect, parameter) in enumerate(strengths_of(pair)):
+        if (least := known[effect]) is not None:
+            sizes[i] = 1.0 / least if parameter.reciprocal else least
+    return sizes
 
 
-def grams_at_hand(
-    supermodel: Supermodel, context: SearchContext, local: np.ndarray, columns: np.ndarray, targets: np.ndarray
-) -> np.ndarray:
-    """Gram matrices of the records of a study, and as of one more record what is believed of shared values.
-
-    Parameters
-    ----------
-    supermodel : Supermodel
-    context : SearchContext
-    local : (n_record, n_local) in SI units
-    columns, targets : as of `changed_values`
-
-    Returns
-    -------
-    (n_record + 1, n_column, n_column)
-    """
-    grams = supermodel.grams(local, columns, targets, context.whole)[:, :-1, :-1]
-    beliefs = _belief_row(supermodel, context, local, targets)
-    whole = np.zeros((1, *grams.shape[1:]))
-    whole[0, : len(beliefs), : len(beliefs)] = np.diag(beliefs**2)
-    return np.concatenate([grams, whole])
-
-
-def _belief_row(supermodel: Supermodel, context: SearchContext, local: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Change of the residual that each shared value's belief is, ``(n_base,)``; zero where nothing is believed."""
-    slots = {slot.name: slot for slot in supermodel.problem.layout.slots}
-    row = np.zeros(len(context.base))
-    for i, name in enumerate(context.base):
-        if (belief := slots[name].belief) is not None:
-            value = local[0, supermodel.names.index(name)]
-            row[i] = belief.slope(value) * (targets[0, i] - value)
-    return row
-
-
-def menu_grams(
-    supermodel: Supermodel,
-    context: SearchContext,
-    local: np.ndarray,
-    columns: np.ndarray,
-    targets: np.ndarray,
-    menu: Sequence[Choice],
-) -> list[np.ndarray]:
-    """Gram matrix of each record of a menu; in batches as long as the study, for which the program is compiled.
-
-    Not finite where it cannot be simulated.
-    """
-    found: list[np.ndarray] = []
-    for batch in batches(menu, len(local)):
-        rows = [choice.record for choice in batch]
-        data, values = records_of(supermodel.problem, local, batch)
-        elsewhere = as_simulated(with_records(supermodel, data, rows), values, context.whole[rows])
-        goals, shifted = targets[rows], (values != local[rows])[:, columns]
-        goals[shifted] += values[:, columns][shifted] - local[rows][:, columns][shifted]
-        found += list(elsewhere.grams(values, columns, goals, context.whole[rows])[:, :-1, :-1])
-    return found[: len(menu)]
-
-
-def with_records(supermodel: Supermodel, data: Observations, like: Sequence[int] | None = None) -> Supermodel:
-    """A supermodel with other records; the noise of each is that of the record it is like, by default at its place."""
-    problem = eqx.tree_at(lambda p: p.observations, supermodel.problem, data)
-    whitening = supermodel.whitening
-    if whitening is not None and like is not None:
-        whitening = whitening.of_records(like)
-    return replace(supermodel, task=replace(supermodel.task, problem=problem), whitening=whitening)
-
-
-def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> Supermodel:
-    """A supermodel whose records have measured what it says of them itself.
-
-    Beside a jump what a change does to a residual hangs on the reading; where nothing is fitted, or nothing measured,
-    that says nothing.
+def _apart(left: np.ndarray, factors: np.ndarray) -> float:
+    """Nats by which the one of two effects that is wrong misses at its best, the smaller of both ways round.
 
     Parameters
     ----------
-    supermodel : Supermodel
-        Its inputs known.
-    local : (n_record, n_local) in SI units
-    counts : (n_record,) int
+    left : (2, 2)
+        Products of their changes beyond what base parameters can imitate.
+    factors : (2,)
+        On these changes.
     """
-    data, channels = supermodel.problem.observations, supermodel.problem.model.rig.channels
-    rows = np.asarray(residual_rows(supermodel, local, counts)).reshape(len(local), len(channels), -1)
-    measured = dict(data.measured)
-    for c, channel in enumerate(channels):
-        weight = np.asarray(data.weight[channel])
-        away = np.divide(rows[:, c], weight, out=np.zeros_like(rows[:, c]), where=weight > 0.0)
-        measured[channel] = jnp.asarray(np.asarray(data.measured[channel]) + away)
-    return with_records(supermodel, data._replace(measured=measured))
-
-
-def strengths_of(effects: Sequence[type[Effect]]) -> list[tuple[str, Parameter]]:
-    """Each effect by the parameter that tells its strength."""
-    return [(effect.name, next(p for p in effect.parameters if p.name == effect.strength[0])) for effect in effects]
-
-
-def likeness(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Size of each effect's own change, its share of the whole change, and the cosines; columns as of `projected`."""
-    left, whole = projected(grams, shared, own)
-    norms = np.sqrt(np.maximum(np.diag(left), 0.0))
-    total = np.sqrt(np.diag(whole))
-    unique = np.divide(norms, total, out=np.zeros_like(norms), where=total > 0.0)
-    visible = unique > UNIQUE
-    safe = np.where(visible, norms, 1.0)
-    cosine = np.abs(left / np.outer(safe, safe)) * np.outer(visible, visible)
-    np.fill_diagonal(cosine, 1.0)
-    return norms, unique, cosine
-
-
-def sizes_of(strengths: Sequence[tuple[str, Parameter]]) -> np.ndarray:
-    """Strengths, ``(n_effect,)``, that spoil no motion; of a parameter that vanishes at infinity its inverse."""
-    weak = [SMALL / p.typical if p.reciprocal else SMALL * abs(p.typical - p.null) for _, p in strengths]
-    return np.array(weak)
-
-
-def least_sizes(effects: Sequence[type[Effect]]) -> np.ndarray:
-    """Sizes as of `sizes_of` below which an effect does the same: where the model changes its kind at the null."""
-    return np.array([effect.singular for effect in effects]) * sizes_of(strengths_of(effects)) / SMALL
-
-
-def little_sizes(effects: Sequence[type[Effect]]) -> np.ndarray:
-    """Sizes as of `sizes_of` at which effects are compared where no strength of them is asked for."""
-    most = sizes_of(strengths_of(effects))
-    return np.maximum(LITTLE * most, np.minimum(least_sizes(effects), most))
-
-
-def changed_values(
-    supermodel: Supermodel,
-    context: SearchContext,
-    local: np.ndarray,
-    strengths: Sequence[tuple[str, Parameter]],
-    sizes: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Columns, and the values they are set to: effects are given their `sizes`."""
-    names = [*context.base, *context.each, *(f"{effect}.{parameter.name}" for effect, parameter in strengths)]
-    columns = np.array([supermodel.names.index(name) for name in names])
-    targets = local[:, columns].copy()
-    n = len(context.base) + len(context.each)
-    targets[:, :n] += difference_steps(targets[:, :n], supermodel.sizes(names[:n]))
-    for i, (_, parameter) in enumerate(strengths):
-        sign = np.sign(parameter.typical - parameter.null)
-        targets[:, n + i] = 1.0 / sizes[i] if parameter.reciprocal else parameter.null + sign * sizes[i]
-    return columns, targets
-
-
-def projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrix of the effects' columns, base parameters and nuisances projected off, and without projection."""
-    n, records = shared + own, len(grams)
-    each = shared + np.arange(records * own).reshape(records, own)
-    places = np.concatenate([np.broadcast_to(np.arange(shared), (records, shared)), each], axis=1)
-    size = shared + records * own
-    base, cross = assembled(grams[:, :n, :n], places, size), gathered(grams[:, :n, n:], places, size)
-    whole = grams[:, n:, n:].sum(axis=0)
-    scale = scale_of(base)
-    solved = np.linalg.lstsq(base / np.outer(scale, scale), cross / scale[:, None], rcond=1e-10)[0]
-    return whole - (cross / scale[:, None]).T @ solved, whole
+    own = np.maximum(np.diag(left), 0.0)
+    other = np.where(own[::-1] > 0.0, own[::-1], 1.0)
+    return float(0.5 * np.min(factors**2 * np.maximum(own - left[0, 1] ** 2 / other, 0.0)))

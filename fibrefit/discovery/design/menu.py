@@ -13,17 +13,15 @@ from fibrefit.discovery.model.finding import Choice
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
+from fibrefit.rigs.thresholds import WIDER
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import ORDER, Experiment, known_conditions
-
-FACTORS = (0.5, 2.0)
-"""On pace and size of an input."""
 
 
 def menu_of(task: Task) -> list[Choice]:
     """Records that could be measured: all combinations of conditions, each input faster, slower, larger and smaller.
 
-    Those at hand once more are not among them.
+    All within the reach of the rig, see `reach_of`. Those at hand once more are not among them.
     """
     rig, experiment = task.problem.model.rig, task.problem.observations.experiment
     stated = {name: np.asarray(values, dtype=float) for name, values in experiment.conditions.items()}
@@ -34,12 +32,61 @@ def menu_of(task: Task) -> list[Choice]:
         # Driven as the first one it is another record than one under its conditions that was driven otherwise.
         if not (again[0] if rig.inputs else again.any()):
             menu.append(Choice(0, {name: value for name, value in conditions.items() if not same[name][0]}))
-    # What is made of the measured motion itself cannot be run at will.
-    driven = bool(rig.inputs) and rig.anchor is None and not rig.derived
-    for record in range(len(task.problem.layout.records) if driven else 0):
-        menu += [Choice(record, {}, pace=factor) for factor in FACTORS]
-        menu += [Choice(record, {}, size=factor) for factor in FACTORS]
+    for record, (paces, sizes) in enumerate(zip(*_factors(task), strict=True)):
+        menu += [Choice(record, {}, pace=factor) for factor in paces if factor != 1.0]
+        menu += [Choice(record, {}, size=factor) for factor in sizes if factor != 1.0]
     return menu
+
+
+def reach_of(task: Task) -> dict[str, tuple[float, float]]:
+    """Least and most of what a further record could have, in SI units: of conditions, and of each input that is run.
+
+    As the study says that the rig can do; where it says nothing what was measured, wider by a factor at either end.
+    """
+    rig, found = task.problem.model.rig, task.problem.model.rig.reach(task.problem.observations.experiment.conditions)
+    for name, known in motions_of(task).items():
+        found[name] = rig.possible.get(name) or (float(known.min()) / WIDER, float(known.max()) * WIDER)
+    return found
+
+
+def motions_of(task: Task) -> dict[str, np.ndarray]:
+    """Travel and largest speed ``(n_record,)``, in SI units, of each input that can be run at will.
+
+    By names such as ``drive_travel``, ``drive_speed``. What is made of the measured motion itself is not among them.
+    """
+    rig, experiment = task.problem.model.rig, task.problem.observations.experiment
+    if rig.anchor is not None or rig.derived:
+        return {}
+    found = {}
+    for name, signals in experiment.inputs.items():
+        inside = np.arange(experiment.times.shape[1]) < np.asarray(experiment.count)[:, None]
+        values, slopes = np.asarray(signals.values), np.abs(np.asarray(signals.slopes))
+        first = values[:, :1]
+        found[f"{name}_travel"] = np.ptp(np.where(inside, values, first), axis=1)
+        found[f"{name}_speed"] = np.max(np.where(inside, slopes, 0.0), axis=1)
+    return found
+
+
+def _factors(task: Task) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Factors by which inputs of each record could run slower and faster, and less and more far; 1 where they cannot.
+
+    A record is changed by no more than one further record may go beyond all of them: how hard it accelerates grows with
+    the square of its pace, and its shape is known about its own pace alone.
+    """
+    reach, known = reach_of(task), motions_of(task)
+    paces, sizes = [], []
+    for record in range(len(task.problem.layout.records) if known else 0):
+        room = {name: np.array(reach[name]) / each[record] for name, each in known.items() if each[record] > 0.0}
+        speeds = [ends for name, ends in room.items() if name.endswith("_speed")]
+        paces.append(_within(speeds))
+        sizes.append(_within(list(room.values())))
+    return paces, sizes
+
+
+def _within(room: Sequence[np.ndarray]) -> tuple[float, float]:
+    """The least factor and the largest one that all limits leave, 1 between them."""
+    low, high = max(1.0 / WIDER, *(ends[0] for ends in room)), min(WIDER, *(ends[1] for ends in room))
+    return min(float(low), 1.0), max(float(high), 1.0)
 
 
 def batches(menu: Sequence[Choice], records: int) -> Iterator[list[Choice]]:
@@ -70,7 +117,9 @@ def records_of(problem: Problem, local: np.ndarray, batch: Sequence[Choice]) -> 
     data: Observations = jax.tree.map(lambda leaf: leaf[rows], problem.observations)
     before = data.experiment
     after = before._replace(
-        conditions=_conditions(before.conditions, batch, len(local) + 1), inputs=_driven(before, batch)
+        times=_times(before, batch),
+        conditions=_conditions(before.conditions, batch, len(local) + 1),
+        inputs=_driven(before, batch),
     )
     names, values = problem.layout.names, local[rows]
     for r, choice in enumerate(batch):
@@ -103,15 +152,32 @@ def _conditions(stated: Mapping[str, Any], batch: Sequence[Choice], order: int) 
     return {name: jnp.asarray(values) for name, values in changed.items()}
 
 
-def _driven(experiment: Any, batch: Sequence[Choice]) -> dict[str, Signals]:
-    """Inputs of records run at another pace and size, about where they begin; held where they end."""
+def duration_of(experiment: Experiment, choice: Choice) -> float:
+    """How long a further record lasts, in s: one whose input runs slower as much longer."""
+    times, last = np.asarray(experiment.times)[choice.record], int(np.asarray(experiment.count)[choice.record]) - 1
+    return float(times[last] - times[0]) / min(choice.pace, 1.0)
+
+
+def _times(experiment: Experiment, batch: Sequence[Choice]) -> jax.Array:
+    """Instants of the samples: one whose input runs slower has as many, over a longer time.
+
+    Noise that is white, or 1/f, is the same then from sample to sample.
+    """
+    times = np.array(experiment.times)
+    paces = np.array([[min(choice.pace, 1.0)] for choice in batch])
+    return jnp.asarray(times[:, :1] + (times - times[:, :1]) / paces)
+
+
+def _driven(experiment: Experiment, batch: Sequence[Choice]) -> dict[str, Signals]:
+    """Inputs of records run at another pace and size, about where they begin; one that ends early is held there."""
     times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
     driven = {}
     for name, signals in experiment.inputs.items():
         values, slopes = np.array(signals.values), np.array(signals.slopes)
         for r, choice in enumerate(batch):
             known = slice(0, counts[r])
-            there = times[r, 0] + choice.pace * (times[r] - times[r, 0])
+            # A slower one is the same from sample to sample, see `_times`.
+            there = times[r, 0] + max(choice.pace, 1.0) * (times[r] - times[r, 0])
             moved = np.interp(there, times[r, known], values[r, known])
             values[r] = values[r, 0] + choice.size * (moved - values[r, 0])
             steep = np.interp(there, times[r, known], slopes[r, known], right=0.0)

@@ -11,34 +11,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from scipy.special import expit
 from scipy.stats import norm
 
 from fibrefit.discovery.design.apart import Explanation, nats_apart
-from fibrefit.discovery.design.beside import Beside, relative_changes
-from fibrefit.discovery.design.distinguish import (
-    UNIQUE,
-    changed_values,
-    confusion,
-    grams_at_hand,
-    likeness,
-    little_sizes,
-    menu_grams,
-    strengths_of,
-)
+from fibrefit.discovery.design.beside import Beside
+from fibrefit.discovery.design.distinguish import confusion
+from fibrefit.discovery.design.grams import grams_with, likeness, little_sizes, read_exactly, strengths_of
 from fibrefit.discovery.design.menu import menu_of
 from fibrefit.discovery.design.thresholds import CONCERNED, UNKNOWN
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
-from fibrefit.discovery.engine.thresholds import APART, PRICE, gate
+from fibrefit.discovery.engine.supermodel import supermodel_of
+from fibrefit.discovery.engine.thresholds import APART, PRICE, UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.problem.statement.layout import scale_of
 from fibrefit.problem.task import Task
+
+Purpose = Literal["errors", "rivals", "power"]
 
 
 @dataclass(frozen=True)
@@ -62,6 +57,8 @@ class Worth:
         Effects that show with it, and not in the records at hand.
     refitted : bool
         Whether the rivals were fitted to it too; slopes, which mostly promise too much, say the nats where not.
+    minutes : float
+        What it costs.
     """
 
     choice: Choice
@@ -72,6 +69,7 @@ class Worth:
     determined: tuple[str, ...] = ()
     shown: tuple[str, ...] = ()
     refitted: bool = False
+    minutes: float = 0.0
 
     @property
     def error(self) -> float:
@@ -94,9 +92,9 @@ class Standing:
 
     Parameters
     ----------
-    nats : float
-        Expected logarithm of their likelihood ratio in these records, the smaller of both ways round; nan without
-        rivals.
+    nats : float or (2,)
+        Expected logarithm of their likelihood ratio in these records, where the first one is true and where the second
+        one is; nan without rivals.
     ahead : float or None
         Nats by which the records make the first one more probable than the second; None where that is not known, as
         nothing is measured, or they do not show both.
@@ -104,22 +102,28 @@ class Standing:
         Nats that the one with more parameters pays for them, where nothing is measured.
     """
 
-    nats: float = float("nan")
+    nats: Any = float("nan")
     ahead: float | None = None
     price: float = 0.0
 
-    def distinguished(self, nats: float) -> float:
+    def distinguished(self, nats: Any) -> float:
         """Probability that the right one comes out ahead beyond doubt, with records of which so much is expected.
 
         Twice the logarithm of a likelihood ratio is normal about the noncentrality with twice its root as standard
         deviation. What is measured is known, and each rival is as probable as that makes it; of records that are yet to
         be taken the rival counts of which less is expected, the one with more parameters.
+
+        Parameters
+        ----------
+        nats : float or (2,)
+            As `nats` of the records at hand, with a further one.
         """
         if self.ahead is None:
-            return _exceeds(nats - self.price, nats)
-        added = max(nats - self.nats, 0.0)
-        first = float(expit(self.ahead))
-        return first * _exceeds(self.ahead + added, added) + (1.0 - first) * _exceeds(added - self.ahead, added)
+            least = float(np.min(nats))
+            return _exceeds(least - self.price, least)
+        first, second = np.maximum(np.broadcast_to(np.asarray(nats) - np.asarray(self.nats), (2,)), 0.0).tolist()
+        share = float(expit(self.ahead))
+        return share * _exceeds(self.ahead + first, first) + (1.0 - share) * _exceeds(second - self.ahead, second)
 
     @property
     def now(self) -> float | None:
@@ -134,6 +138,40 @@ def _exceeds(mean: float, nats: float) -> float:
     return float(norm.cdf((mean - APART) / np.sqrt(2.0 * nats)))
 
 
+def in_order(purpose: Purpose, found: Sequence[Worth]) -> list[Worth]:
+    """Records, the most useful first; of those of which a sentence tells the same the cheapest one.
+
+    What is determined or shown for the first time gains more than any factor. Slopes alone mostly promise too much: a
+    record of which they do counts for no more than the best of those to which the rivals were fitted.
+
+    Parameters
+    ----------
+    purpose : {"errors", "rivals", "power"}
+    found : sequence of Worth
+    """
+    most = max((worth.distinguished for worth in found if worth.refitted), default=1.0)
+
+    def key(worth: Worth) -> tuple[float, ...]:
+        if purpose == "rivals":
+            known = worth.distinguished if worth.refitted else min(worth.distinguished, most)
+            as_told, minutes, exactly = _rank(known, worth.minutes, worth.nats)
+            return as_told, minutes, not worth.refitted, exactly
+        new, factor = {"errors": (worth.determined, worth.error), "power": (worth.shown, worth.limit)}[purpose]
+        return -len(new), _as_told(factor), worth.minutes, factor
+
+    return sorted(found, key=key)
+
+
+def _rank(distinguished: float, minutes: float, nats: float) -> tuple[float, float, float]:
+    """Rank of a record that tells rivals apart with such a probability, the lowest first."""
+    return -_as_told(distinguished), minutes, -nats
+
+
+def _as_told(share: float) -> float:
+    """A share as far as a report tells it."""
+    return round(float(share), 2)
+
+
 def options_of(task: Task) -> list[Choice]:
     """Records that could be taken: each of those at hand once more, and the rig's menu."""
     again = [Choice(record, {}) for record in range(len(task.problem.layout.records))]
@@ -143,13 +181,14 @@ def options_of(task: Task) -> list[Choice]:
 def worths(
     search: Search,
     rivals: Sequence[Explanation],
-    choices: Sequence[Choice],
+    choices: Sequence[tuple[Choice, float]],
     beside: Beside,
     ahead: float | None = None,
 ) -> tuple[list[Worth], Standing]:
     """What each of some records would add, and how the rivals stand in those at hand.
 
-    Inputs count as known. Records that cannot be simulated are left out.
+    Errors of measured inputs are as open in a further record as in the one it is like. Records that cannot be simulated
+    are left out.
 
     Parameters
     ----------
@@ -157,43 +196,36 @@ def worths(
         With all effects whose detection limits count in one supermodel, see `set_up`.
     rivals : sequence of Explanation
         Two, or none.
-    choices : sequence of Choice
+    choices : sequence of (Choice, float)
+        Each with its cost in minutes.
     beside : Beside
         Of the records at hand.
     ahead : float, optional
         Nats by which these make the first rival more probable, see `Standing`.
     """
-    plain, local, context = _plain(search.base.supermodel), search.base.fit.local, search.context
-    supermodel = replace(plain, whitening=beside.whitening)
-    columns, targets = changed_values(
-        supermodel, context, local, strengths_of(search.effects), little_sizes(search.effects)
-    )
-    shared, own = len(context.base), len(context.each)
-    sizes = relative_changes(local[:, columns[:shared]], targets[:, :shared])
-    grams = grams_at_hand(supermodel, context, local, columns, targets)
-    grams = beside.held_at_hand(grams, context.base, own, local[:, columns], targets)
-    added = menu_grams(supermodel, context, local, columns, targets, choices)
-    added = [
-        beside.held(gram[None], context.base, own, sizes[[choice.record]])[0]
-        for gram, choice in zip(added, choices, strict=True)
-    ]
-    own += len(beside.deviations(context.base))
-    possible = [i for i, gram in enumerate(added) if np.isfinite(gram).all()]
-    now, nats, refitted = float("nan"), [float("nan")] * len(possible), list[int]()
-    if rivals and possible:
-        now, nats, refitted = nats_apart(search, rivals, [choices[i] for i in possible], beside)
-    standing = Standing(now, ahead, _price_of_more(rivals))
+    menu = [choice for choice, _ in choices]
+    supermodel, sizes = read_exactly(search.base.supermodel, beside), little_sizes(search.effects)
+    at_hand, added, own = grams_with(search, supermodel, beside, menu, (search.effects, sizes))
     found = [
-        replace(
-            _worth(search, (grams, added[i]), own, choices[i]),
-            nats=nats[j],
-            distinguished=standing.distinguished(nats[j]),
-            refitted=j in refitted,
-        )
-        for j, i in enumerate(possible)
-        if not rivals or np.isfinite(nats[j])
+        replace(_worth(search, (at_hand, gram), own, choice), minutes=minutes)
+        for (choice, minutes), gram in zip(choices, added, strict=True)
+        if np.isfinite(gram).all()
     ]
-    return found, standing
+    standing = Standing(float("nan"), ahead, _price_of_more(rivals))
+    if not (rivals and found):
+        return found, standing
+
+    def ranked(now: np.ndarray, nats: np.ndarray) -> list[tuple[float, ...]]:
+        told = replace(standing, nats=now).distinguished
+        return [_rank(told(of), one.minutes, float(of.min())) for one, of in zip(found, nats.T, strict=True)]
+
+    now, nats, refitted = nats_apart(search, rivals, [worth.choice for worth in found], beside, ranked)
+    standing = replace(standing, nats=now)
+    told = [
+        replace(worth, nats=float(of.min()), distinguished=standing.distinguished(of), refitted=i in refitted)
+        for i, (worth, of) in enumerate(zip(found, nats.T, strict=True))
+    ]
+    return [worth for worth in told if np.isfinite(worth.nats)], standing
 
 
 def _price_of_more(rivals: Sequence[Explanation]) -> float:
@@ -229,11 +261,6 @@ def _worth(search: Search, grams: tuple[np.ndarray, np.ndarray], own: int, choic
         determined=tuple(name for i, name in enumerate(context.base) if not known[i] and np.isfinite(after[i])),
         shown=tuple(name for i, name in enumerate(names) if not shows[i] and unique_then[i] > UNIQUE),
     )
-
-
-def _plain(supermodel: Supermodel) -> Supermodel:
-    """A supermodel with known inputs, in white noise as yet."""
-    return replace(supermodel, sensitivities=None, whitening=None)
 
 
 def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:

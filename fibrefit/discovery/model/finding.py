@@ -70,7 +70,7 @@ class Choice:
     size: float = 1.0
 
 
-def separation(pair: tuple[str, str], choice: Choice, record: str, **measures: float) -> Separation:
+def separation(pair: tuple[str, str], choice: Choice, record: str, before: float, after: float) -> Separation:
     """A further record that tells two effects apart.
 
     Parameters
@@ -80,12 +80,11 @@ def separation(pair: tuple[str, str], choice: Choice, record: str, **measures: f
         What to measure.
     record : str
         The one of the study it is like.
-    **measures : float
-        ``cosine_before`` and ``cosine_after`` of the sensitivities, or ``apart_before`` and ``apart_after`` of the
-        predictions with the values found, in units of the noise.
+    before, after : float
+        Expected logarithm of the likelihood ratio of both, without it and with it.
     """
     varied = {"conditions": dict(choice.conditions), "pace": choice.pace, "size": choice.size}
-    return Separation(pair=pair, record=record, **varied, **measures)
+    return Separation(pair=pair, record=record, **varied, nats_before=before, nats_after=after)
 
 
 @dataclass(frozen=True)

@@ -72,32 +72,47 @@ def further_record(like: str, choice: Varied) -> str:
 
 
 def _changed(choice: Varied) -> str:
-    parts = [f"{name} {_condition(name, value)}" for name, value in choice.conditions.items()]
+    parts = [f"{name} {shown_condition(name, value)}" for name, value in choice.conditions.items()]
     for factor, how in ((choice.pace, "fast"), (choice.size, "far")):
         if factor != 1.0:
-            parts.append(f"its input run {'half' if factor < 1.0 else 'twice'} as {how}")
+            parts.append(f"its input run {factor:.3g} times as {how}")
     return ", ".join(parts)
 
 
-def _condition(name: str, value: float) -> str:
+def shown_condition(name: str, value: float) -> str:
+    """A condition of a record as a person reads it.
+
+    Parameters
+    ----------
+    name : str
+        That of a study, ``drive_travel`` and ``drive_speed`` among them.
+    value : float, in SI units
+    """
     if name == "inclination":
         return f"{math.degrees(value):.3g} deg"
-    return format_quantity(value, "kg" if name.endswith("mass") else "m", 3)
+    unit = "kg" if name.endswith("mass") else "m/s" if name.endswith("_speed") else "m"
+    return format_quantity(value, unit, 3)
+
+
+def shown_probability(share: float) -> str:
+    """A probability in percent; what is not certain is not told as certain.
+
+    Parameters
+    ----------
+    share : float
+        0 to 1.
+    """
+    percent = f"{100.0 * share:.0f}"
+    return {"0": "< 1" if share > 0.0 else "0", "100": "> 99"}.get(percent, percent)
 
 
 def worded_separation(found: Separation) -> Separation:
     """A record that tells two effects apart, with the sentence that says what it would tell."""
     first, second = found.pair
     begin = f"To tell {first} from {second}, the best further record is one like {found.record} with {_changed(found)}"
-    if found.cosine_before is not None and found.cosine_after is not None:
-        before, after = found.cosine_before, found.cosine_after
-        effect = f"the |cosine| of their sensitivities falls from {before:.3f} to {after:.3f}."
-        little = after > LITTLE_HELP * before
-    else:
-        before, after = found.apart_before or 0.0, found.apart_after or 0.0
-        effect = f"there they predict readings that differ by {after:.2g} times the noise (rms), {before:.2g} times in "
-        effect += "the records at hand."
-        little = after <= before / LITTLE_HELP
+    before, after = found.nats_before, found.nats_after
+    effect = f"the expected logarithm of their likelihood ratio rises from {before:.2g} to {after:.2g}."
+    little = after - before < LITTLE_HELP
     return found.model_copy(update={"says": f"{begin}: {effect}{NO_HELP if little else ''}"})
 
 

@@ -9,8 +9,8 @@ SMALL_DIFFERENCE = 0.007
 difference: a tenth of the 7 % that the prior alone leaves, of records that tell nothing."""
 SURE = 5.0
 """Standard errors from which an effect is called systematic: the usual ones of a discovery."""
-LITTLE_HELP = 0.97
-"""Factor on the likeness of two effects that is no great help: it is known to some percent."""
+LITTLE_HELP = 5.0
+"""Nats of which less, expected of a further record, are no great help: from 5 on two explanations are told apart."""
 CONFOUNDED = 0.9
 """Absolute cosine of two sensitivities above which a pair is listed: of either, less than half is its own."""
 SCATTERS_MORE = 2.0

@@ -17,12 +17,15 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import format_quantity
 from fibrefit.study.channels import BesideTable, ChannelEntry
 from fibrefit.study.quantity import (
+    Distance,
     Duration,
     ForceNoise,
     Frequency,
     LengthNoise,
     Moment,
+    SpeedOrNone,
     Unit,
+    as_stated,
     quantity_in,
     refusal,
     shown,
@@ -154,6 +157,36 @@ class RecordTable(Shown, StudyTable):
         if self.file is None and None in (self.name, self.sampling_rate, self.duration):
             raise refusal("no file", "a file, or name, sampling_rate and duration of a planned record", "")
         return self
+
+
+class Limits(StudyTable):
+    """``[limits]``: what the rig can do, the least and the most of each condition that a further record may have."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        for name, (least, most) in self.stated().items():
+            if least > most:
+                unit = type(self).unit(name)
+                got = f"{name} from {as_stated(least, unit)} to {as_stated(most, unit)}"
+                raise refusal(got, "the least first, and the most behind it", "Swap them.")
+        return self
+
+    def stated(self) -> dict[str, tuple[float, float]]:
+        """Those that are stated, in SI units."""
+        return {name: ends for name, ends in self if ends is not None}
+
+    @classmethod
+    def unit(cls, name: str) -> str:
+        """SI unit of one of them."""
+        pair = next(kind for kind in get_args(cls.model_fields[name].annotation) if get_args(kind))
+        return next(part.si for part in get_args(get_args(pair)[0]) if isinstance(part, Unit))
+
+
+class DriveLimits(Limits):
+    """What a rig with a drive can do."""
+
+    drive_travel: tuple[Distance, Distance] | None = optional("Way between the ends of a motion of the drive.")
+    drive_speed: tuple[SpeedOrNone, SpeedOrNone] | None = optional("Largest speed of the drive in a record.")
 
 
 class Channels(StudyTable):

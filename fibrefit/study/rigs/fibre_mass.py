@@ -11,6 +11,7 @@ from fibrefit.study.rigs.common import (
     OF_FIBRE_MASS,
     OF_POINTS,
     Channels,
+    Limits,
     NoiseLevels,
     RecordTable,
     instead,
@@ -51,6 +52,14 @@ class FibreMassRig(FibreMassConstants):
     )
 
 
+class FibreMassLimits(Limits):
+    """What a rig can do in which a weight falls into a fibre."""
+
+    lift: tuple[Distance, Distance] | None = optional("Height above the point where the fibre is just taut.")
+    inclination: tuple[Slope, Slope] | None = optional("Angle of the guide to the horizontal.")
+    added_mass: tuple[MassOrNone, MassOrNone] | None = optional("Mass added to the weight.")
+
+
 class FibreMassStudy(Study):
     """Study of a fibre-mass rig."""
 
@@ -63,4 +72,5 @@ class FibreMassStudy(Study):
     rig: FibreMassRig
     channels: Channels = Channels()
     noise: NoiseLevels = NoiseLevels()
+    limits: FibreMassLimits = FibreMassLimits()
     records: tuple[FibreMassRecord, ...] = Field(min_length=1)

@@ -22,7 +22,7 @@ from fibrefit.study.quantity import (
     Points,
     refusal,
 )
-from fibrefit.study.rigs.common import OF_FIBRE_MASS, OF_POINTS, RecordTable, optional, required
+from fibrefit.study.rigs.common import OF_FIBRE_MASS, OF_POINTS, DriveLimits, RecordTable, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 from fibrefit.study.thresholds import STEPS_A_PERIOD
@@ -118,5 +118,6 @@ class InvertedPendulumStudy(Study):
     rig: InvertedPendulumRig
     channels: PendulumChannels = PendulumChannels()
     noise: PendulumNoise = PendulumNoise()
+    limits: DriveLimits = DriveLimits()
     sweep: SweepSettings = Field(default=SweepSettings(), description="What `fibrefit sweep` goes through.")
     records: tuple[InvertedPendulumRecord, ...] = ()

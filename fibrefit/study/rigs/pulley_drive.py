@@ -8,7 +8,16 @@ from pydantic import Field
 
 from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
-from fibrefit.study.rigs.common import OF_FIBRE_MASS, OF_POINTS, Channels, NoiseLevels, RecordTable, optional, required
+from fibrefit.study.rigs.common import (
+    OF_FIBRE_MASS,
+    OF_POINTS,
+    Channels,
+    DriveLimits,
+    NoiseLevels,
+    RecordTable,
+    optional,
+    required,
+)
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 
@@ -55,6 +64,13 @@ class DriveNoise(NoiseLevels):
     drive: LengthNoise | None = None
 
 
+class PulleyDriveLimits(DriveLimits):
+    """What a rig can do in which a drive pulls a weight over a pulley."""
+
+    inclination: tuple[Angle, Angle] | None = optional("Angle of the incline to the horizontal.")
+    added_mass: tuple[MassOrNone, MassOrNone] | None = optional("Mass added to the weight.")
+
+
 class PulleyDriveStudy(Study):
     """Study of a pulley-drive rig."""
 
@@ -62,4 +78,5 @@ class PulleyDriveStudy(Study):
     rig: PulleyDriveRig
     channels: DriveChannels = DriveChannels()
     noise: DriveNoise = DriveNoise()
+    limits: PulleyDriveLimits = PulleyDriveLimits()
     records: tuple[PulleyDriveRecord, ...] = Field(min_length=1)

@@ -40,7 +40,7 @@ class FurtherRecord(Part):
     conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
-    minutes: float = Field(description="What it costs.")
+    minutes: float = Field(description="What it costs, the time that a slower motion takes included.")
     errors: dict[str, float] = Field(
         description="Factor on the standard error of each parameter that the records at hand determine."
     )
@@ -53,6 +53,11 @@ class FurtherRecord(Part):
         default=None, description="Probability that the rivals are distinguished with it; null without rivals."
     )
     nats: Known = Field(default=None, description="Expected logarithm of the likelihood ratio of the rivals with it.")
+    looked_into: bool | None = Field(
+        default=None,
+        description="Whether the rivals were fitted to it too; where not, slopes alone say what it tells, which mostly "
+        "promise too much. Null without rivals.",
+    )
     says: str
 
 
@@ -75,5 +80,11 @@ class PlanSummary(Part):
         "both. Where it is known, the probabilities rest on it.",
     )
     further: tuple[FurtherRecord, ...]
+    reach: dict[str, tuple[float, float]] = Field(
+        default_factory=dict,
+        description="Least and most of each condition that further records have, in SI units: as [limits] of the study "
+        "state it, else what records at hand have, wider by a factor at either end.",
+    )
+    limits_stated: tuple[str, ...] = Field(default=(), description="Those of them that the study states.")
     remarks: tuple[str, ...] = ()
     provenance: Provenance | None = None

@@ -155,18 +155,11 @@ class Separation(Part):
     conditions: dict[str, float] = Field(description="In which it differs from that one, in SI units.")
     pace: float = Field(description="Factor on how fast its input runs.")
     size: float = Field(description="Factor on how far its input runs.")
-    cosine_before: Known = Field(
-        default=None,
-        description="|cosine| of what both effects change beyond what base parameters can imitate, without it; 1 is "
-        "not separable, 0 also where the records at hand do not show one of them.",
+    nats_before: float = Field(
+        description="Expected logarithm of the likelihood ratio of the right one and the other one at its best, in the "
+        "records at hand."
     )
-    cosine_after: Known = Field(default=None, description="The same with it.")
-    apart_before: Known = Field(
-        default=None,
-        description="RMS difference of the predictions of both with the values found, in units of the noise, in the "
-        "record at hand where it is largest.",
-    )
-    apart_after: Known = Field(default=None, description="The same in the further record.")
+    nats_after: float = Field(description="The same with the further record too; 5 tell them apart.")
     says: str = Field(default="", description="What to measure, and what it would tell, in words.")
 
 

@@ -12,7 +12,6 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
-from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
@@ -121,7 +120,10 @@ def distinguish_study(
     supermodel = search.inference.common_noise.whitened(base.supermodel)
     beside = Beside(scatter={} if fit is None else {name: one.sd for name, one in fit.between.items()})
     found = confusion(supermodel, search.context, base.fit.local, search.effects, limit, beside)
-    return Distinguished(study, found, _split(search, found), remarks, time.perf_counter() - began)
+    split, known = None, {effect.name: effect for effect in search.effects}
+    if pairs := found.pairs(CONFOUNDED):
+        split = best_split(search, supermodel, [known[name] for name in pairs[0][:2]], found, beside, louder)
+    return Distinguished(study, found, split, remarks, time.perf_counter() - began)
 
 
 def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
@@ -132,9 +134,3 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
     times = gap * max(fit.error_inflation, 1.0)
     said = f"The normalised residual RMS is {gap:.3g}, expected 1, which drowns weak effects: detection limits are "
     return (f"{said}{times:,.0f} times those under noise alone.",), times**2
-
-
-def _split(search: Search, found: Confusion) -> Separation | None:
-    pairs = found.pairs(CONFOUNDED)
-    known = {effect.name: effect for effect in search.effects}
-    return best_split(search, [known[name] for name in pairs[0][:2]]) if pairs else None

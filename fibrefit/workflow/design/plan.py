@@ -7,22 +7,25 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.discovery.design.plan import Standing, Worth, options_of, worths
+from fibrefit.discovery.design.menu import duration_of, motions_of, reach_of
+from fibrefit.discovery.design.plan import Purpose, Standing, Worth, in_order, options_of, worths
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.thresholds import FEW_STARTS
 from fibrefit.laws.law import Effect
-from fibrefit.report.sentences.discovery import further_record
+from fibrefit.problem.task import Task
+from fibrefit.report.sentences.discovery import further_record, shown_condition, shown_probability
 from fibrefit.rigs.rig import Rig
+from fibrefit.simulation.model import Experiment
 from fibrefit.store import read_summary
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
@@ -34,7 +37,6 @@ from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
 from fibrefit.workflow.saved import FoundResult
 
-Purpose = Literal["errors", "rivals", "power"]
 RECORD = "record"
 """What a record costs by itself, among the costs."""
 MINUTES = {RECORD: 2.0, "lift": 1.0, "added_mass": 5.0, "inclination": 15.0, "preload": 5.0}
@@ -95,6 +97,8 @@ class RecordPlan(FoundResult):
         Of the fit it rests on.
     settings : mapping of str to str
         What it was asked for besides, by option.
+    reach : mapping of str to (float, float)
+        Least and most of each condition that the further records have, in SI units.
     """
 
     study: Study
@@ -107,6 +111,7 @@ class RecordPlan(FoundResult):
     remarks: tuple[str, ...] = ()
     status: Status = "ok"
     settings: Mapping[str, str] = field(default_factory=dict)
+    reach: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def best(self) -> Choice:
@@ -126,6 +131,8 @@ class RecordPlan(FoundResult):
             probability_distinguished_now=self.standing.now if self.rivals else None,
             ahead=self.standing.ahead if self.rivals else None,
             further=tuple(self._record(worth, minutes, records) for worth, minutes in self.further),
+            reach=dict(self.reach),
+            limits_stated=tuple(name for name in self.reach if name in self.rig.possible),
             remarks=self.remarks,
             provenance=provenance(
                 self.study, self.study.input_files(), seconds=self.seconds, settings=dict(self.settings)
@@ -146,11 +153,12 @@ class RecordPlan(FoundResult):
             newly_shown=worth.shown,
             probability_distinguished=worth.distinguished if rivals else None,
             nats=worth.nats if rivals else None,
+            looked_into=worth.refitted if rivals else None,
             says=_sentence(worth, minutes, records[choice.record], self.rivals),
         )
 
 
-FROM_SLOPES = "Predicted from slopes about the values found, with known inputs,"
+FROM_SLOPES = "Predicted from slopes about the values found,"
 AS_MEASURED = f"{FROM_SLOPES} in the noise that the measured records leave; records may differ as these do."
 ALONE = (
     f"{FROM_SLOPES} in the noise that the measured record leaves; by how much records differ one alone does not say, "
@@ -158,8 +166,8 @@ ALONE = (
 )
 AS_PLANNED = f"{FROM_SLOPES} in white noise, and records are alike: nothing is measured yet."
 BY_SLOPES = (
-    "The rivals were fitted to {} of {} further records, first to that of which slopes promise most; for the others "
-    "slopes speak alone, and they mostly promise too much."
+    "The rivals were fitted to {} of {} further records, those that would come first by slopes; for the others slopes "
+    "speak alone, and they mostly promise too much."
 )
 
 
@@ -195,20 +203,17 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     >>> sorted(planned.further[0][0].errors)
     ['damping', 'friction', 'stiffness']
     """
-    began, study, aim = time.perf_counter(), as_study(study), aim or Aim()
-    tell = progress or quiet
+    began, study, aim, tell = time.perf_counter(), as_study(study), aim or Aim(), progress or quiet
     # A plan for anything else leaves the model as it is, the effects that a search named in it.
     rivals = aim.rivals or (_of_discovery(study) if aim.purpose in (None, "rivals") else ())
     purpose = aim.purpose or ("rivals" if rivals else "errors")
     _refuse(rivals, purpose, aim.minutes)
     study = _without(study, rivals)
     task = task_of(study)
-    choices = options_of(task)
-    rig = task.problem.model.rig
+    choices, rig = options_of(task), task.problem.model.rig
     if len(choices) == len(study.records):
-        raise StudyError(
-            str(study.source), f"a rig {rig.kind}", "one whose further records could differ", "Plan its inputs by hand."
-        )
+        do = "Widen its [limits]." if rig.possible else "Plan its inputs by hand."
+        raise StudyError(str(study.source), f"a rig {rig.kind}", "one whose further records could differ", do)
     # What happened in records at hand is no part of a further one, unless it is asked for by its very name.
     sought = candidates_of(study, aim.only, aim.exclude)
     effects = {name: effect for name, effect in sought.items() if name in aim.only or is_lasting(effect)}
@@ -218,18 +223,37 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     search = set_up(task, fit, tuple(effects.values()), tell)
     found, remarks, beside, ahead = rivals_at_hand(task, named, fit, tell)
     tell("weighing the records that could be taken", None)
-    ranked, standing = worths(search, found, choices, beside, ahead)
-    as_they_are = AS_PLANNED if fit is None else AS_MEASURED if len(study.records) > 1 else ALONE
-    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *_doubted(fit, named), as_they_are)
-    if refitted := sum(worth.refitted for worth in ranked):
-        remarks += (BY_SLOPES.format(refitted, len(ranked)),)
     cost = {**MINUTES, **aim.minutes}
-    stated = task.problem.observations.experiment.conditions
-    priced = sorted(((worth, _minutes(worth.choice, stated, cost)) for worth in ranked), key=_order(purpose, ranked))
+    priced = [(choice, _minutes(choice, task.problem.observations.experiment, cost)) for choice in choices]
+    ranked, standing = worths(search, found, priced, beside, ahead)
+    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *_doubted(fit, named))
+    remarks += (*_beyond(study, task), *_predicted(study, fit is None, ranked))
+    further = tuple((worth, worth.minutes) for worth in in_order(purpose, ranked))
     return RecordPlan(
-        study, rig, purpose, tuple(rivals), standing, tuple(priced), time.perf_counter() - began, remarks,
-        "ok" if fit is None or named else fit.status, _settings(aim),
+        study, rig, purpose, tuple(rivals), standing, further, time.perf_counter() - began, remarks,
+        "ok" if fit is None or named else fit.status, _settings(aim), reach_of(task),
     )  # fmt: skip
+
+
+def _beyond(study: Study, task: Task) -> tuple[str, ...]:
+    """Remark on a motion that went beyond what the study says the rig can do."""
+    said = []
+    for name, known in motions_of(task).items():
+        least, most = study.possible.get(name, (0.0, math.inf))
+        farthest = max(known, key=lambda at: max(least - at, at - most))
+        if not least <= farthest <= most:
+            said.append(f"{name} {shown_condition(name, float(farthest))}")
+    if not said:
+        return ()
+    return (f"Records at hand are beyond the [limits] of the study: {_listed(said)}.",)
+
+
+def _predicted(study: Study, planned: bool, ranked: Sequence[Worth]) -> tuple[str, ...]:
+    """Remarks on how it is known what records would add."""
+    said = [AS_PLANNED if planned else AS_MEASURED if len(study.records) > 1 else ALONE]
+    if refitted := sum(worth.refitted for worth in ranked):
+        said.append(BY_SLOPES.format(refitted, len(ranked)))
+    return tuple(said)
 
 
 def _doubted(fit: Identification | None, rivals: Sequence[type[Effect]]) -> tuple[str, ...]:
@@ -302,41 +326,23 @@ def _without(study: Study, effects: Sequence[str]) -> Study:
     return study.model_copy(update={"model": model, "parameters": parameters})
 
 
-def _minutes(choice: Choice, stated: Mapping[str, object], cost: Mapping[str, float]) -> float:
-    """Cost of a record: its own, and that of each condition that none of those at hand has."""
-    minutes = cost[RECORD]
+def _minutes(choice: Choice, experiment: Experiment, cost: Mapping[str, float]) -> float:
+    """Cost of a record: its own, that of each condition that none at hand has, and what it lasts longer."""
+    minutes = (
+        cost[RECORD] + (duration_of(experiment, choice) - duration_of(experiment, Choice(choice.record, {}))) / 60.0
+    )
     for name, value in choice.conditions.items():
-        if not np.isclose(np.asarray(stated[name], dtype=float), value).any():
+        if not np.isclose(np.asarray(experiment.conditions[name], dtype=float), value).any():
             minutes += cost.get(name, OTHERWISE)
     return minutes
-
-
-def _order(purpose: Purpose, ranked: Sequence[Worth]):  # type: ignore[no-untyped-def]
-    """Key by which records are ranked; of two of which a sentence tells the same the cheaper one comes first.
-
-    What is determined or shown for the first time gains more than any factor. Slopes alone mostly promise too much: a
-    record of which they do counts for no more than the best of those to which the rivals were fitted.
-    """
-    most = max((worth.distinguished for worth in ranked if worth.refitted), default=1.0)
-
-    def key(priced: tuple[Worth, float]) -> tuple[int, float, bool, float, float]:
-        worth, minutes = priced
-        first, gained, exactly = {
-            "errors": (len(worth.determined), worth.error, worth.error),
-            "power": (len(worth.shown), worth.limit, worth.limit),
-            "rivals": (0, -(worth.distinguished if worth.refitted else min(worth.distinguished, most)), -worth.nats),
-        }[purpose]
-        return -first, round(float(gained), 2), purpose == "rivals" and not worth.refitted, minutes, float(exactly)
-
-    return key
 
 
 def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) -> str:
     said = []
     if rivals:
         said.append(
-            f"it tells {rivals[0]} from {rivals[1]} with a probability of {100.0 * worth.distinguished:.0f} % "
-            f"(expected log likelihood ratio {worth.nats:.3g})"
+            f"it tells {rivals[0]} from {rivals[1]} with a probability of {shown_probability(worth.distinguished)} % "
+            f"(expected log likelihood ratio {worth.nats:.3g}{'' if worth.refitted else ', by slopes alone'})"
         )
     if worth.determined:
         said.append(f"it determines {_listed(worth.determined)}, which the records at hand do not")
@@ -347,7 +353,7 @@ def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) 
         said.append(f"the standard error of {name} falls by {100.0 * (1.0 - worth.errors[name]):.0f} %")
     if worth.limits:
         said.append(f"detection limits fall by {100.0 * (1.0 - worth.limit):.0f} % on average")
-    return f"{further_record(record, worth.choice)} ({minutes:g} min): {', '.join(said)}."
+    return f"{further_record(record, worth.choice)} ({minutes:.3g} min): {', '.join(said)}."
 
 
 def _listed(names: Sequence[str]) -> str:
