@@ -39,6 +39,8 @@ DEFINITIONS: dict[str, str] = {
     "kgf": "9.80665 * N",
     "gf": "9.80665e-3 * N",
     "kip": "4448.2216152605 * N",
+    "ozf": "0.27801385095378125 * N",
+    "tf": "9806.65 * N",
     "mil": "2.54e-5 * m",
     "Hz": "1 / s",
     "kHz": "1e3 / s",
@@ -241,9 +243,6 @@ WORDS: dict[str, str] = {
     "amps": "A",
     "millivolt": "mV",
     "millivolts": "mV",
-    "count": "1",
-    "counts": "1",
-    "cts": "1",
     "lsb": "1",
     "digit": "1",
     "digits": "1",
@@ -281,6 +280,8 @@ WORDS |= {
         " millisecondo millisecondi milisekunda milisekund",
         "us": "microseconde microsecondes microseconden microsegundo microsegundos microssegundo microssegundos"
         " microsecondo microsecondi mikrosekunda mikrosekundy",
+        "ns": "nsec nsecs nanosec nanosecs nanosecond nanoseconds",
+        "1": "count counts cts cnt cnts inc",
         "m": "mètre mètres metros metri",
         "mm": "millimètre millimètres milímetro milímetros milimetro milimetros millimetro millimetri milimetrów",
         "cm": "centimètre centimètres centímetro centímetros centimetro centimetros centimetri centymetr centymetry"

@@ -28,6 +28,8 @@ from fibrefit.records.files.lvm import is_lvm, read_lvm
 from fibrefit.records.files.spreadsheet import sheet_text
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.layouts.units_behind import with_units_apart
+from fibrefit.records.layouts.usual import in_usual_layout
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
@@ -196,7 +198,8 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     if data is not packed and (data[:4] in (b"TDSm", b"PAR1") or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
     if name.endswith(".xlsx"):
-        return read_text(sheet_text(data, where), where, replace(options, delimiter="\t"))
+        sheet = with_units_apart(sheet_text(data, where), where)
+        return read_text(sheet, where, replace(options, delimiter="\t"))
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
@@ -214,10 +217,12 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
 
         return read_matlab(path, where, options.wanted)
     _refuse_many_cells(data, where)
-    long = read_long(data, where, options)
-    if long is not None:
-        return long
-    text = decode(data, where)
+    text = in_usual_layout(data, where)
+    if text is None:
+        long = read_long(data, where, options)
+        if long is not None:
+            return long
+        text = decode(data, where)
     return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
 
 

@@ -114,6 +114,8 @@ COUNTED_ROWS = 3
 """Rows beyond which the first may tell how many follow."""
 HEADER_DEPTH = 400
 """Lines above a table that are looked at."""
+NEAR_HEADINGS = 2
+"""Lines between one with headings and another that may hold those it lacks: units, and a line of numbers of signals."""
 UNITS_OF_ROWS = 6
 """Units of one kind that a column of text may hold and still be one of units."""
 LONGEST_HEADING = 200
@@ -129,6 +131,8 @@ SLOWEST_LIKELY = 5.0
 FASTEST_LIKELY = 5e5
 """... and the highest."""
 
+MOST_IN_TURN = 12
+"""Channels whose readings may stand below each other at one time: more names in a column of words are those of rows."""
 FEWEST_PAGES = 3
 """Breaks of a table, as far apart as each other and as long, that are those of pages: a heading that is repeated once
 or twice may begin another recording."""

@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import copies, join, thresholds
-from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase
+from fibrefit.records.clock import claimed, coarse, rates, repeats, stamps, timebase
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings
@@ -30,6 +30,7 @@ from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.worth import stated_unit
 from fibrefit.records.join import side_by_side
+from fibrefit.records.layouts import long_form
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
 from tests.brackets import Bracket
@@ -293,7 +294,8 @@ def switching(left: float) -> bool:
 
 def of_century(seconds: float) -> bool:
     """Whether stamps of such a size are seconds since 1970."""
-    return digits.since_1970(np.full(5, seconds)) == "s"
+    found = stamps.stamps_of(np.full(5, seconds))
+    return found is not None and found.unit == "s"
 
 
 CLOCK = (
@@ -318,8 +320,8 @@ CLOCK = (
     Bracket("SHARED", coarse, stamps_alike, 0.14, 0.33),
     Bracket("SHARING", coarse, rows_alike, 400, 700),
     Bracket("ROUND_DIGITS", rates, lambda x: round_rate(1.0 / int("137924"[: int(x)]), 1e-9 / 10**x) is not None, 4, 6),
-    Bracket("CENTURY_BEGINS", digits, of_century, 1.2e9, 0.7e9),
-    Bracket("CENTURY_ENDS", digits, of_century, 3e9, 6e9),
+    Bracket("CENTURY_BEGINS", stamps, of_century, 1.2e9, 0.7e9),
+    Bracket("CENTURY_ENDS", stamps, of_century, 3e9, 6e9),
 )
 
 
@@ -395,6 +397,13 @@ def meant(number: float, unit: str, rate: float) -> bool:
     return any(abs(one / rate - 1.0) < 1e-6 for one in said)
 
 
+def near(lines: float) -> bool:
+    """Whether a heading is completed by a line so many above it."""
+    above = ["Time,a,b", *["1,2,3"] * (int(lines) - 1), ",Force [N],Position [mm]"]
+    found = find_header(above, Dialect(",", ".", 3), [False] * 3, ())
+    return found is not None and found.names[0] == "Time"
+
+
 GRAMMAR = (
     Bracket("ROUND_BY_CHANCE", digits, lambda odd: digits._too_few_to_be_round(int(odd), 1000), 60, 85),
     Bracket("ALIKE_WRITTEN", digits, short, 0.9, 0.7),
@@ -423,6 +432,7 @@ GRAMMAR = (
     Bracket("DIGITS_OF_A_ROW", rows, lambda x: rows._looks_like_a_row("1" * x + "." * (100 - x)), 50, 30),
     Bracket("COUNTED_ROWS", rows, counted, 5, 3),
     Bracket("HEADER_DEPTH", header, above, 300, 600),
+    Bracket("NEAR_HEADINGS", header, near, 2, 3),
     Bracket("UNITS_OF_ROWS", worth, units_of_rows, 5, 8),
     Bracket("LONGEST_HEADING", headings, lambda x: split_heading("f" * (x - 4) + " [N]")[1] == "N", 150, 300),
     Bracket("SLOWEST_RATE", facts, lambda x: meant(x, "Hz", x), 1.4e-3, 0.7e-3),
@@ -431,6 +441,12 @@ GRAMMAR = (
     Bracket("SLOWEST_LIKELY", facts, lambda x: meant(1.0 / x, "", x), 7.0, 3.5),
     Bracket("FASTEST_LIKELY", facts, lambda x: meant(1e6 / x, "", x), 3.5e5, 7e5),
 )
+
+
+def in_turn(number: float) -> bool:
+    """Whether so many channels are found below each other."""
+    rows = [f"{i},channel {chr(97 + k)},{i + k}" for i in range(9) for k in range(int(number))]
+    return long_form.channels_in_turn(["time,name,value", *rows]) is not None
 
 
 def table(rows: float) -> bool:
@@ -481,6 +497,7 @@ def cyrillic(share: float) -> bool:
 
 FILES = (
     Bracket("FEWEST_ROWS", text, table, 3, 2),
+    Bracket("MOST_IN_TURN", long_form, in_turn, 10, 14),
     Bracket("FEWEST_PAGES", text, paged, 4, 2),
     Bracket("LAYOUT_LINES", keyed, lambda x: '"1"' in keyed.requoted(["1,2"] * 999 + ["'1','2'"] * x)[-1], 130, 70),
     Bracket("NAMED_ALIKE", keyed, named, 0.95, 0.8),

@@ -26,8 +26,17 @@ from fibrefit.records.clock.base import (
 from fibrefit.records.clock.coarse import counted_from_coarse, shared_stamps, too_coarse
 from fibrefit.records.clock.rates import longest_forward, robust_step, round_rate
 from fibrefit.records.grammar.neighbours import typical
-from fibrefit.records.grammar.phrases import split_at
-from fibrefit.records.thresholds import ALONE_BY, CONTRADICTS, JITTER, MOST_LOST, MOST_OFF, NO_STEP, RUNS_ON
+from fibrefit.records.grammar.phrases import GIVE_RATE, split_at
+from fibrefit.records.thresholds import (
+    ALONE_BY,
+    CONTRADICTS,
+    FEWEST_ROWS,
+    JITTER,
+    MOST_LOST,
+    MOST_OFF,
+    NO_STEP,
+    RUNS_ON,
+)
 
 
 def counted_times(n: int, rate: float, source: str) -> TimeBase:
@@ -48,6 +57,18 @@ def counted_times(n: int, rate: float, source: str) -> TimeBase:
         Uniform, without gaps: a missing row cannot be seen.
     """
     return TimeBase(np.arange(n) / rate, rate, source)
+
+
+def tells_times(values: np.ndarray) -> bool:
+    """Whether a column of times tells when rows were sampled: a clock without fractions may be the same in all of them.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        NaN where a cell is not readable.
+    """
+    present = values[np.isfinite(values)]
+    return present.size >= FEWEST_ROWS and bool((present != present[0]).any())
 
 
 def from_readings(readings: Readings, *, header_rate: float | None = None, rate: float | None = None) -> TimeBase:
@@ -75,8 +96,8 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
     readable = np.flatnonzero(np.isfinite(readings.times))
     if readable.size == readings.times.size == 2 and readings.times[1] > readings.times[0]:
         return TimeBase(readings.times, 1 / float(np.diff(readings.times)[0]), readings.source)
-    if readable.size < 3:
-        raise DataError(readings.where, "fewer than 3 readable times", "a time for each sample")
+    if readable.size < FEWEST_ROWS:
+        raise DataError(readings.where, "fewer than 3 readable times", "a time for each sample, or a rate", GIVE_RATE)
     readings, ran_over = _counted_on(readings, readable)
     times = readings.times[readable]
     forward = np.diff(times)
@@ -84,7 +105,7 @@ def from_readings(readings: Readings, *, header_rate: float | None = None, rate:
         got = "the time runs backward from the first row to the last: the newest first, or the time that is left"
         raise DataError(readings.where, got, "times that increase", "Sort the rows by their time.")
     if np.count_nonzero(forward <= 0) == forward.size:
-        raise DataError(readings.where, "the time never increases", "a time for each sample")
+        raise DataError(readings.where, "the time never increases", "a time for each sample, or a rate", GIVE_RATE)
     _refuse_restart(readings, readable, times)
     readings = shared_stamps(readings, readable, times)
     if too_coarse(times, readings.resolution, readings.rows, readable):

@@ -13,17 +13,18 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
 from fibrefit.records.clock.base import Readings, TimeBase
 from fibrefit.records.clock.repeats import repeated_rows
-from fibrefit.records.clock.timebase import counted_times, from_readings
+from fibrefit.records.clock.stamps import Stamps, refuse_millionths, since_first, stamps_of
+from fibrefit.records.clock.timebase import counted_times, from_readings, tells_times
 from fibrefit.records.clock.wall_clock import refuse_unpadded
 from fibrefit.records.columns.damage import absurd
 from fibrefit.records.columns.grouping import Group, counts_by
 from fibrefit.records.columns.raw import Raw, RawColumn
-from fibrefit.records.grammar.digits import masked_with, oddly_written, since_1970
+from fibrefit.records.grammar.digits import masked_with, oddly_written
 from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import counts_rows, score
-from fibrefit.records.thresholds import CONTRADICTS, FASTEST_LIKELY, SLOWEST_LIKELY
+from fibrefit.records.thresholds import CONTRADICTS, FASTEST_LIKELY, SAME_RATE, SLOWEST_LIKELY
 
 #: From the year 1, where clocks count from, to 1970, in s.
 EPOCH = 86400.0 * date(1970, 1, 1).toordinal()
@@ -68,11 +69,15 @@ def time_base(
     place = f'{where}, column "{column.header}"'
     numbers = _reliable_numbers(column, place)
     values = numbers.values[: group.rows]
+    if (rate or raw.facts.rate) and not tells_times(values):
+        counted = _counted_base(raw, columns, replace(group, time=None), rate, where)
+        return _noted(counted, f'Column "{column.header}" tells no times: the rows are counted.')
     factor, unit = (worth, "s") if worth else _factor(column, values, rate or raw.facts.rate, place)
-    epoch = not column.clock and since_1970(values) == unit
-    start = float(values[np.isfinite(values)][0]) if epoch else 0.0
+    stamps = stamps_of(values) if unit not in ("clock", None) else None
+    if stamps is not None and abs(factor / stamps.worth - 1.0) > SAME_RATE:
+        stamps = None  # so many of another unit
     readings = Readings(
-        times=(values - start) * factor,  # to the last digit, where all digits of a stamp in s are taken by its years
+        times=(since_first(values, numbers.texts) if stamps else values) * factor,
         resolution=(numbers.resolution if len(numbers.texts) else column.resolution) * factor,
         rows=raw.rows or [str(i) for i in range(group.rows)],
         lines=raw.lines,
@@ -83,15 +88,27 @@ def time_base(
     if unit is None:
         return replace(from_readings(readings), header=column.header, unit=None)
     base = from_readings(readings, header_rate=raw.facts.rate, rate=rate)
-    if epoch and column.unit is None:
-        base = replace(base, notes=(*base.notes, f'Column "{column.header}" counts from 1970, so it is in {unit}.'))
-    if column.clock or epoch:  # the first reading may have been lost to damage
-        first = float(base.time[np.isfinite(base.time)][0])
-        began = EPOCH + start * factor if epoch else column.start
-        base = replace(base, time=base.time - first, origin=began + first)
+    base = _begun(base, column, stamps, values)
     if base.rate == raw.facts.rate and base.source == readings.source:
         base = replace(base, source=f'{base.source}, rate from the header ("{raw.facts.quoted}")')
     return replace(base, header=column.header, unit=unit)
+
+
+def _noted(base: TimeBase, note: str) -> TimeBase:
+    return replace(base, notes=(*base.notes, note))
+
+
+def _begun(base: TimeBase, column: RawColumn, stamps: Stamps | None, values: np.ndarray) -> TimeBase:
+    """Times of a clock, or of stamps, from zero on: the first reading may have been lost to damage."""
+    if stamps is None and not column.clock:
+        return base
+    first = float(base.time[np.isfinite(base.time)][0])
+    began = column.start
+    if stamps is not None:
+        began = EPOCH + stamps.zero + stamps.worth * float(values[np.isfinite(values)][0])
+        if column.unit is None:
+            base = _noted(base, f'Column "{column.header}" counts from {stamps.since}, so it is in {stamps.unit}.')
+    return replace(base, time=base.time - first, origin=began + first)
 
 
 def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: str) -> tuple[float, str | None]:
@@ -100,6 +117,7 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
         return 1.0, "clock"
     known = None if column.unit is None else known_unit(column.name, column.unit)
     if known is not None:
+        refuse_millionths(values, known, where)
         return units.to_si(known, "s", where, do="Declare it under [units]."), known
     if rate is not None and column.unit is None:
         steps = np.diff(values[np.isfinite(values)])
@@ -107,8 +125,8 @@ def _factor(column: RawColumn, values: np.ndarray, rate: float | None, where: st
         agreeing = [u for u in _POSSIBLE_UNITS if step and abs(step * units.to_si(u, "s") * rate - 1) < CONTRADICTS]
         if len(agreeing) == 1:
             return units.to_si(agreeing[0], "s"), agreeing[0]
-    epoch = since_1970(values) if column.unit is None else None
-    return (units.to_si(epoch, "s"), epoch) if epoch else (1.0, None)
+    stamps = stamps_of(values) if column.unit is None else None
+    return (stamps.worth, stamps.unit) if stamps is not None else (1.0, None)
 
 
 def in_seconds(base: TimeBase) -> TimeBase:

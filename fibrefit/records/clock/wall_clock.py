@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.records.grammar.tokens import CLOCK, DATE, clean
+from fibrefit.records.grammar.tokens import DATE, clean, clock_of
 from fibrefit.records.thresholds import MOST_LOST
 
 _DAY, _HOUR = 86400.0, 3600.0
@@ -180,9 +180,11 @@ def _with_tail(head: tuple[str, float], tail: str) -> tuple[str, float, int] | N
 
 def _whole(text: str) -> tuple[str, float, int] | None:
     """Date, seconds of the day and decimals of one reading."""
-    match = CLOCK.fullmatch(clean(text))
+    text = clean(text)
+    match = clock_of(text)
     if match is None or match.group("time") is None:
         return None
+    sign = -1.0 if text.startswith("-") else 1.0  # before the trigger
     parts = re.split(r":", match.group("time"))
     if len(parts) == 4:  # 14:22:11:250, the thousandths after a colon
         parts = [*parts[:2], f"{parts[2]}.{parts[3]}"]
@@ -197,7 +199,8 @@ def _whole(text: str) -> tuple[str, float, int] | None:
     too_late = hours > 23 and match.group("date") is not None
     if too_late or (minutes > 59 and len(parts) == 3) or float(last) >= 61:
         return None
-    return match.group("date") or "", 3600.0 * hours + 60.0 * minutes + float(last), len(last.partition(".")[2])
+    seconds = _DAY * int(match.group("days") or 0) + 3600.0 * hours + 60.0 * minutes + float(last)
+    return match.group("date") or "", sign * seconds, len(last.partition(".")[2])
 
 
 def _since_first(

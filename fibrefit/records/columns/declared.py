@@ -12,10 +12,10 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
+from fibrefit.records.clock.stamps import stamps_of
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
-from fibrefit.records.grammar.digits import since_1970
 from fibrefit.records.grammar.headings import known_unit, so_much_of
 from fibrefit.records.grammar.words import KIND_OF_ROLE, may_be_way, score, tokens
 from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, stated_worth
@@ -41,7 +41,8 @@ def with_factors_beside(columns: Sequence[RawColumn]) -> list[RawColumn]:
         replace(c, worth=f'"{c.header}"') if OF_COUNTS.search(c.header) and are_whole(c.numbers.values) else c
         for c in columns
     ]
-    found = [replace(c, worth=f'"{c.unit}"') if c.unit and so_much_of(c.unit) else c for c in found]
+    much = [bool(c.unit and not c.clock and so_much_of(c.unit)) for c in found]
+    found = [replace(c, worth=f'"{c.unit}"') if parts else c for c, parts in zip(found, much, strict=True)]
     for beside in columns:
         words = tokens(beside.name)
         present = beside.numbers.values[np.isfinite(beside.numbers.values)]
@@ -102,8 +103,11 @@ def _heading(column: RawColumn) -> Heading:
         low, high = present.min(), present.max()
         two_valued = bool(low < high and ((present == low) | (present == high)).all())
         constant = bool(low == high)
-    stamps = column.unit is None and since_1970(present) is not None
-    clock = column.clock or (stamps and np.mean(np.diff(present) > 0) >= 1 - MOST_LOST)
+    stamps = stamps_of(present) if column.unit is None else None
+    # Counts under another name may be as large: they are stamps where as such they have a rate that records have.
+    so_called = not column.name or score(column.name, "time") > 0
+    stamped = stamps is not None and (so_called or stamps.likely)
+    clock = column.clock or (stamped and np.mean(np.diff(present) > 0) >= 1 - MOST_LOST)
     return Heading(column.header, column.name, column.unit, clock, column.number, two_valued, constant)
 
 

@@ -189,10 +189,15 @@ def _runs_forward(values: np.ndarray) -> bool:
 def _best_time(
     times: Sequence[int], columns: Sequence[RawColumn], headings: Sequence[Heading], named: int | None
 ) -> int | None:
-    """Of several columns of times the one the user named, or one with a unit, or a clock."""
+    """Of several columns of times the one the user named, or one with a unit, or a clock; of two one that runs on."""
     if named in times:
         return named
-    return max(times, key=lambda i: (headings[i].kind is not None) + (not columns[i].clock), default=None)
+
+    def suits(i: int) -> tuple[int, bool]:
+        runs_on = not (np.diff(columns[i].numbers.values) < 0.0).any()  # that of a cycle begins anew
+        return (headings[i].kind is not None) + (not columns[i].clock), runs_on
+
+    return max(times, key=suits, default=None)
 
 
 def _rows_used(column: RawColumn) -> int:

@@ -278,6 +278,8 @@ def _wrong_unit(role: str, headings: Sequence[Heading], used: Collection[int], w
     if role in ("drive", *PAIR):
         return {}
     named = [h for h in headings if score(h.name, role) > 2 and h.kind is not None and KIND_OF_ROLE[role] != h.kind]
+    if not named and role == "force":  # what hangs on a cell is often read in kg
+        named = [h for i, h in enumerate(headings) if i not in used and h.kind == "mass" and not h.constant]
     counts = [h for i, h in enumerate(headings) if i not in used and h.kind == "number" and not counts_rows(h.name)]
     if not named and used and len(counts) == 1 and role in PAIRED:
         named = [h for h in counts if not any(score(h.name, other) for other in ROLES)]

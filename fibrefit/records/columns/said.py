@@ -42,7 +42,8 @@ def annotations_beside(
     aside : mapping of int to str
         The others, by their number.
     """
-    lines = [(number, line) for number, line in around if number not in (header.line, header.unit_line)]
+    headings = (header.line, header.unit_line, *header.listed)
+    lines = [(number, line) for number, line in around if number not in headings]
     placed = [(f"line {number}", line) for number, line in around if number != header.line]
     found = [*_lines(around, header, rows.first), *listed_channels(placed, columns)]
     found += _in_columns(lines, rows, columns)
@@ -114,7 +115,7 @@ def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence
 
 def _lines(around: Sequence[tuple[int, str]], header: Header, first: int) -> list[Annotation]:
     """Lines around a table that are no headings of it, each once."""
-    taken = (header.line, header.unit_line)
+    taken = (header.line, header.unit_line, *header.listed)
     lines = {line.strip(): number for number, line in around[::-1] if line.strip() and number not in taken}
     top = header.line or first
     said = sorted(lines.items(), key=lambda one: one[1])

@@ -14,7 +14,8 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.header import Header
 from fibrefit.records.grammar.headings import split_heading
-from fibrefit.records.grammar.tokens import CLOCK, clean, kind_of_cell
+from fibrefit.records.grammar.tokens import clean, clock_of, kind_of_cell
+from fibrefit.records.grammar.words import tokens
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE, WORDS_BESIDE
 
 #: A name of up to so many letters, with or without a unit, its value, and a unit behind that. Longer ones are none: a
@@ -245,17 +246,31 @@ _SEP_LINE = re.compile(r'"?sep=(.)"?;*,*\s*', re.IGNORECASE)
 
 
 def _begins_anew(clock: Sequence[str], parts: Sequence[int]) -> bool:
-    """Whether numbers fall wherever a clock goes on, and nowhere else: parts of its seconds, no time of their own."""
+    """Whether numbers fall where a clock goes on, gaps aside, and nowhere else: parts of its seconds, no own time."""
     falls = [after < before for before, after in pairwise(parts)]
-    return falls == [after != before for before, after in pairwise(clock)]
+    goes_on = [after != before for before, after in pairwise(clock)]
+    gaps = sum(goes_on) - sum(falls)
+    return gaps <= max(1, sum(falls)) and all(on for fall, on in zip(falls, goes_on, strict=True) if fall)
 
 
 #: Decimals of a second that a number of this unit stands for.
-_PLACES = {"ms": 3, "us": 6, "\u00b5s": 6, "\u03bcs": 6, "ns": 9}
+_PLACES = {"ms": 3, "us": 6, "ns": 9}
 
 
-def with_thousandths(columns: Sequence[tuple[str, ...]], kinds: Sequence[str], header: Header) -> list[tuple[str, ...]]:
+def _time_unit(header: Header, i: int) -> str:
+    """Unit of time that a column has by its heading, or by the last word of it: ``tv_usec``; empty for none."""
+    name, unit = split_heading(header.names[i])
+    last = "" if unit or not (words := tokens(name)) else words[-1]
+    found = next((one for one in (header.units[i], unit, last) if one and units.kind_of(one) == "time"), "")
+    return (units.expression(found) or "").strip("()")
+
+
+def with_thousandths(
+    columns: Sequence[tuple[str, ...]], kinds: Sequence[str], header: Header, mark: str
+) -> list[tuple[str, ...]]:
     """Columns of cells, in which parts of a second that stand beside clock times are put behind these, by their unit.
+
+    The same is done beside whole seconds, as computers count them: ``secs`` and ``nsecs``.
 
     Parameters
     ----------
@@ -265,15 +280,19 @@ def with_thousandths(columns: Sequence[tuple[str, ...]], kinds: Sequence[str], h
         Of each.
     header : Header
         Of the table.
+    mark : str
+        Decimal mark.
     """
     found = list(columns)
-    for i in (i for i, kind in enumerate(kinds[:-1]) if kind == "clock"):
-        said = (header.units[i + 1], split_heading(header.names[i + 1])[1], header.names[i + 1])
-        places = next((_PLACES[unit] for unit in said if unit in _PLACES), 0)
-        whole = places and all(re.fullmatch(r"[^.,]*:\d\d", cell.strip()) for cell in columns[i])
+    for i, kind in enumerate(kinds[:-1]):
+        places = _PLACES.get(_time_unit(header, i + 1), 0) if kind in ("clock", "number") else 0
+        full = r"[^.,]*:\d\d" if kind == "clock" else r"\d+"
+        whole = places and (kind == "clock" or _time_unit(header, i) == "s")
+        whole = whole and all(re.fullmatch(full, cell.strip()) for cell in columns[i])
         parts = whole and all(re.fullmatch(rf"\d{{1,{places}}}", cell.strip()) for cell in columns[i + 1])
         if parts and _begins_anew(columns[i], [int(cell) for cell in columns[i + 1]]):
-            found[i] = tuple(f"{a.strip()}.{int(b):0{places}d}" for a, b in zip(*columns[i : i + 2], strict=True))
+            both = zip(*columns[i : i + 2], strict=True)
+            found[i] = tuple(f"{a.strip()}{mark}{int(b):0{places}d}" for a, b in both)
             found[i + 1] = ("",) * len(found[i])
     return found
 
@@ -291,9 +310,7 @@ def with_dates(columns: Sequence[tuple[str, ...]], kinds: Sequence[str]) -> list
 
 def has_time(cells: Sequence[str]) -> bool:
     """Whether clock readings hold more than a date."""
-    return any(
-        match is not None and match["time"] is not None for match in map(CLOCK.fullmatch, map(clean, cells[:20]))
-    )
+    return any(match is not None and match["time"] is not None for match in map(clock_of, map(clean, cells[:20])))
 
 
 def without_arrows(lines: list[str]) -> list[str]:

@@ -190,6 +190,9 @@ def _header(
     width = dialect.width
     used = width - 1 if width > 1 and empty[-1] else width
     if options.columns:
+        if empty[0] and len(options.columns) == width - sum(empty):  # rows that begin with a separator
+            named = iter(options.columns)
+            return Header(tuple("" if none else next(named) for none in empty), (None,) * width, None, None)
         if len(options.columns) not in (used, width):
             _refuse_two_readings(sample, dialect, len(options.columns), where)
             got = f"{count(used, 'column')}, and {len(options.columns)} {are(len(options.columns))} named"
@@ -268,7 +271,7 @@ def _columns(
     bad: list[tuple[str, np.ndarray]] = []
     words: list[tuple[str, Sequence[str]]] = []
     last = len(rows.cells) - 1
-    joined = with_dates(with_thousandths(rows.cells, kinds, header), kinds)
+    joined = with_dates(with_thousandths(rows.cells, kinds, header, rows.dialect.mark), kinds)
     for i, cells in enumerate(joined):
         title = header.names[i]
         name, unit = split_heading(title)

@@ -10,6 +10,8 @@ from fibrefit.records.grammar.tokens import kind_of_cell, shapes_of
 from fibrefit.records.thresholds import FEWEST_TEXTS, VOTERS
 
 WHITESPACE = " "
+#: Of these, what separates cells that may hold blanks, such as a number and its unit.
+BETWEEN_CELLS = ("\t", ";", ",")
 NAMES = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", WHITESPACE: "blanks"}
 
 

@@ -12,14 +12,11 @@ import re
 
 import numpy as np
 
-from fibrefit.core import units
 from fibrefit.records.grammar.neighbours import neighbourhood, smallest_step, typical
 from fibrefit.records.grammar.numbers import CODE, EMPTY_WHOLE, EXPONENT, Numbers
 from fibrefit.records.grammar.tokens import NUMBER
 from fibrefit.records.thresholds import (
     ALIKE_WRITTEN,
-    CENTURY_BEGINS,
-    CENTURY_ENDS,
     FAR_OUT,
     FEWEST_WHOLE,
     FEWEST_WRITTEN,
@@ -27,14 +24,6 @@ from fibrefit.records.thresholds import (
     PUT_BACK,
     ROUND_BY_CHANCE,
 )
-
-
-def since_1970(values: np.ndarray) -> str | None:
-    """Unit of stamps that count from 1970: of this century in one unit only; None where they do not."""
-    present = values[np.isfinite(values)]
-    middle = typical(present) if present.size else 0.0
-    stamps = ((unit, middle * units.to_si(unit, "s")) for unit in ("s", "ms", "us", "ns"))
-    return next((unit for unit, seconds in stamps if CENTURY_BEGINS < seconds < CENTURY_ENDS), None)
 
 
 def odd_numbers(numbers: Numbers) -> np.ndarray:

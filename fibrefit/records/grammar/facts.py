@@ -37,7 +37,7 @@ _RATE_KEYS = (
 )
 _STEP_KEYS = (
     rf"dt|ts|tinc|(?:delta|[\u0394\u2206\u03b4])[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|step)"
-    rf"|{_ONE_SAMPLE}[ ]?(?:period|time)"
+    rf"|{_ONE_SAMPLE}[ ]?(?:period|time|cycle)"
     r"|(?:x|t|time|wf)?[ ]?incr?(?:ement)?|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution"
     r"|horizontal (?:interval|resolution)|time ?axis|clock|time[ ]?(?:step|increment|interval|resolution)"
     r"|abtast(?:intervall|zeit|periode)|zeit(?:schritt|inkrement)|samplet(?:ime)?"
@@ -312,6 +312,9 @@ def _meant(numbers: list[float], unit: str, quoted: str, is_step: bool) -> Itera
     else:
         return
     rates = tuple(dict.fromkeys(rate for rate in rates if SLOWEST_RATE <= rate <= FASTEST_RATE))
+    usual = tuple(rate for rate in rates if SLOWEST_LIKELY <= rate <= FASTEST_LIKELY)
+    if is_step and len(rates) > len(usual) == 1:  # "500.000 us", which nobody calls half a second
+        rates, note = usual, f'"{quoted}" is taken as {format_number(usual[0], 7)} Hz.'
     if rates:
         yield _Said(rates, quoted, note)
 

@@ -14,7 +14,7 @@ from fibrefit.records.grammar.headings import known_unit, split_heading, unit_by
 from fibrefit.records.grammar.rows import REMARK
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.grammar.words import counts_rows, is_remark, kinds_named, score
-from fibrefit.records.thresholds import HEADER_DEPTH
+from fibrefit.records.thresholds import HEADER_DEPTH, NEAR_HEADINGS
 
 #: First cell of a line that names what the line holds.
 _NAME_LABELS = {
@@ -29,6 +29,12 @@ _NAME_LABELS = {
     "název",
     "label",
     "title",
+    "header",
+    "headers",
+    "heading",
+    "headings",
+    "columns",
+    "fields",
 }
 _UNIT_LABELS = {"unit", "units", "einheit", "einheiten", "jednotka", "jednotky", "y_unit_label", "dimension"}
 #: The same for what the values were taken over: these units are not those of the columns.
@@ -39,6 +45,8 @@ _UNIT_WORD = re.compile(r"(?:units?|einheit)\s*:\s*", re.I)
 STATEMENT = re.compile(r"[^=]+=\s*[+-]?[\d.,]+(?:[eE][+-]?\d+)?\s*\w*|\W*[\d.,]+\s*[kM]?Hz")
 #: A key, and what it lists.
 _KEYED = re.compile(r"[^\W\d][^=:,;\t]{0,40}[=:]([^=:]*)")
+#: What a heading tells of its sensor in brackets: "Force [N] (S/N: 123)".
+_OF_SENSOR = re.compile(r"(?<=\S)\s*[\[(][^\])]*[\])]")
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
 
@@ -57,6 +65,8 @@ class Header:
         Lines they stand in, counted from 1.
     told : mapping of int to str
         Names of columns, by their place, that a list of channels has.
+    listed : tuple of int
+        Lines that name a column or number the signals, where no line names all columns.
     """
 
     names: tuple[str, ...]
@@ -64,6 +74,7 @@ class Header:
     line: int | None
     unit_line: int | None
     told: Mapping[int, str] = field(default_factory=dict)
+    listed: tuple[int, ...] = ()
 
 
 def find_header(
@@ -102,13 +113,15 @@ def find_header(
     )
     best, line = ranked[-1] if ranked else (0.0, 0)
     width = dialect.width - 1 if dialect.width > 1 and empty[-1] else dialect.width
-    for listed in (_listed(above, width), channels_of(above)):
+    numbered, first = _listed(above, width)
+    for listed in (numbered, channels_of(above)):
         if (
             len(listed) == width
             and _points([f"{name} [{unit}]" if unit else name for name, unit in listed], wanted) > best
         ):
             names, given = zip(*(listed + [("", None)] * (dialect.width - width)), strict=True)
-            return Header(names, given, None, None)
+            lines = tuple(range(first, first + width)) if listed is numbered else ()
+            return Header(names, given, None, None, listed=lines)
     if best > 0:
         unit_line = min(unit_rows, key=lambda i: (abs(i - line), -i), default=None)
         return _header(rows, line, unit_line)
@@ -155,14 +168,29 @@ def _is_prose(line: str, cells: Sequence[str], wanted: Collection[str]) -> bool:
 
 
 def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Header:
-    names = tuple(rows[line])
+    found = {i: _named_beside(rows, line, i) for i, cell in enumerate(rows[line]) if not cell}
+    beside = {i: j for i, j in found.items() if j is not None}
+    names = tuple(rows[beside[i]][i] if i in beside else cell for i, cell in enumerate(rows[line]))
+    # Where the others of such a line are numbers of signals, without a word, nothing else is said there.
+    others = {j: "".join(cell for k, cell in enumerate(rows[j]) if k != i) for i, j in beside.items()}
+    used = [j for j, text in others.items() if not re.search(r"[^\W\d_]", text)]
     given: list[str | None] = [None] * len(names)
     if unit_line is not None:
         given = [_bare(cell) or None for cell in rows[unit_line]]
         none = _UNIT_LABELS | _UNIT_MARKS
         given = [None if unit is not None and unit.casefold() in none else unit for unit in given]
         given[0] = None if _labels_units(names[0], given) else given[0]
-    return Header(names, tuple(given), line + 1, None if unit_line is None else unit_line + 1)
+    listed = tuple(j + 1 for j in sorted(used))
+    return Header(names, tuple(given), line + 1, None if unit_line is None else unit_line + 1, listed=listed)
+
+
+def _named_beside(rows: Mapping[int, Sequence[str]], line: int, i: int) -> int | None:
+    """Line that names the times where a line of headings has no name, as above signals; None for none."""
+    for j in sorted((j for j in rows if abs(j - line) <= NEAR_HEADINGS), key=lambda j: abs(j - line)):
+        texts = all(kind_of_cell(cell, ".") in ("text", "empty") for cell in rows[j])
+        if texts and kinds_named(rows[j][i]) == {"time"} and not is_unit_row(rows[j]):
+            return j
+    return None
 
 
 def _labels_units(name: str, given: Sequence[str | None]) -> bool:
@@ -194,7 +222,7 @@ def header_cells(line: str, dialect: Dialect, empty: Sequence[bool]) -> list[str
     """
     remark = REMARK.match(line)
     text = line[remark.end() :] if remark else line
-    if dialect.delimiter == WHITESPACE:
+    if dialect.delimiter != ";":  # which begins a remark, too
         text = text.lstrip("; ")
     if dialect.width == 1:
         return [text.strip(f' "{dialect.delimiter}')]
@@ -292,8 +320,10 @@ def _points(cells: Sequence[str], wanted: Collection[str]) -> float:
             continue
         if cell in wanted or name in wanted:
             points += 10
-        if (
-            re.search(r"=|:\s*[\d+-]|^\W*$", cell)
+        if counts_rows(cell):
+            points += 0.5
+        elif (
+            re.search(r"=|:\s*[\d+-]|^\W*$", _OF_SENSOR.sub("", cell))
             or kind_of_cell(cell, ".") != "text"
             or kind_of_cell(cell, ",") != "text"
         ):
@@ -308,19 +338,19 @@ def _points(cells: Sequence[str], wanted: Collection[str]) -> float:
 
 
 _LISTED = re.compile(
-    r"\W*(?:channel|kanal|kan[aá]l|column|spalte|sloupec|signal|ch|col|sp)?\W*(\d{1,3})\s*[:;,.\t=)|-]\s*(\S.*)",
+    r"\W*(?:channel|kanal|kan[aá]l|column|spalte|sloupec|signal|name|label|title|ch|col|sp)?\W*(\d{1,3})\s*[:;,.\t=)|-]\s*(\S.*)",
     re.IGNORECASE,
 )
 
 
-def _listed(above: Sequence[str], width: int) -> list[tuple[str, str | None]]:
-    """Names and units of columns that are listed line by line: ``1; Force; N``."""
+def _listed(above: Sequence[str], width: int) -> tuple[list[tuple[str, str | None]], int]:
+    """Names and units of columns that are listed line by line, ``1; Force; N``, and the first of these lines."""
     for start in range(len(above) - width, -1, -1):
         matches = [_LISTED.fullmatch(line.strip()) for line in above[start : start + width]]
         numbers = [int(match.group(1)) for match in matches if match]
         if numbers in (list(range(width)), list(range(1, width + 1))):
-            return [_name_then_unit(match.group(2)) for match in matches if match]
-    return []
+            return [_name_then_unit(match.group(2)) for match in matches if match], start + 1
+    return [], 0
 
 
 def _name_then_unit(text: str) -> tuple[str, str | None]:

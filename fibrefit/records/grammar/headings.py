@@ -15,7 +15,27 @@ _CONTROL = re.compile(r"\x1b\[[0-9;]*[A-Za-z]|[\x00-\x08\x0b-\x1f\x7f]")
 
 #: Words that end a name as often as they are units: a minimum, an input, a gain.
 _ALSO_WORDS = frozenset(
-    {"in", "min", "h", "g", "m", "s", "d", "A", "V", "N", "deg", "day", "count", "counts", "steps", "lb", "rad", "kp"}
+    {
+        "in",
+        "min",
+        "h",
+        "g",
+        "m",
+        "s",
+        "d",
+        "A",
+        "V",
+        "N",
+        "deg",
+        "day",
+        "count",
+        "counts",
+        "steps",
+        "lb",
+        "rad",
+        "kp",
+        "inc",
+    }
 )
 
 _BRACKETS = tuple(re.compile(p) for p in (r"\[([^\[\]]*)\]", r"\(([^()]*)\)", r"<([^<>]*)>", r"\{([^{}]*)\}"))
@@ -194,9 +214,9 @@ def _so_much_in_brackets(text: str) -> tuple[str, str] | None:
 
 
 def so_much_of(text: str) -> tuple[float, str] | None:
-    """How much of which unit a unit is, where it is a part or a multiple of a force, a length or an angle; else None.
+    """How much of which unit a unit is, where it is a part or a multiple of a time, a force, a length or an angle.
 
-    A whole number before a unit, ``500 N``, may as well be a range.
+    A whole number before a unit, ``500 N``, may as well be a range, but of a time: ``100 ns``. None for all others.
 
     Parameters
     ----------
@@ -204,7 +224,8 @@ def so_much_of(text: str) -> tuple[float, str] | None:
         As written, e.g. ``"1/100 mm"``.
     """
     found = _SO_MUCH_OF.fullmatch(text) or _OVER_SO_MUCH.fullmatch(text) or _PART_OF.fullmatch(text)
-    if found is None or units.kind_of(found["unit"].strip()) not in ("force", "length", "angle"):
+    kind = units.kind_of(found["unit"].strip()) if found else None
+    if found is None or kind not in ("time", "force", "length", "angle"):
         return None
     if found.re is _PART_OF:
         words = tokens(found["part"])
@@ -213,7 +234,7 @@ def so_much_of(text: str) -> tuple[float, str] | None:
         factor = _amount(found["number"]) / (_amount(found["below"] or "1") if found.re is _SO_MUCH_OF else 1.0)
         factor = 1.0 / factor if found["sign"] in ("/", ":") else factor
         signed = found["sign"] or (found.re is _SO_MUCH_OF and found["times"]) or re.match(_POWER, found["number"])
-        factor = 1.0 if factor > 1.0 and not signed else factor
+        factor = 1.0 if factor > 1.0 and not signed and kind != "time" else factor
     return None if factor == 1.0 else (factor, found["unit"].strip())
 
 

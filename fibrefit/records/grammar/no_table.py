@@ -15,7 +15,8 @@ from fibrefit.records.grammar.tokens import kind_of_cell
 _LOOKED_AT = 400
 
 #: How a page begins that programs save under the name of a spreadsheet.
-_MARKUP = re.compile(r"\s*<(?:!doctype\s+html|html|head|body|table)\b", re.I)
+_WORKBOOK = re.compile(r"<\?mso-application\b|<workbook\b", re.I)
+_MARKUP = re.compile(rf"\s*<(?:!doctype\s+html|html|head|body|table)\b|.*(?:{_WORKBOOK.pattern})", re.I)
 
 _NUMBERS = ("number", "clock", "thousands")
 
@@ -38,9 +39,11 @@ def no_table(lines: Sequence[str], where: str) -> DataError:
     filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip()]
     looked_at = filled[:_LOOKED_AT]
     export = "Export the measured values as a table, one row a sample."
-    if looked_at and _MARKUP.match(looked_at[0][1]):
+    page = next((line for _, line in looked_at[:2] if _MARKUP.match(line)), "")
+    if page:
         do = "Open it in a spreadsheet, and save it as .xlsx or CSV."
-        return DataError(where, "a page of HTML, no table of text", "rows of numbers", do)
+        what = "a workbook in XML" if _WORKBOOK.search(page) else "a page of HTML"
+        return DataError(where, f"{what}, no table of text", "rows of numbers", do)
     with_digits = [(i, line) for i, line in looked_at if any(char.isdigit() for char in line)]
     if not with_digits:
         shown = looked_at[0][1].strip()[:40] if looked_at else ""

@@ -30,9 +30,11 @@ _TIME = r"\d{1,3}:\d{2}(?::\d{2}(?:[.,]\d+|:\d{3,})?|[.,]\d+)?"
 _HALF = r"(?:\s?[aApP]\.?[mM]\.?)?"
 _ZONE = r"(?:\s?(?P<zone>Z|[+-]\d{2}:?\d{2}))?"
 
-#: Time of day, with or without a date before it; or a date alone.
+#: Time of day, with or without a date or a number of days before it; or a date alone.
 CLOCK = re.compile(
-    rf"(?:(?P<date>{_DATE})(?:[T\s]\s*|$))?(?:(?P<time>{_TIME})(?P<half>{_HALF}){_ZONE})?", re.IGNORECASE
+    rf"(?:(?P<days>\d{{1,5}}) days?,? )?(?:(?P<date>{_DATE})(?:[T\s]\s*|$))?"
+    rf"(?:(?P<time>{_TIME})(?P<half>{_HALF}){_ZONE})?",
+    re.IGNORECASE,
 )
 DATE = re.compile(_DATE, re.IGNORECASE)
 
@@ -140,6 +142,18 @@ def hexadecimal(cells: Sequence[str], mark: str) -> bool:
     return letters > max(2, OTHER_MARKS * len(present)) and len({*map(len, present)}) <= 2
 
 
+def clock_of(text: str) -> re.Match[str] | None:
+    """A clock reading taken apart, without the minus of one before a trigger; None for anything else.
+
+    Parameters
+    ----------
+    text : str
+        As from `clean`.
+    """
+    plain = text[1:] if text[:1] == "-" and ":" in text else text
+    return CLOCK.fullmatch(plain) if plain[:1].isdigit() else None
+
+
 def kind_of_cell(cell: str, mark: str) -> str:
     """Kind of a cell under a decimal mark.
 
@@ -162,7 +176,7 @@ def kind_of_cell(cell: str, mark: str) -> str:
         return "number"
     if THOUSANDS[mark].fullmatch(text):
         return "thousands"
-    if text[0].isdigit() and CLOCK.fullmatch(text):
+    if clock_of(text):
         return "clock"
     if NOT_A_NUMBER.fullmatch(text):
         return "not a number"

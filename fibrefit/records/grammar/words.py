@@ -83,6 +83,9 @@ _STEP = _words("increment increments inkrement zuwachs")
 #: A reading without its sign, or multiplied by itself.
 _WITHOUT_SIGN = re.compile(r"^\s*\|[^|]+\||(?<![^\W_])(?:abs\s*\(|betrag(?![^\W_]))|[^\W\d_]\s*(?:\^\s*2|\u00b2)", re.I)
 
+#: Words for what is repeated in a test, and counted.
+_REPETITIONS = _words("cycle cycles count counts zyklus zyklen cyklus cykly ciclo ciclos cicli steps turns")
+
 #: Names of a column that only counts rows.
 _COUNTERS = _words("no nr index idx sample samples scan point pt row n zeile bod cislo lfdnr record id i vzorek")
 _COUNTERS |= _words("sequence seq counter nummer number num lp messpunkt messwert punkt ligne muestra")
@@ -130,6 +133,8 @@ def score(text: str, role: str) -> int:
     words = tokens(text)
     points = 0
     for word in words:
+        if role == "time" and word == "elapsed" and not _REPETITIONS.isdisjoint(words):
+            continue  # so many cycles, and no time
         if any(stem in word for stem in _STEMS[role]):
             points = max(points, 3)
         elif word in _WORDS[role] or (role == "position" and word.endswith("weg")):

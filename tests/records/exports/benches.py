@@ -173,7 +173,7 @@ add(
     + "    -1\n",
     suffix=".uff",
     position=None,
-    refused="table|columns|heading",
+    refused="data set 58",
 )
 add(
     "seismic sample list",
