@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from fibrefit.records.files.block import read_long
 from fibrefit.records.files.decode import decode
 from fibrefit.records.files.keyed import without_keys
 from fibrefit.records.files.lvm import is_lvm, read_lvm
-from fibrefit.records.files.spreadsheet import sheet_text
+from fibrefit.records.files.sheets.workbook import read_workbook
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.options import ReadOptions
@@ -196,7 +195,7 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     if data is not packed and (data[:4] in (b"TDSm", b"PAR1") or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
     if name.endswith(".xlsx"):
-        return read_text(sheet_text(data, where), where, replace(options, delimiter="\t"))
+        return read_workbook(data, where, options)
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
