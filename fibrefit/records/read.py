@@ -192,10 +192,14 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     where = shown_path(path.name)
     packed = data
     data, name = unpacked(data, path.name, where)
-    if data is not packed and (data[:4] in (b"TDSm", b"PAR1") or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
+    if data is not packed and (data[:4] == b"TDSm" or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
     if name.endswith(".xlsx"):
         return read_workbook(data, where, options)
+    if name.endswith(".npz") or data[:6] == b"\x93NUMPY":
+        from fibrefit.records.files.arrays.numpy_file import read_numpy
+
+        return read_numpy(data, where, options)
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 

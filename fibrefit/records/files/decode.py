@@ -11,18 +11,23 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.thresholds import CONTROLS, NARROW_ZEROS, WHOLE_WORDS, WIDE_ZEROS, ZEROS
 
+_NEWER_NETCDF = 'Save it as NetCDF 4: xarray.load_dataset(...).to_netcdf(..., engine="h5netcdf").'
 #: How files that are no text begin, and what to do with them.
 FOREIGN = {
     b"\xd0\xcf\x11\xe0": ("an old spreadsheet", "Save the sheet as CSV."),
     b"%PDF": ("a PDF", "Export the measured values as CSV."),
     b"\x89PNG": ("a picture", "Export the measured values as CSV."),
+    b"ARROW1": ("an Arrow or Feather file", "Save it as Parquet: pandas.read_feather(...).to_parquet(...)."),
+    b"CDF\x01": ("a NetCDF 3 file", _NEWER_NETCDF),
+    b"CDF\x02": ("a NetCDF 3 file", _NEWER_NETCDF),
+    b"SQLite format 3": ("a data base", "Export the table of measured values as CSV."),
 }
 
 #: Bytes that are letters of Czech in cp1250 and rare signs in cp1252.
 _CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf2\xf8\xf9")
 
 #: What can be read, for messages.
-READABLE = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
+READABLE = "text, .xlsx, .parquet, .h5, .mat, .npz, .tdms or .mf4"
 
 #: Alphabets of two bytes a sign, the stricter first. Digits are the same in all of them.
 _EAST_ASIAN = ("cp932", "gbk", "euc_kr", "big5")
