@@ -10,7 +10,8 @@ import tarfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable
-from typing import IO, NamedTuple
+from functools import partial
+from typing import IO, Any, NamedTuple
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
@@ -22,7 +23,7 @@ from fibrefit.records.thresholds import FEWEST_ROWS
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _EMPTY_ZIP = b"PK\x05\x06"
 #: How compressed files begin, what opens them, and how their names end.
-_COMPRESSED: tuple[tuple[bytes, Callable[[IO[bytes]], IO[bytes]], str], ...] = (
+_COMPRESSED: tuple[tuple[bytes, Callable[[IO[bytes]], Any], str], ...] = (
     (_GZIP, lambda file: gzip.GzipFile(fileobj=file), ".gz"),
     (b"BZh", bz2.BZ2File, ".bz2"),
     (b"\xfd7zXZ\x00", lzma.LZMAFile, ".xz"),
@@ -118,7 +119,7 @@ def _from_tar(data: bytes, where: str) -> tuple[bytes, str]:
     with tarfile.open(fileobj=io.BytesIO(data), mode="r:") as archive:
         return _measured(
             [
-                _Member(entry.name, entry.size, lambda entry=entry: _content(archive, entry))
+                _Member(entry.name, entry.size, partial(_content, archive, entry))
                 for entry in archive.getmembers()
                 if entry.isfile()
             ],
@@ -143,7 +144,7 @@ def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
             Allowance(where, DataError).take(sum(entry.file_size for entry in entries))
             return data, name if name.casefold().endswith(ending) else f"{name}{ending}"
         return _measured(
-            [_Member(e.filename, e.file_size, lambda entry=e: archive.read(entry)) for e in entries], where
+            [_Member(entry.filename, entry.file_size, partial(archive.read, entry)) for entry in entries], where
         )
 
 

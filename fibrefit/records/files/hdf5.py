@@ -25,7 +25,7 @@ from fibrefit.records.files.arrays.titles import (
     listed_texts,
     plain,
 )
-from fibrefit.records.files.arrays.values import gathered, stamps_in
+from fibrefit.records.files.arrays.values import items_as_one, stamps_in
 from fibrefit.records.files.extras import json_object, stated_in
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import kinds_named
@@ -110,7 +110,9 @@ class _Hdf5:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
         if (fields := _fields_of_structures(group)) is not None:
             items = {name: [self.item(self.file[reference]) for reference in found] for name, found in fields.items()}
-            found = gathered([dict(zip(items, values, strict=True)) for values in zip(*items.values(), strict=True)])
+            found = items_as_one(
+                [dict(zip(items, values, strict=True)) for values in zip(*items.values(), strict=True)]
+            )
             return found if isinstance(found, dict) else {}
         tree = _said(group)
         attributes = tree[ATTRIBUTES] = {*tree, WORTH, STATED, TITLED}
@@ -226,7 +228,7 @@ class _Hdf5:
         if kind == "char":
             return "".join(map(chr, array.ravel(order="F")))
         if holds == "references":
-            return gathered([self.item(self.file[reference]) for reference in array.ravel(order="F")])
+            return items_as_one([self.item(self.file[reference]) for reference in array.ravel(order="F")])
         if array.dtype.names:
             return self._fields(item, array)
         if array.dtype.kind not in "biuf":

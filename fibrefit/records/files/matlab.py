@@ -14,7 +14,7 @@ from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, Raw
 from fibrefit.records.files.arrays.tree import columns_of_tree
-from fibrefit.records.files.arrays.values import gathered
+from fibrefit.records.files.arrays.values import items_as_one
 from fibrefit.records.files.extras import damage_as_error
 from fibrefit.records.files.hdf5 import load_hdf5, object_of_matlab
 from fibrefit.records.files.matlab_sizes import count_declared
@@ -98,5 +98,5 @@ def _of_scipy(value: Any) -> Any:
     if array.dtype.kind in "US":
         return [str(text).strip() for text in np.atleast_1d(array)]
     if array.dtype == object:
-        return gathered([_of_scipy(item) for item in np.atleast_1d(array).ravel()])
+        return items_as_one([_of_scipy(item) for item in np.atleast_1d(array).ravel()])
     return array if array.dtype.kind in "biuf" else None

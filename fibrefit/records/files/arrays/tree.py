@@ -27,7 +27,7 @@ from fibrefit.records.files.arrays.titles import (
     stem,
     titles_near,
 )
-from fibrefit.records.files.arrays.values import sizes_of, stamp_column, without_unfilled
+from fibrefit.records.files.arrays.values import deep_arrays, stamp_column, without_unfilled
 from fibrefit.records.files.extras import factors_among, with_stated_units
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import PLAIN_KINDS
@@ -99,29 +99,35 @@ def columns_of_tree(tree: dict[str, Any], said: Sequence[Annotation], where: str
     others = [column for column in found if column.numbers.values.size not in (1, size)]
     if not named_sizes:
         _refuse_other_rates(columns, others, where)
-    aside = [column.header for column in others]
-    notes = [f"Vectors of another length are left out: {', '.join(aside[:_MOST_SHOWN])}."] if aside else []
-    if deep := sizes_of(tree):
-        notes.append(f"Arrays of more than two dimensions are left out: {', '.join(deep[:_MOST_SHOWN])}.")
-    columns, rows = without_unfilled(columns), size
-    if len(columns[0].numbers.values) < size:
-        rows = len(columns[0].numbers.values)
-        notes.append(
-            f"The last {count(size - rows, 'row')} were never filled, and are left out: all is zero, the times too."
-        )
+    columns = without_unfilled(columns)
+    rows = columns[0].numbers.values.size
     return Raw(
         columns,
         _facts(tree, left),
         np.arange(1, rows + 1),
         layout={"rows": rows},
-        notes=notes,
+        notes=_left_out(tree, others, size - rows),
         annotations=[*annotations, *factors_among(others, len(columns))],
     )
 
 
+def _left_out(tree: Mapping[str, Any], others: Sequence[RawColumn], unfilled: int) -> list[str]:
+    """Sentences on what a file holds beside the columns that are read."""
+    notes = []
+    if aside := [column.header for column in others]:
+        notes.append(f"Vectors of another length are left out: {', '.join(aside[:_MOST_SHOWN])}.")
+    if deep := deep_arrays(tree):
+        notes.append(f"Arrays of more than two dimensions are left out: {', '.join(deep[:_MOST_SHOWN])}.")
+    if unfilled:
+        notes.append(
+            f"The last {count(unfilled, 'row')} were never filled, and are left out: all is zero, the times too."
+        )
+    return notes
+
+
 def _no_vectors(tree: dict[str, Any], where: str) -> DataError:
     """Refusal of a file without vectors by what it holds."""
-    deep = sizes_of(tree)
+    deep = deep_arrays(tree)
     got = f"no vectors of numbers{f', but {deep[0]}' if deep else ''}"
     do = "Save the channels as vectors."
     if deep:
@@ -300,7 +306,7 @@ def _owners(tree: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
     found: dict[str, tuple[str, str]] = {}
     for key in (key for key, value in tree.items() if _is_vector(value)):
         short = stem(key)
-        starts = [(key.casefold(), (*_ABOUT, *UNIT_KEYS))]
+        starts: list[tuple[str, tuple[str, ...]]] = [(key.casefold(), (*_ABOUT, *UNIT_KEYS))]
         starts += [(short, (*_ABOUT, *UNIT_KEYS, *_TITLES))] if short else []
         for start, words in starts:
             for sign, word in product(_SIGNS, words):

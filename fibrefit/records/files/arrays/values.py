@@ -66,7 +66,7 @@ def stamp_column(header: str, name: str, stamps: np.ndarray) -> RawColumn | None
     return RawColumn(header, name, None, Numbers.of_array(seconds), clock=True, resolution=1.0 / _PER_SECOND)
 
 
-def gathered(items: list[Any]) -> Any:
+def items_as_one(items: list[Any]) -> Any:
     """Items of a list as one: vectors of one length as columns of a matrix, others and structures by their number.
 
     A list of structures of single numbers, such as of the rows of a table, is one of vectors.
@@ -113,7 +113,7 @@ def without_unfilled(columns: Sequence[RawColumn]) -> list[RawColumn]:
     return [replace(column, numbers=one) for column, one in zip(columns, numbers, strict=True)]
 
 
-def sizes_of(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
+def deep_arrays(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
     """Arrays of more than two dimensions in a file, with their sizes.
 
     Parameters
@@ -126,7 +126,7 @@ def sizes_of(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
     found = []
     for key, value in tree.items():
         if isinstance(value, dict):
-            found += sizes_of(value, f"{prefix}{key}.")
+            found += deep_arrays(value, f"{prefix}{key}.")
         elif isinstance(value, np.ndarray) and value.ndim > 2:
             found.append(f'"{prefix}{key}" of {" x ".join(map(str, value.shape))} numbers')
     return found

@@ -62,7 +62,7 @@ def upright(rows: Cells) -> list[Sequence[str]] | None:
     return [[*row, *[""] * (width - len(row))] for row in (*above, *zip(*lying, strict=True))]
 
 
-def headed(rows: Cells) -> list[Sequence[str]]:
+def with_whole_headings(rows: Cells) -> list[Sequence[str]]:
     """Rows of a sheet whose headings stand in two rows, some of them over both: each in the row above the numbers.
 
     Parameters

@@ -17,7 +17,14 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.files.decode import Text
 from fibrefit.records.files.extras import damage_as_error, require
-from fibrefit.records.files.sheets.shape import Cells, Decimal, headed, is_row, upright, without_blocks_beside
+from fibrefit.records.files.sheets.shape import (
+    Cells,
+    Decimal,
+    is_row,
+    upright,
+    with_whole_headings,
+    without_blocks_beside,
+)
 from fibrefit.records.files.sheets.stamps import Stamp, exact_stamps, stamp
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
@@ -85,7 +92,7 @@ def read_workbook(data: bytes, where: str, options: ReadOptions) -> Raw:
     beside += [*comments, *apart, *stated.items()]
     if (mark := _mark(rows)) is not None:
         _refuse_texts(rows, where)
-    lines = ["\t".join(row) for row in headed(rows)]
+    lines = ["\t".join(row) for row in with_whole_headings(rows)]
     text = Text(lines, "XLSX", True, notes, tuple(beside), tuple(stated.values()), mark)
     raw = read_text(text, where, replace(options, delimiter="\t"))
     worth = {one.column: one.worth for one in formats}
