@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import gzip
 import io
+import json
 import lzma
 import tarfile
 import zipfile
@@ -99,6 +100,10 @@ NPZ: dict[str, dict[str, Any]] = {
     "vectors": NAMED,
     "vectors and a rate": {"fs": 2000.0, "force_N": FORCE, "position_mm": POSITION},
     "a matrix and names": {"data": np.c_[TIME, FORCE, POSITION], "columns": np.array(list(NAMED))},
+    "a matrix and a note in JSON": {
+        "data": np.c_[TIME, FORCE, POSITION],
+        "meta": np.array(json.dumps({"columns": list(NAMED), "operator": "Novak"})),
+    },
     "stamps": {**NAMED, "time_s": np.array(STAMPS, dtype="M8[us]")},
     "stamps in words": {**NAMED, "time_s": np.array([stamp.isoformat() for stamp in STAMPS])},
     "durations": {"time": (np.arange(N) * 500).astype("m8[us]"), "force_N": FORCE, "position_mm": POSITION},
@@ -162,3 +167,25 @@ def test_parquet_with_columns_in_columns_and_lists_in_a_row(tmp_path: Path) -> N
         read_record(parquet(tmp_path / "c.parquet", **lists, gain=[10.0]))
     with pytest.raises(DataError, match=r'"force_N" holds a list in each row.*Write each row to a file of its own'):
         read_record(parquet(tmp_path / "d.parquet", **{key: value * 2 for key, value in lists.items()}))
+
+
+@pytest.mark.parametrize(
+    ("encoding", "names"),
+    [
+        ("cp850", ["Zeit [s]", "Kraft [N]", "Weg [\u00b5m]"]),
+        (
+            "koi8_r",
+            [
+                "\u0412\u0440\u0435\u043c\u044f [\u0441]",
+                "\u0421\u0438\u043b\u0430 [\u041d]",
+                "\u041f\u0435\u0440\u0435\u043c\u0435\u0449\u0435\u043d\u0438\u0435 [\u043c\u043c]",
+            ],
+        ),
+    ],
+)
+def test_alphabets_of_older_programs(encoding: str, names: list[str], write: Callable) -> None:
+    micro = encoding == "cp850"
+    lines = [f"{t},{f},{1e3 * x if micro else x:.4f}" for t, f, x in zip(TIME, FORCE, POSITION, strict=True)]
+    record = read_record(write("\n".join([",".join(names), *lines, ""]).encode(encoding), "a.csv"))
+    np.testing.assert_array_equal(record.channels["force"], FORCE)
+    np.testing.assert_allclose(record.channels["position"], POSITION / 1e3, rtol=1e-12)

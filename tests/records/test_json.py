@@ -80,6 +80,14 @@ def test_a_list_of_gains_beside_lists_is_asked_about(write: Callable) -> None:
     check(write(json.dumps({**LISTS, "gain": [1, 1, 1]}), "b.json"))
 
 
+def test_a_scale_among_fields_is_asked_about(write: Callable) -> None:
+    fields = [{"name": name, "unit": unit} for name, unit in UNITS.items()]
+    check(write(json.dumps({"fields": fields, "values": ROWS}), "a.json"))
+    fields[1]["scale"] = 0.1  # type: ignore[assignment]
+    with pytest.raises(DataError, match=r'"force.scale = 0.1"'):
+        read_record(write(json.dumps({"fields": fields, "values": ROWS}), "b.json"))
+
+
 def test_a_channel_that_some_rows_lack_is_masked_there(write: Callable) -> None:
     rows = [{k: v for k, v in row.items() if k != "position_mm" or not i % 4} for i, row in enumerate(OBJECTS)]
     record = read_record(write("\n".join(map(json.dumps, rows)), "a.jsonl"))

@@ -62,6 +62,11 @@ MATLAB: dict[str, dict[str, Any]] = {
         "data": MATRIX,
         "info": {"channels": cells(*VALUES), "units": cells(*UNITS.values()), "operator": "Novak"},
     },
+    "names here and units there": {
+        "data": MATRIX,
+        "names": cells(*VALUES),
+        "meta": {"units": cells(*UNITS.values())},
+    },
     "a structure a row": {
         "rec": structures(*({"t_s": a, "F_N": b, "x_mm": c} for a, b, c in MATRIX)),
     },
@@ -271,3 +276,16 @@ def test_words_that_are_no_stamps_are_left_out(tmp_path: Path) -> None:
         put(file, "phase", np.array(["10:15:00", *["fall"] * (N - 1)], dtype=h5py.string_dtype()))
 
     check(hdf5(fill, tmp_path / "a.h5"))
+
+
+def test_columns_that_are_called_alike_have_their_place_before_their_name(tmp_path: Path) -> None:
+    def fill(file: Any) -> None:
+        file.attrs.update(channel_names=["force_N", "position_mm"], fs_Hz=2000.0)
+        put(file, "run1", MATRIX[:, 1:])
+        put(file, "run2", 2.0 * MATRIX[:, 1:])
+
+    path = hdf5(fill, tmp_path / "a.h5")
+    with pytest.raises(DataError, match=r'"run1.force_N" and "run2.force_N" could each be the force'):
+        read_record(path)
+    record = read_record(path, channels={"force": "run2.force_N", "position": "run2.position_mm"})
+    np.testing.assert_array_equal(record.channels["force"], 2.0 * FORCE)

@@ -174,3 +174,16 @@ def test_a_table_on_a_hidden_sheet_is_left_out_and_told(write: Callable) -> None
     record = read_record(write(book(HEAD, change), "a.xlsx"))
     np.testing.assert_array_equal(record.channels["force"], FORCE)
     assert 'Tables on hidden sheets are left out: "old".' in record.history
+
+
+def test_a_format_that_changes_its_unit_is_refused(write: Callable) -> None:
+    def change(sheet: Any) -> None:
+        for i, row in enumerate(sheet.iter_rows(min_row=2)):
+            row[1].number_format = '0.000" kN"' if i >= 40 else '0.0" N"'
+
+    where = r'column "Force", line 42: the number format changes from "N" to "kN"; expected one unit for all rows'
+    with pytest.raises(DataError, match=where):
+        read_record(write(book(["Time [s]", "Force", "Position [mm]"], change), "a.xlsx"))
+    same = formatted("General", '0.0" N"', '0.0" mm"')
+    kept = read_record(write(book(["Time [s]", "Force", "Position"], same), "b.xlsx"))
+    np.testing.assert_array_equal(kept.channels["force"], FORCE)

@@ -32,6 +32,10 @@ READABLE = "text, .xlsx, .parquet, .h5, .mat, .npz, .tdms or .mf4"
 #: Alphabets of two bytes a sign, the stricter first. Digits are the same in all of them.
 _EAST_ASIAN = ("cp932", "gbk", "euc_kr", "big5")
 
+#: Alphabets of older programs: of consoles, and of those in Cyrillic letters.
+_OF_CONSOLES = ("cp850", "cp852")
+_CYRILLIC = ("koi8_r", "cp866")
+
 #: Bytes at the start of a file that tell its alphabet.
 _HEAD = 65536
 
@@ -133,21 +137,22 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
 
 def _of_known_words(data: bytes) -> str:
     """Alphabet in which most words with high bytes are known; where they are in none or several, the likeliest."""
-    pairs = _is_in_pairs(data)
-    likely = "cp1251" if _is_cyrillic(data) else "gbk" if pairs else "cp1250" if _CZECH & set(data) else "cp1252"
-    others = _EAST_ASIAN if pairs else ("cp1250", "cp1252")
+    pairs, cyrillic = _is_in_pairs(data), _is_cyrillic(data)
+    likely = "cp1251" if cyrillic else "gbk" if pairs else "cp1250" if _CZECH & set(data) else "cp1252"
+    others = _EAST_ASIAN if pairs else ("cp1250", "cp1252", *(_CYRILLIC if cyrillic else _OF_CONSOLES))
     return max((likely, *(other for other in others if other != likely)), key=lambda one: _known_words(data, one))
 
 
 def _known_words(data: bytes, encoding: str) -> int:
-    """Words with high bytes that name a quantity or a unit, read in an alphabet; -1 where it cannot be."""
+    """How many words with high bytes name a quantity or a unit, read in an alphabet; -1 where it cannot be."""
     try:
         text = data[: max(data.rfind(b"\n", 0, _HEAD), 0) or len(data)].decode(encoding)
     except UnicodeDecodeError:
         return -1 if encoding in _EAST_ASIAN else 0
     words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
-    spelt = ((word, "".join(tokens(word))) for word in words)
-    return sum(bool(kinds_named(word)) or any(map(units.expression, (word, bare))) for word, bare in spelt)
+    known = sum(bool(kinds_named(word)) or units.expression(word) is not None for word in words)
+    # What is a unit only without its accents is less: "\u0107m" is no centimetre, where "\u00b5m" may be meant.
+    return 2 * known + sum(units.expression("".join(tokens(word))) is not None for word in words)
 
 
 def _is_in_pairs(data: bytes) -> bool:

@@ -139,8 +139,14 @@ def _with_named_rows(node: dict[str, Any]) -> dict[str, Any]:
         ]
         named = [{**{k: node[k][i] for k in along}, **dict(zip(names, row, strict=True))} for i, row in enumerate(rows)]
         used = {place, *along, *(k for k in _UNITS if k in lists)}
-        return {k: named if k == key else v for k, v in node.items() if k not in used}
+        told = {f"{name}.{k}": v for (name, _), one in zip(headings, lists[place], strict=True) for k, v in _rest(one)}
+        return {**{k: named if k == key else v for k, v in node.items() if k not in used}, **told}
     return node
+
+
+def _rest(one: Any) -> list[tuple[str, Any]]:
+    """What an object tells of a column besides its name and its unit."""
+    return [(k, v) for k, v in _flat(one).items() if k not in (*_TITLES, *_UNITS)]
 
 
 def _width(node: Any) -> int:

@@ -16,7 +16,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.files.arrays.tree import columns_of_tree
 from fibrefit.records.files.arrays.values import stamps_in
-from fibrefit.records.files.extras import damage_as_error
+from fibrefit.records.files.extras import damage_as_error, json_object
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import HEADER_DEPTH
 
@@ -103,10 +103,19 @@ def _variable(name: str, array: np.ndarray, where: str) -> dict[str, Any]:
         return {name: np.squeeze(array / _SECOND), f"{name}_unit": "s"}
     if kind in "SU":
         texts = _texts(array)
+        if array.ndim == 0 and (said := json_object(texts[0])):
+            return {name: {key: _noted(value) for key, value in said.items()}}
         stamps = stamps_in(texts, f'{where}, "{name}"') if array.ndim == 1 else None
         listed = {name: texts[0] if array.ndim == 0 else texts} if len(texts) <= HEADER_DEPTH else {}
         return listed if stamps is None else {name: stamps}
     return {name: np.squeeze(array)} if kind in "biufM" else {}
+
+
+def _noted(value: Any) -> Any:
+    """A value of a note in JSON as arrays have it: numbers as arrays, texts and lists of them as they are."""
+    if isinstance(value, dict):
+        return {key: _noted(one) for key, one in value.items()}
+    return np.asarray(value) if np.asarray(value).dtype.kind in "if" else value
 
 
 def _texts(array: np.ndarray) -> Sequence[str]:

@@ -103,12 +103,10 @@ def titles_near(around: Sequence[Mapping[str, Any]], key: str, count: int) -> tu
     tuple of list of str and list of str
         Either is empty where there is none.
     """
-    for node in around:
-        for level in (node, *notes_in(node)):
-            names = _names_beside(level, key, count)
-            if names:
-                return names, _units_beside(level, count)
-    return [], []
+    levels = [level for node in around for level in (node, *notes_in(node))]
+    names = next((found for level in levels if (found := _names_beside(level, key, count))), [])
+    stated = next((found for level in levels if (found := _units_beside(level, count))), [])
+    return names, stated if names else []
 
 
 def notes_in(node: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:

@@ -9,6 +9,7 @@ import warnings
 import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -30,6 +31,7 @@ from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import NUMBER
+from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import FEWEST_ROWS, STRAY_ROWS, STRAY_SHARE
 
@@ -77,6 +79,7 @@ def read_workbook(data: bytes, where: str, options: ReadOptions) -> Raw:
         chosen, notes = _with_table(sheets, shown, where)
         sheet = next(sheet for sheet in book.worksheets if sheet.title == chosen)
         formats = _formats(sheet, sheets[chosen])
+        _refuse_changing_formats(sheet, formats, where)
         rows: Cells = _with_exact_stamps(sheet, sheets[chosen])
     beside = [
         (f'sheet "{title}", row {i}', "\t".join(filter(None, row)))
@@ -138,13 +141,38 @@ def _formats(sheet: Any, rows: Cells) -> list[_Format]:
     found = []
     for cell in next(iter(sheet.iter_rows(min_row=first, max_row=first)), ()) if first else ():
         shown = (cell.number_format or "").split(";")[0]
-        unit = "".join(map("".join, _SHOWN.findall(shown))).strip(" []()")
         if isinstance(cell.value, int | float):
             above = (rows[i][cell.column - 1] for i in range(first - 2, -1, -1))
             name = split_heading(next(filter(None, above), ""))[0]
-            known = unit if units.kind_of(unit) in PLAIN_KINDS else ""
-            found.append(_Format(cell.column, name, known, _multiple(shown)))
+            found.append(_Format(cell.column, name, _unit_shown(shown), _multiple(shown)))
     return found
+
+
+def _unit_shown(shown: str) -> str:
+    """Unit that a number format shows behind the number; empty where it shows none."""
+    unit = "".join(map("".join, _SHOWN.findall(shown))).strip(" []()")
+    return unit if units.kind_of(unit) in PLAIN_KINDS else ""
+
+
+def _refuse_changing_formats(sheet: Any, formats: Sequence[_Format], where: str) -> None:
+    """Refuse a column whose number format shows another unit from some row on, as of a meter that chooses its range.
+
+    The cells are gone through only where the formats of the workbook show two units of one quantity.
+    """
+    stated = [unit for one in getattr(sheet.parent, "_number_formats", ()) if (unit := _unit_shown(one.split(";")[0]))]
+    if not any(contradicted(pair) for pair in combinations(dict.fromkeys(stated), 2)):
+        return
+    first = {one.column: one.unit for one in formats if one.unit}
+    for number, row in enumerate(sheet.iter_rows(), 1):
+        for cell in row:
+            before = first.get(getattr(cell, "column", 0))
+            if before and isinstance(cell.value, int | float):
+                unit = _unit_shown((cell.number_format or "").split(";")[0])
+                if unit and contradicted([before, unit]):
+                    got = f'the number format changes from "{before}" to "{unit}"'
+                    name = next(one.name for one in formats if one.column == cell.column)
+                    do = "Fix the range of the meter, or convert the values to one unit."
+                    raise DataError(f'{where}, column "{name}", line {number}', got, "one unit for all rows", do)
 
 
 def _multiple(shown: str) -> str:
