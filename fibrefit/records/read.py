@@ -294,13 +294,22 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
 
 
 def _likely(base: TimeBase) -> str:
-    """Unit in which times without one are more likely: that of the rate which mechanical records have."""
-    return "s" if SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY else "ms"
+    """Unit in which times without one are more likely: that of the rate which mechanical records have.
+
+    Sheets keep times in days.
+    """
+    rates = _rates_by_unit(base)
+    return next((unit for unit, rate in rates.items() if SLOWEST_LIKELY <= rate <= FASTEST_LIKELY), "ms")
+
+
+def _rates_by_unit(base: TimeBase) -> dict[str, float]:
+    """Rate in Hz of times that have no unit, by the units that they may be in."""
+    return {unit: base.rate / registry.to_si(unit, "s") for unit in ("s", "ms", "d")}
 
 
 def _rates(base: TimeBase) -> str:
     """Either unit of times that have none, with the rate in it, the likelier first."""
-    rates = {"s": base.rate, "ms": 1e3 * base.rate}
+    rates = _rates_by_unit(base)
     likely = _likely(base)
     other = next(unit for unit in rates if unit != likely)
     first, second = (f"{registry.format_number(rates[unit], 6)} Hz" for unit in (likely, other))

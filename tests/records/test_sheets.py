@@ -187,3 +187,11 @@ def test_a_format_that_changes_its_unit_is_refused(write: Callable) -> None:
     same = formatted("General", '0.0" N"', '0.0" mm"')
     kept = read_record(write(book(["Time [s]", "Force", "Position"], same), "b.xlsx"))
     np.testing.assert_array_equal(kept.channels["force"], FORCE)
+
+
+def test_times_in_days_are_called_that(write: Callable) -> None:
+    rows = [[row[0] / 86400, *row[1:]] for row in TABLE]
+    path = write(built(["Time", *HEAD[1:]], *rows), "a.xlsx")
+    with pytest.raises(DataError, match=r'time = "d" \(2000 Hz\) or "s"'):
+        read_record(path)
+    check(path, units={"time": "d"})
