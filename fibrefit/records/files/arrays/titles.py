@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fibrefit.core import units
+from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import kinds_named
 
@@ -151,3 +154,24 @@ def _are_names(texts: Sequence[str]) -> bool:
     """Whether texts name columns: they differ, some name a quantity or tell a unit, and they are not units alone."""
     tell = any(kinds_named(name) or unit for name, unit in map(named, texts))
     return tell and len(set(texts)) == len(texts) and any(units.expression(text) is None for text in texts)
+
+
+def told_apart(placed: Sequence[tuple[str, RawColumn]]) -> list[tuple[str, RawColumn]]:
+    """Columns with their places, of which those that are called alike have where they stand before their heading.
+
+    Parameters
+    ----------
+    placed : sequence of (str, RawColumn)
+        As a file holds them.
+    """
+    called = Counter(column.header for _, column in placed)
+    return [
+        (at, column if called[column.header] < 2 else replace(column, header=f"{_owner(at)}{column.header}"))
+        for at, column in placed
+    ]
+
+
+def _owner(place: str) -> str:
+    """Where the matrix or the structure of a column stands, with the sign that ends it; empty at the top."""
+    matrix, sign, _ = place.partition("(:,")
+    return f"{matrix if sign else place.rpartition('.')[0]}.".removeprefix(".")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
@@ -27,6 +26,7 @@ from fibrefit.records.files.arrays.titles import (
     plain,
     stem,
     titles_near,
+    told_apart,
 )
 from fibrefit.records.files.arrays.values import deep_arrays, stamp_column, without_unfilled
 from fibrefit.records.files.extras import factors_among, with_stated_units
@@ -85,7 +85,7 @@ def columns_of_tree(tree: dict[str, Any], said: Sequence[Annotation], where: str
     """
     annotations = [*said, *_annotations(tree, list(_titles_used([tree])))]
     # A user may call a column by its name in the file, whatever is told beside it of its name.
-    placed = _told_apart(list(_columns([tree], "")))
+    placed = told_apart(list(_columns([tree], "")))
     placed = [(at, replace(column, header=at) if at in wanted else column) for at, column in placed]
     annotations = _said_of(annotations, placed)
     found = with_stated_units([column for _, column in placed], annotations)
@@ -204,21 +204,6 @@ def _texts_of(value: Any) -> list[str]:
         return [f"{number:.12g}"]
     texts = value if isinstance(value, list) else [value]
     return [text for text in dict.fromkeys(one for one in texts if isinstance(one, str)) if text][:HEADER_DEPTH]
-
-
-def _told_apart(placed: Sequence[tuple[str, RawColumn]]) -> list[tuple[str, RawColumn]]:
-    """Columns with their places, of which those that are called alike have where they stand before their heading."""
-    called = Counter(column.header for _, column in placed)
-    return [
-        (at, column if called[column.header] < 2 else replace(column, header=f"{_owner(at)}{column.header}"))
-        for at, column in placed
-    ]
-
-
-def _owner(place: str) -> str:
-    """Where the matrix or the structure of a column stands, with the sign that ends it; empty at the top."""
-    matrix, sign, _ = place.partition("(:,")
-    return f"{matrix if sign else place.rpartition('.')[0]}.".removeprefix(".")
 
 
 def _said_of(annotations: Iterable[Annotation], placed: Sequence[tuple[str, RawColumn]]) -> list[Annotation]:
