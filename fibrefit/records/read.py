@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +24,9 @@ from fibrefit.records.files.block import read_long
 from fibrefit.records.files.decode import decode
 from fibrefit.records.files.keyed import without_keys
 from fibrefit.records.files.lvm import is_lvm, read_lvm
-from fibrefit.records.files.spreadsheet import sheet_text
+from fibrefit.records.files.sheets.workbook import read_workbook
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import count
-from fibrefit.records.layouts.units_behind import with_units_apart
 from fibrefit.records.layouts.usual import in_usual_layout
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
@@ -195,11 +193,14 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     where = shown_path(path.name)
     packed = data
     data, name = unpacked(data, path.name, where)
-    if data is not packed and (data[:4] in (b"TDSm", b"PAR1") or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
+    if data is not packed and (data[:4] == b"TDSm" or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
     if name.endswith(".xlsx"):
-        sheet = with_units_apart(sheet_text(data, where), where)
-        return read_text(sheet, where, replace(options, delimiter="\t"))
+        return read_workbook(data, where, options)
+    if name.endswith(".npz") or data[:6] == b"\x93NUMPY":
+        from fibrefit.records.files.arrays.numpy_file import read_numpy
+
+        return read_numpy(data, where, options)
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
@@ -296,13 +297,22 @@ def _check_units(base: TimeBase, kept: Mapping[str, Column], where: str) -> None
 
 
 def _likely(base: TimeBase) -> str:
-    """Unit in which times without one are more likely: that of the rate which mechanical records have."""
-    return "s" if SLOWEST_LIKELY <= base.rate <= FASTEST_LIKELY else "ms"
+    """Unit in which times without one are more likely: that of the rate which mechanical records have.
+
+    Sheets keep times in days.
+    """
+    rates = _rates_by_unit(base)
+    return next((unit for unit, rate in rates.items() if SLOWEST_LIKELY <= rate <= FASTEST_LIKELY), "ms")
+
+
+def _rates_by_unit(base: TimeBase) -> dict[str, float]:
+    """Rate in Hz of times that have no unit, by the units that they may be in."""
+    return {unit: base.rate / registry.to_si(unit, "s") for unit in ("s", "ms", "d")}
 
 
 def _rates(base: TimeBase) -> str:
     """Either unit of times that have none, with the rate in it, the likelier first."""
-    rates = {"s": base.rate, "ms": 1e3 * base.rate}
+    rates = _rates_by_unit(base)
     likely = _likely(base)
     other = next(unit for unit in rates if unit != likely)
     first, second = (f"{registry.format_number(rates[unit], 6)} Hz" for unit in (likely, other))

@@ -213,7 +213,10 @@ REFUSED |= {
         '{"time [s]": [0, 1, 2, 3], "force [N]": [1, 2, 3]}',
         r"lists of different lengths \(time \[s\]: 4, force \[N\]: 3\); expected one length",
     ),
-    "an object without rows": ('{"a": {"b": 1}}', "JSON without a table; expected a list of objects, or lists of one"),
+    "an object without rows": (
+        '{"a": {"b": 1}}',
+        r'JSON without a table \("a"\); expected a list of objects, or lists of one',
+    ),
     "tables on two sheets": (book(one=CELLS, two=CELLS), r'tables on 2 sheets \("one", "two"\); expected one'),
     "sheets without a table": (
         book(one=[["words"]], two=[]),

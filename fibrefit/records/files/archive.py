@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import bz2
 import gzip
 import io
+import lzma
+import tarfile
 import zipfile
 import zlib
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import IO, Any, NamedTuple
 
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
@@ -16,12 +22,47 @@ from fibrefit.records.thresholds import FEWEST_ROWS
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _EMPTY_ZIP = b"PK\x05\x06"
+#: How compressed files begin, what opens them, and how their names end.
+_COMPRESSED: tuple[tuple[bytes, Callable[[IO[bytes]], Any], str], ...] = (
+    (_GZIP, lambda file: gzip.GzipFile(fileobj=file), ".gz"),
+    (b"BZh", bz2.BZ2File, ".bz2"),
+    (b"\xfd7zXZ\x00", lzma.LZMAFile, ".xz"),
+)
+#: Where a tar archive says that it is one.
+_TAR, _TAR_PLACE = b"ustar", 257
 
 #: Bytes unpacked at a time where they are only counted.
 _PART = 1 << 20
 
 #: How measurements begin that are no text; a spreadsheet is an archive.
-_BINARY = (b"TDSm", b"PAR1", b"MDF", b"UnFinM", b"MATLAB", b"\x89HDF", _GZIP, _ZIP)
+_BINARY = (b"TDSm", b"PAR1", b"MDF", b"UnFinM", b"MATLAB", b"\x89HDF", b"\x93NUMPY", _GZIP, _ZIP)
+#: What archives are that are documents of an office program, by one of their members.
+_DOCUMENTS = {
+    "content.xml": ("an OpenDocument file", "Save the sheet as .xlsx or as CSV."),
+    "xl/workbook.bin": ("a binary workbook (.xlsb)", "Save it as .xlsx, or the sheet as CSV."),
+    "word/document.xml": ("a text document", "Copy its table into a sheet, and save that as CSV."),
+}
+
+#: What the libraries raise of archives that are damaged.
+_DAMAGE = (
+    OSError,
+    EOFError,
+    zlib.error,
+    lzma.LZMAError,
+    tarfile.TarError,
+    zipfile.BadZipFile,
+    RuntimeError,
+    NotImplementedError,
+    ValueError,
+)
+
+
+class _Member(NamedTuple):
+    """A file of an archive: its name, its size, and what reads it."""
+
+    name: str
+    size: int
+    read: Callable[[], bytes]
 
 
 def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
@@ -47,42 +88,79 @@ def unpacked(data: bytes, name: str, where: str) -> tuple[bytes, str]:
         If it is damaged, holds nothing, several files, or more than a record can be; nothing is kept of that.
     """
     try:
-        if data.startswith(_GZIP):
-            with gzip.open(io.BytesIO(data)) as file:
-                _count(file, Allowance(where, DataError))
-                file.seek(0)
-                return _once(file.read(), name.removesuffix(".gz"), where)
+        for start, opened, ending in _COMPRESSED:
+            if data.startswith(start):
+                with opened(io.BytesIO(data)) as file:
+                    _count(file, Allowance(where, DataError))
+                    file.seek(0)
+                    data, name = file.read(), name.removesuffix(ending)
+                return _from_tar(data, where) if _is_tar(data) else _once(data, name, where)
+        if _is_tar(data):
+            return _from_tar(data, where)
         if data.startswith((_ZIP, _EMPTY_ZIP)):
             return _from_zip(data, name, where)
-    except (OSError, EOFError, zlib.error, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError) as error:
+    except _DAMAGE as error:
         damage = damage_of(error)
         raise DataError(where, f"the archive is damaged ({damage})", "a complete file", "Copy it again.") from None
     return data, name
 
 
-def _count(file: gzip.GzipFile, allowed: Allowance) -> None:
-    """Go through a file without keeping it: gzip does not say beforehand what it holds."""
+def _count(file: IO[bytes], allowed: Allowance) -> None:
+    """Go through a file without keeping it: what is compressed does not say beforehand what it holds."""
     while part := file.read(_PART):
         allowed.take(len(part))
+
+
+def _is_tar(data: bytes) -> bool:
+    return data[_TAR_PLACE : _TAR_PLACE + len(_TAR)] == _TAR
+
+
+def _from_tar(data: bytes, where: str) -> tuple[bytes, str]:
+    with tarfile.open(fileobj=io.BytesIO(data), mode="r:") as archive:
+        return _measured(
+            [
+                _Member(entry.name, entry.size, partial(_content, archive, entry))
+                for entry in archive.getmembers()
+                if entry.isfile()
+            ],
+            where,
+        )
+
+
+def _content(archive: tarfile.TarFile, entry: tarfile.TarInfo) -> bytes:
+    file = archive.extractfile(entry)
+    return b"" if file is None else file.read()
 
 
 def _from_zip(data: bytes, name: str, where: str) -> tuple[bytes, str]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entries = [entry for entry in archive.infolist() if not entry.is_dir()]
-        if any(entry.filename == "[Content_Types].xml" for entry in entries):
+        names = {entry.filename for entry in entries}
+        for member, (what, do) in _DOCUMENTS.items():
+            if member in names and names & {"mimetype", "[Content_Types].xml"}:
+                raise DataError(where, what, "a table of measured values", do)
+        if "[Content_Types].xml" in names or (names and all(one.endswith(".npy") for one in names)):
+            ending = ".xlsx" if "[Content_Types].xml" in names else ".npz"
             Allowance(where, DataError).take(sum(entry.file_size for entry in entries))
-            return data, name if name.casefold().endswith(".xlsx") else f"{name}.xlsx"
-        files = [entry for entry in entries if not entry.filename.startswith("__MACOSX/")]
-        if len(files) > 1:
-            Allowance(where, DataError).take(sum(entry.file_size for entry in files))
-        measured = [entry for entry in files if len(files) == 1 or _may_be_measured(archive.read(entry))]
-        if len(measured) != 1:
-            names = ", ".join(entry.filename[:60] for entry in files[:5]) or "nothing"
-            do = "Unpack it, and name the file that is meant."
-            got = f"an archive that holds {len(measured)} measurement files ({names})"
-            raise DataError(where, got, "one measurement file", do)
-        Allowance(where, DataError).take(measured[0].file_size)
-        return _once(archive.read(measured[0]), measured[0].filename, where)
+            return data, name if name.casefold().endswith(ending) else f"{name}{ending}"
+        return _measured(
+            [_Member(entry.filename, entry.file_size, partial(archive.read, entry)) for entry in entries], where
+        )
+
+
+def _measured(members: Iterable[_Member], where: str) -> tuple[bytes, str]:
+    """The one of the files of an archive that holds measured values."""
+    files = [one for one in members if not one.name.startswith("__MACOSX/")]
+    if len(files) > 1:
+        Allowance(where, DataError).take(sum(one.size for one in files))
+    measured = [one for one in files if len(files) == 1 or _may_be_measured(one.read())]
+    if len(measured) != 1:
+        names = ", ".join(one.name[:60] for one in (measured or files)[:5]) or "nothing"
+        do = "Unpack it, and name the file that is meant."
+        got = f"an archive that holds {len(measured)} measurement files ({names})"
+        raise DataError(where, got, "one measurement file", do)
+    Allowance(where, DataError).take(measured[0].size)
+    return _once(measured[0].read(), measured[0].name, where)
 
 
 def _may_be_measured(content: bytes) -> bool:
@@ -98,7 +176,8 @@ def _may_be_measured(content: bytes) -> bool:
 
 def _once(content: bytes, name: str, where: str) -> tuple[bytes, str]:
     """Refuse what is packed again, and would be taken for a text; a spreadsheet is a packed file by itself."""
-    if content.startswith((_GZIP, _ZIP, _EMPTY_ZIP)) and not name.casefold().endswith((".xlsx", ".xlsm")):
+    packed = content.startswith((_ZIP, _EMPTY_ZIP, *(start for start, *_ in _COMPRESSED))) or _is_tar(content)
+    if packed and not name.casefold().endswith((".xlsx", ".xlsm")):
         got = f"an archive in an archive ({name[:60]})"
         raise DataError(where, got, "one measurement file in it", "Unpack it, and name the file that is meant.")
     return content, name

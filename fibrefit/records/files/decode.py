@@ -11,21 +11,30 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.words import kinds_named, tokens
 from fibrefit.records.thresholds import CONTROLS, NARROW_ZEROS, WHOLE_WORDS, WIDE_ZEROS, ZEROS
 
+_NEWER_NETCDF = 'Save it as NetCDF 4: xarray.load_dataset(...).to_netcdf(..., engine="h5netcdf").'
 #: How files that are no text begin, and what to do with them.
 FOREIGN = {
     b"\xd0\xcf\x11\xe0": ("an old spreadsheet", "Save the sheet as CSV."),
     b"%PDF": ("a PDF", "Export the measured values as CSV."),
     b"\x89PNG": ("a picture", "Export the measured values as CSV."),
+    b"ARROW1": ("an Arrow or Feather file", "Save it as Parquet: pandas.read_feather(...).to_parquet(...)."),
+    b"CDF\x01": ("a NetCDF 3 file", _NEWER_NETCDF),
+    b"CDF\x02": ("a NetCDF 3 file", _NEWER_NETCDF),
+    b"SQLite format 3": ("a data base", "Export the table of measured values as CSV."),
 }
 
 #: Bytes that are letters of Czech in cp1250 and rare signs in cp1252.
 _CZECH = frozenset(b"\x8a\x8d\x8e\x9a\x9d\x9e\xc8\xcc\xcf\xd8\xd9\xe8\xec\xef\xf2\xf8\xf9")
 
 #: What can be read, for messages.
-READABLE = "text, .xlsx, .parquet, .h5, .mat, .tdms or .mf4"
+READABLE = "text, .xlsx, .parquet, .h5, .mat, .npz, .tdms or .mf4"
 
 #: Alphabets of two bytes a sign, the stricter first. Digits are the same in all of them.
 _EAST_ASIAN = ("cp932", "gbk", "euc_kr", "big5")
+
+#: Alphabets of older programs: of consoles, and of those in Cyrillic letters.
+_OF_CONSOLES = ("cp850", "cp852")
+_CYRILLIC = ("koi8_r", "cp866")
 
 #: Bytes at the start of a file that tell its alphabet.
 _HEAD = 65536
@@ -128,21 +137,22 @@ def _decoded(data: bytes, where: str) -> tuple[str, str, tuple[str, ...]]:
 
 def _of_known_words(data: bytes) -> str:
     """Alphabet in which most words with high bytes are known; where they are in none or several, the likeliest."""
-    pairs = _is_in_pairs(data)
-    likely = "cp1251" if _is_cyrillic(data) else "gbk" if pairs else "cp1250" if _CZECH & set(data) else "cp1252"
-    others = _EAST_ASIAN if pairs else ("cp1250", "cp1252")
+    pairs, cyrillic = _is_in_pairs(data), _is_cyrillic(data)
+    likely = "cp1251" if cyrillic else "gbk" if pairs else "cp1250" if _CZECH & set(data) else "cp1252"
+    others = _EAST_ASIAN if pairs else ("cp1250", "cp1252", *(_CYRILLIC if cyrillic else _OF_CONSOLES))
     return max((likely, *(other for other in others if other != likely)), key=lambda one: _known_words(data, one))
 
 
 def _known_words(data: bytes, encoding: str) -> int:
-    """Words with high bytes that name a quantity or a unit, read in an alphabet; -1 where it cannot be."""
+    """How many words with high bytes name a quantity or a unit, read in an alphabet; -1 where it cannot be."""
     try:
         text = data[: max(data.rfind(b"\n", 0, _HEAD), 0) or len(data)].decode(encoding)
     except UnicodeDecodeError:
         return -1 if encoding in _EAST_ASIAN else 0
     words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
-    spelt = ((word, "".join(tokens(word))) for word in words)
-    return sum(bool(kinds_named(word)) or any(map(units.expression, (word, bare))) for word, bare in spelt)
+    known = sum(bool(kinds_named(word)) or units.expression(word) is not None for word in words)
+    # What is a unit only without its accents is less: "\u0107m" is no centimetre, where "\u00b5m" may be meant.
+    return 2 * known + sum(units.expression("".join(tokens(word))) is not None for word in words)
 
 
 def _is_in_pairs(data: bytes) -> bool:

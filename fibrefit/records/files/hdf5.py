@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import pickletools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,26 +15,49 @@ import numpy as np
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation
-from fibrefit.records.files.extras import stated_in
+from fibrefit.records.files.arrays.titles import (
+    ATTRIBUTES,
+    NAME_KEYS,
+    STATED,
+    TITLED,
+    UNIT_KEYS,
+    WORTH,
+    listed_texts,
+    plain,
+)
+from fibrefit.records.files.arrays.values import items_as_one, stamps_in
+from fibrefit.records.files.extras import json_object, stated_in
+from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.words import kinds_named
 from fibrefit.records.grammar.worth import shown_list, stated_worth
-from fibrefit.records.thresholds import HEADER_DEPTH
+from fibrefit.records.thresholds import FEWEST_ROWS, HEADER_DEPTH
 
 _UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS", "unit_string", "Einheit", "y_unit")
 #: What netCDF packs numbers with; the last one tells which of them stands for none.
 _PACKED = ("scale_factor", "add_offset", "_FillValue")
+#: Longer names of arrays, which may have a unit behind them.
+_TITLE_ATTRIBUTES = (
+    "name",
+    "label",
+    "title",
+    "long_name",
+    "channel_name",
+    "signal_name",
+    "NAME",
+    "Name",
+    "Label",
+    "TITLE",
+)
+#: A rate or a step in words.
+_RATE_IN_WORDS = re.compile(r"\s*\d[\d.eE+-]*\s*(?:[kM]?Hz|[mun]?s)\s*")
+#: Bytes that a stamp takes in memory besides its letters.
+_STAMP = 64
 #: Bytes each item of an HDF5 file counts at least.
 _ITEM = 1 << 14
-#: Where a group keeps what attributes say of the numbers of its members; no name in a file is it.
-WORTH = "\0worth"
-#: The same for all that is said of their units.
-STATED = "\0stated"
-#: Which of its members are what attributes say.
-ATTRIBUTES = "\0attributes"
-UNITS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
 
 
-def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation], list[str]]:
-    """Content of an HDF5 file, what its attributes say, and notes on what was unpacked and left out.
+def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation], list[str], list[str]]:
+    """Content of an HDF5 file, what its attributes say, notes on what was unpacked, and objects of MATLAB.
 
     Parameters
     ----------
@@ -47,7 +72,7 @@ def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Anno
         reader = _Hdf5(file, allowed)
         tree = reader.group(file)
         left = [f"Arrays of words are left out: {', '.join(reader.words[:6])}."] if reader.words else []
-        return tree, reader.annotations, [*reader.unpacked, *left]
+        return tree, reader.annotations, [*reader.unpacked, *left], reader.objects
 
 
 @dataclass(frozen=True)
@@ -66,6 +91,10 @@ class _Hdf5:
         Filled with the names of arrays of words that are left out.
     unpacked : list of str
         Filled with sentences on arrays whose numbers were packed.
+    objects : list of str
+        Filled with what is an object of MATLAB.
+    seen : set of int
+        Where arrays lie in the file that have been read: what has two names is one.
     """
 
     file: Any
@@ -74,37 +103,61 @@ class _Hdf5:
     annotations: list[Annotation] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
     unpacked: list[str] = field(default_factory=list)
+    objects: list[str] = field(default_factory=list)
+    seen: set[int] = field(default_factory=set)
 
     def group(self, group: Any) -> dict[str, Any]:
         """Content of a group; what its attributes say stands beside it, under the names MATLAB users give to fields."""
+        if (fields := _fields_of_structures(group)) is not None:
+            items = {name: [self.item(self.file[reference]) for reference in found] for name, found in fields.items()}
+            found = items_as_one(
+                [dict(zip(items, values, strict=True)) for values in zip(*items.values(), strict=True)]
+            )
+            return found if isinstance(found, dict) else {}
         tree = _said(group)
-        attributes = tree[ATTRIBUTES] = {*tree, WORTH, STATED}
+        attributes = tree[ATTRIBUTES] = {*tree, WORTH, STATED, TITLED}
         self._tell(group.attrs, within=group.name.strip("/"))
         units_of = {}
         for name in group:
             if name.startswith("#"):
                 continue
             item = self._own(group, name)
+            if self._is_read(item):
+                continue
             tree[name] = self.item(item)
             attributes.discard(name)
-            stated = [_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs]
-            if stated and stated[0]:
+            stated = _units_stated(item)
+            if stated:
                 units_of[name] = stated[0]
                 tree.setdefault(STATED, {})[name] = stated
             if hasattr(item, "items"):
                 continue
             self._tell_of_numbers(item, tree, name)
+            if title := _title_of(item, name):
+                tree.setdefault(TITLED, {})[name] = title
             for key, value in _said(item).items():
-                if isinstance(value, str) and key.casefold().replace("_", "") in UNITS:
+                if isinstance(value, str) and plain(key) in UNIT_KEYS:
                     continue
                 while key in tree and not np.array_equal(tree[key], value):
                     key += " "  # the same of another array, and not the same number: kept beside the first
                 tree[key] = value
                 attributes.add(key)
-        if units_of and not any(key.casefold().replace("_", "") in UNITS for key in tree):
-            tree["units"] = units_of
+        given = units_of or (_units_stated(group) or [""])[0]
+        if given and not any(plain(key) in UNIT_KEYS for key in tree):
+            tree["units"] = given
             attributes.add("units")
         return tree
+
+    def _is_read(self, item: Any) -> bool:
+        """Whether an array has been read under another name: links of NeXus lead to what an instrument holds."""
+        import h5py
+
+        if hasattr(item, "items"):
+            return False
+        place = h5py.h5o.get_info(item.id).addr
+        known = place in self.seen
+        self.seen.add(place)
+        return known
 
     def _tell_of_numbers(self, item: Any, tree: dict[str, Any], name: str) -> None:
         """Keep what the attributes of an array say of its numbers, but for what was applied to them."""
@@ -119,10 +172,10 @@ class _Hdf5:
                 self.unpacked.append(f'The numbers of "{name}" are unpacked: {", ".join(changed)}.')
         elif isinstance(found, dict) and item.dtype.names:
             whole = {key: stated_worth(own, value) for key, value in found.items() if value.dtype.kind in "iub"}
-            units = next((value for key, value in _said(item).items() if key.casefold() in UNITS), ())
-            if isinstance(units, list) and len(units) == len(item.dtype.names):
-                found["units"] = dict(zip(item.dtype.names, units, strict=True))
-            found[WORTH] = whole
+            if units_of := _units_of_fields(item):
+                found["units"] = units_of
+            names = {f"{key}_items": texts for key in found if (texts := _texts_pickled(item.attrs.get(f"{key}_kind")))}
+            found |= {WORTH: whole, **names}
             found[ATTRIBUTES] = {"units", WORTH}
 
     def _tell(self, attributes: Any, of: str = "", within: str = "") -> None:
@@ -159,9 +212,11 @@ class _Hdf5:
         self.allowed.take(_ITEM)
         if hasattr(item, "items"):
             return self.group(item)
-        said = item.attrs.get("MATLAB_class", b"")
-        kind = said.decode() if isinstance(said, bytes) else ""
+        kind = _class_of(item)
         if item.attrs.get("MATLAB_empty", 0) or item.shape is None:
+            return None
+        if "MATLAB_object_decode" in item.attrs:
+            self.objects.append(object_of_matlab(item.name.strip("/"), "", kind))
             return None
         self.allowed.take(item.size * item.dtype.itemsize)
         holds = _held(item.dtype)
@@ -173,26 +228,113 @@ class _Hdf5:
         if kind == "char":
             return "".join(map(chr, array.ravel(order="F")))
         if holds == "references":
-            return [self.item(self.file[reference]) for reference in array.ravel(order="F")]
+            return items_as_one([self.item(self.file[reference]) for reference in array.ravel(order="F")])
         if array.dtype.names:
-            numbers = [name for name in array.dtype.names if array[name].dtype.kind in "biuf"]
-            return {name: _unpacked(array[name], _packing(item)) for name in numbers}
+            return self._fields(item, array)
         if array.dtype.kind not in "biuf":
             return None
         array = _unpacked(array, _packing(item))
         # MATLAB stores columns first: a matrix comes out transposed.
         return np.squeeze(array.T if kind else array)
 
+    def _fields(self, item: Any, array: np.ndarray) -> dict[str, Any]:
+        """Fields of a table: numbers, and texts that are stamps."""
+        packing, found = _packing(item), {}
+        for name in array.dtype.names or ():
+            values = array[name]
+            if values.dtype.kind in "biuf":
+                found[name] = _unpacked(values, packing)
+            elif values.ndim == 1 and values.dtype.kind in "SO":
+                stamps = stamps_in([_text(one) for one in values], f'{self.allowed.where}, "{name}"')
+                found |= {} if stamps is None else {name: stamps}
+        return found
+
     def _texts(self, item: Any) -> Any:
-        """One text, or a list of them; what is longer than any list of names is a column of words, and no numbers."""
+        """One text, a list of them, or stamps; what is longer than any list of names is a column of words."""
+        found, first = item.asstr(errors="replace"), ""
+        if item.ndim == 1 and item.size:
+            first = str(found[0])
+        if item.ndim == 1 and stamps_in([first] * FEWEST_ROWS, self.allowed.where) is not None:
+            self.allowed.take(item.size * (_STAMP + len(first)))
+            stamps = stamps_in([str(one) for one in found[()]], f"{self.allowed.where}, {item.name}")
+            if stamps is not None:
+                return stamps if self.reads else None
         if item.size > HEADER_DEPTH:
             self.words.append(item.name.strip("/").replace("/", "."))
             return None
-        found, texts = item.asstr(errors="replace"), []
+        texts = []
         for place in np.ndindex(item.shape):
             texts.append(str(found[place]).strip())  # one by one: what they refer to may be the same, and long
             self.allowed.take(len(texts[-1]))
         return texts[0] if len(texts) == 1 else texts
+
+
+def object_of_matlab(name: str, _system: str, kind: str) -> str:
+    """What an object of MATLAB is, in words.
+
+    Parameters
+    ----------
+    name : str
+        Of its variable.
+    kind : str
+        Its class.
+    """
+    return f'"{name}" is an object of MATLAB ({kind}), which only MATLAB reads'
+
+
+def _fields_of_structures(group: Any) -> dict[str, Any] | None:
+    """References of the fields of an array of structures, as MATLAB 7.3 keeps it; None where a group is none.
+
+    Cells are references too, and are said to be cells.
+    """
+    items = [group[name] for name in group]
+    if not items or _class_of(group) != "struct" or any(hasattr(item, "items") for item in items):
+        return None
+    if any(_held(item.dtype) != "references" or _class_of(item) for item in items) or len({i.size for i in items}) > 1:
+        return None
+    return {name: group[name][()].ravel(order="F") for name in group}
+
+
+def _class_of(item: Any) -> str:
+    said = item.attrs.get("MATLAB_class", b"")
+    return said.decode() if isinstance(said, bytes) else ""
+
+
+def _units_stated(item: Any) -> list[str]:
+    """Units that attributes state, or else the one in brackets behind a longer name."""
+    stated = [_text(item.attrs[key]) for key in _UNIT_ATTRIBUTES if key in item.attrs]
+    stated = [unit for unit in stated if unit] if stated and stated[0] else []
+    titles = [_text(item.attrs[key]) for key in _TITLE_ATTRIBUTES if key in item.attrs]
+    return stated or [unit for title in titles if (unit := split_heading(title)[1])]
+
+
+def _title_of(item: Any, name: str) -> str:
+    """What an attribute calls an array whose own name names no quantity; empty where it does, or none is there."""
+    titles = [_text(item.attrs[key]) for key in _TITLE_ATTRIBUTES if key in item.attrs]
+    told = (title for title in titles if kinds_named(split_heading(title)[0]))
+    return "" if kinds_named(split_heading(name)[0]) else next(told, "")
+
+
+def _units_of_fields(item: Any) -> dict[str, str]:
+    """Units of the fields of a table: of a list of as many, or each in an attribute called as its field is."""
+    names, said = item.dtype.names, _said(item)
+    listed = next((value for key, value in said.items() if plain(key) in UNIT_KEYS), ())
+    if isinstance(listed, list) and len(listed) == len(names):
+        return dict(zip(names, listed, strict=True))
+    keys = {
+        name: (f"{name}_unit", f"{name}_units", f"FIELD_{i}_UNITS", f"FIELD_{i}_UNIT") for i, name in enumerate(names)
+    }
+    found = {name: next((item.attrs[key] for key in of if key in item.attrs), "") for name, of in keys.items()}
+    return {name: _text(unit) for name, unit in found.items() if isinstance(unit, str | bytes) and unit}
+
+
+def _texts_pickled(said: Any) -> list[str]:
+    """Texts of a list that Pandas pickles into an attribute; what is pickled is gone through, and never run."""
+    if not isinstance(said, bytes):
+        return []
+    with contextlib.suppress(ValueError):
+        return [arg for code, arg, _ in pickletools.genops(said) if isinstance(arg, str) and "UNICODE" in code.name]
+    return []
 
 
 def _held(dtype: Any) -> str:
@@ -226,7 +368,7 @@ def _unpacked(array: np.ndarray, packing: Mapping[str, float]) -> np.ndarray:
 
 
 def _said(item: Any) -> dict[str, Any]:
-    """Attributes that tell a rate or the names of columns."""
+    """Attributes that tell a rate or the names of columns, those in an object of JSON too."""
     said: dict[str, Any] = {}
     for key, value in item.attrs.items():
         array = np.asarray(value)
@@ -234,9 +376,18 @@ def _said(item: Any) -> dict[str, Any]:
             said[key] = array
         elif array.ndim == 1 and array.dtype.kind in "OSU" and all(isinstance(text, str | bytes) for text in array):
             said[key] = [_text(text) for text in array]
-        elif isinstance(value, str | bytes) and key.endswith(("_unit", "_units")):
-            said[key] = _text(value)
+        elif isinstance(value, str | bytes):
+            text = _text(value)
+            if key.endswith(("_unit", "_units")) or _RATE_IN_WORDS.fullmatch(text):
+                said[key] = text
+            elif plain(key) in NAME_KEYS and (texts := listed_texts(key, text)):
+                said[key] = texts
+            said |= {name: texts for name, texts in json_object(text).items() if _are_texts(texts) and name not in said}
     return said
+
+
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, list) and len(value) > 1 and all(isinstance(one, str) for one in value)
 
 
 def _text(value: Any) -> str:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
+from fibrefit.records.files.json_tables import json_text
 from fibrefit.records.grammar.header import Header
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.tokens import clean, clock_of, kind_of_cell
 from fibrefit.records.grammar.words import tokens
-from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE, WORDS_BESIDE
+from fibrefit.records.thresholds import LAYOUT_LINES, NAMED_ALIKE, WORDS_BESIDE
 
 #: A name of up to so many letters, with or without a unit, its value, and a unit behind that. Longer ones are none: a
 #: page of letters would be gone through once for each of them.
@@ -24,10 +23,6 @@ _PAIR = re.compile(
     r"([^\W\d][^\s=:,;]{0,80}(?:\s?[\[(][^\])]{0,40}[\])])?)\s*[=:]\s*([+-]?(?:\d[\d.,]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?)"
     r"([^\W\d]{0,4}(?=[\s,;]|$))?"
 )
-
-#: Keys of the name and of the unit of a series.
-_TITLES = ("name", "label", "Name", "Label")
-_UNITS = ("unit", "units", "Unit", "Units", "einheit", "Einheit")
 
 
 def without_keys(text: Text, where: str) -> Text:
@@ -52,7 +47,7 @@ def without_keys(text: Text, where: str) -> Text:
     """
     first = next((line.strip() for line in text.lines[:50] if line.strip()), "")
     if first[:1] in "{[" and first[:2] not in ("[s", "[S") and _is_json(text.lines):
-        return _from_json(text, where)
+        return json_text(text, where)
     return _from_pairs(text, where)
 
 
@@ -60,132 +55,7 @@ def _is_json(lines: Sequence[str]) -> bool:
     """Whether lines are JSON objects, or all of them one document."""
     filled = [line.strip() for line in lines if line.strip()]
     objects = sum(line.startswith("{") and ":" in line for line in filled)
-    return objects > 0.5 * len(filled) or (filled[0][:2] in ("[{", '{"', "[", "{") and filled[-1][-1:] in "]}")
-
-
-def _from_json(text: Text, where: str) -> Text:
-    beside: tuple[tuple[str, str], ...] = ()
-    filled = [(i, line.strip()) for i, line in enumerate(text.lines, 1) if line.strip()]
-    if sum(line.startswith("{") for _, line in filled) > max(1, 0.5 * len(filled)):
-        rows = [_flat(_object(line, f"{where}, line {i}")) for i, line in filled]
-    else:
-        document = _object("\n".join(text.lines), where)
-        rows, beside = _rows_of(document, where), tuple(_beside(document))
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    counted = {key: sum(key in row for row in rows) for key in keys}
-    columns = [key for key in keys if counted[key] > 0.5 * len(rows)]
-    aside = [f"{key} = {value}" for row in rows for key, value in row.items() if key not in columns]
-    if not columns:
-        raise DataError(where, "JSON without a table", "objects that name the same values, one a row", "")
-    table = [["" if row.get(key) is None else str(row[key]) for key in columns] for row in rows]
-    body = ["\t".join(row) for row in table if any(row)]
-    lines = [*aside[:100], "\t".join(columns), *body]
-    return replace(text, lines=lines, ended=True, beside=(*text.beside, *beside))
-
-
-def _beside(node: Any, name: str = "") -> Iterator[tuple[str, str]]:
-    """Short lists of objects in a document, such as one of its channels: an object a line."""
-    for key, value in node.items() if isinstance(node, dict) else ():
-        if isinstance(value, dict):
-            yield from _beside(value, str(key))
-        elif isinstance(value, list) and 0 < len(value) < FEWEST_ROWS and all(isinstance(item, dict) for item in value):
-            for item in value:
-                yield f'"{key}"', " ".join("; ".join(f"{k} = {v}" for k, v in _flat(item).items()).split())
-
-
-def _object(line: str, where: str) -> Any:
-    try:
-        return json.loads(line, parse_float=str, parse_int=str)
-    except (json.JSONDecodeError, RecursionError) as error:
-        said = error.msg if isinstance(error, json.JSONDecodeError) else "nested too deeply"
-        do = "The file may be cut short: export it again, or remove that line."
-        raise DataError(where, f'JSON that ends or breaks off: {said} ("{line[-30:]}")', "a whole object", do) from None
-
-
-def _flat(item: Any) -> dict[str, Any]:
-    """Values of an object by their names, those of objects inside it too; what several are called is made distinct."""
-    found: dict[str, Any] = {}
-    inside = (
-        {key: _flat(value) for key, value in item.items() if isinstance(value, dict)} if isinstance(item, dict) else {}
-    )
-    for key, value in item.items() if isinstance(item, dict) else ():
-        name = " ".join(str(key).split())
-        if isinstance(value, dict):
-            if set(inside[key]) == {"value", "unit"}:
-                found[f"{name} [{inside[key]['unit']}]"] = inside[key]["value"]
-                continue
-            others = {sub for other, inner in inside.items() if other != key for sub in inner} | set(item)
-            found |= {(sub if sub not in others else f"{name}.{sub}"): v for sub, v in inside[key].items()}
-        elif not isinstance(value, list):
-            found[name] = " ".join(value.split()) if isinstance(value, str) else value
-    return found
-
-
-def _rows_of(document: Any, where: str) -> list[dict[str, Any]]:
-    """Rows of a document: a list of objects, an object of lists or of series, or the first of these inside it."""
-    if isinstance(document, list) and document and all(isinstance(row, dict) for row in document):
-        lengths = [len(found[2]) if (found := _series("", row)) else 0 for row in document]
-        if min(lengths) <= len(document):
-            return [_flat(row) for row in document]
-        document = {f"{i}": row for i, row in enumerate(document, 1)}  # a channel each, and more values than channels
-    if isinstance(document, dict):
-        held = {key: value for key, value in document.items() if _holds_rows(value)}
-        lists = {key: value for key, value in held.items() if isinstance(value, list)}
-        series = {key: found for key, value in held.items() if (found := _series(key, value))}
-        alone = len(series) == len(held) and (len(held) > 1 or any(unit for _, unit, _ in series.values()))
-        if (lists and _are_plain(lists)) or alone:
-            return _of_lists(document, lists, series, where)
-        head = _flat({key: value for key, value in document.items() if key not in held})
-        if len(held) == 1:
-            return [head, *_rows_of(next(iter(held.values())), where)]
-    do = 'Write one object a row, such as {"time [s]": 0.0, "force [N]": 12.5}.'
-    raise DataError(where, "JSON without a table", "a list of objects, or lists of one length by name", do)
-
-
-def _of_lists(
-    document: dict[str, Any], lists: dict[str, list[Any]], series: dict[str, tuple[str, str, list[Any]]], where: str
-) -> list[dict[str, Any]]:
-    """Rows of lists by name and of series, behind what is beside; a series without a unit, and not as long, is none."""
-    columns, taken = dict(lists), set(lists)
-    said: dict[str, Any] = {}
-    for key, (name, unit, values) in series.items():
-        if not unit and lists and all(len(values) != len(others) for others in lists.values()):
-            continue
-        heading = f"{name} [{unit}]" if unit else name
-        while heading in columns:
-            heading += " "  # called as another one: kept beside it
-        columns[heading] = values
-        taken.add(key)
-        said |= {f"{name}.{sub}": v for sub, v in _flat(document[key]).items() if sub not in (*_UNITS, *_TITLES)}
-    size = max(map(len, columns.values()))
-    if any(len(values) != size for values in columns.values()):
-        sizes = ", ".join(f"{key}: {len(value)}" for key, value in list(columns.items())[:6])
-        raise DataError(where, f"lists of different lengths ({sizes})", "one length", "Export it again.")
-    head = _flat({key: value for key, value in document.items() if key not in taken}) | said
-    return [head, *({key: values[i] for key, values in columns.items()} for i in range(size))]
-
-
-def _series(key: str, node: Any) -> tuple[str, str, list[Any]] | None:
-    """Name, unit and values of an object that holds one list of values, as of a channel: empty where it has no unit."""
-    held = [value for value in node.values() if _holds_rows(value)] if isinstance(node, dict) else []
-    if len(held) != 1 or not isinstance(held[0], list) or not _are_plain({"": held[0]}):
-        return None
-    name, unit = (
-        next((" ".join(text.split()) for word in words if isinstance(text := node.get(word), str)), "")
-        for words in (_TITLES, _UNITS)
-    )
-    return name or " ".join(key.split()), unit, held[0]
-
-
-def _are_plain(lists: dict[str, list[Any]]) -> bool:
-    return all(not isinstance(one, dict | list) for values in lists.values() for one in values)
-
-
-def _holds_rows(node: Any) -> bool:
-    """Whether there is a list of some length anywhere in a node."""
-    if isinstance(node, list):
-        return len(node) > 2
-    return isinstance(node, dict) and any(_holds_rows(value) for value in node.values())
+    return objects > 0.5 * len(filled) or (filled[0][:2] in ("[{", "[[", '{"', "[", "{") and filled[-1][-1:] in "]}")
 
 
 def _from_pairs(text: Text, where: str) -> Text:

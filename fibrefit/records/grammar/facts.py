@@ -36,7 +36,7 @@ _RATE_KEYS = (
     r"|(?:采样|取樣|采樣)(?:频率|頻率|率|速率)|サンフリンク(?:周波数|レート|速度)|샘플링(?: ?주파수| ?속도)"
 )
 _STEP_KEYS = (
-    rf"dt|ts|tinc|(?:delta|[\u0394\u2206\u03b4])[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|step)"
+    rf"dt|ts|t ?inc|t ?interval|(?:delta|[\u0394\u2206\u03b4])[ -]?[xt]|{_SAMPLING}[ ]?(?:interval\w*|step)"
     rf"|{_ONE_SAMPLE}[ ]?(?:period|time|cycle)"
     r"|(?:x|t|time|wf)?[ ]?incr?(?:ement)?|interval(?:l|o|le)?(?: ?\(time\))?|h ?resolution"
     r"|horizontal (?:interval|resolution)|time ?axis|clock|time[ ]?(?:step|increment|interval|resolution)"
