@@ -12,7 +12,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
@@ -52,7 +52,7 @@ class ProcessDiedError(Exception):
 Work = Callable[[Any], Any]
 
 
-def in_this_process(work: Work, arguments: Sequence[Any]) -> Iterator[Done]:
+def in_this_process(work: Work, arguments: Sequence[Any]) -> Generator[Done, None, None]:
     """One after the other."""
     frozen = 0
     try:
@@ -83,7 +83,7 @@ def _first_then_frozen(work: Work, argument: Any) -> Any:
             _freeze()
 
 
-def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Iterator[Done]:
+def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Generator[Done, None, None]:
     """In some processes of this machine, in the order in which they end.
 
     A process that dies takes no work with it: what was under way is tried again, each piece by itself. Where the
@@ -189,7 +189,7 @@ def _begin(lifeline: Connection, began: Event) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Iterator[Done]:
+def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Generator[Done, None, None]:
     """On the workers of a running Dask cluster, in the order in which they end.
 
     Parameters

@@ -6,9 +6,11 @@ import csv
 import gc
 import json
 import re
+from collections.abc import Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import jsonschema
 import pytest
@@ -16,6 +18,7 @@ import pytest
 from fibrefit.core.errors import DataError, StudyError, UsageError, as_one
 from fibrefit.records.copies import Fingerprint
 from fibrefit.report.batch import batch_report
+from fibrefit.series.engines import Done
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries import summaries as s
@@ -213,6 +216,29 @@ def test_a_median_of_nothing_and_its_errors_are_told_in_one_unit() -> None:
     items = {name: items[name].model_copy(update={"parameters": {"friction": spread[int(name)]}}) for name in items}
     text = " ".join(batch_report(BatchSummary(status="ok", name="many", items=items)).split())
     assert "friction 0 1.5 0.020 kN 5" in text
+
+
+def test_an_interruption_ends_those_at_work_though_somebody_keeps_where_it_was(
+    series: Path, asked: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a notebook keeps the last traceback; also between two outcomes, while one is put away."""
+    ended = []
+
+    def engine(work: Any, arguments: Sequence[Any]) -> Iterator[Done]:
+        try:
+            for number, argument in enumerate(arguments):
+                yield Done(number, work(argument))
+        finally:
+            ended.append(True)
+
+    def interrupted(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, "in_this_process", engine)
+    with pytest.raises(KeyboardInterrupt) as kept:
+        batch_studies("many", jobs(series, "a", "z"), tmp_path, Engine(), interrupted)
+    assert ended == [True]
+    assert len(kept.traceback) > 1
 
 
 def test_an_interrupted_batch_goes_on(

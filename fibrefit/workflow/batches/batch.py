@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Container, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Container, Generator, Mapping, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -54,7 +54,7 @@ class Engine:
     processes: int = 1
     scheduler: str | None = None
 
-    def run(self, jobs: Sequence[Job]) -> Iterator[Done]:
+    def run(self, jobs: Sequence[Job]) -> Generator[Done, None, None]:
         """Carry out every job, in the order in which they end."""
         if self.scheduler is not None:
             return on_cluster(identified, jobs, self.scheduler)
@@ -217,14 +217,16 @@ def batch_studies(
         else:
             counts[_kind(known.item)] += 1
     before = counts.total()
-    for done in (engine or Engine()).run(todo):
-        job = todo[done.number]
-        if done.error is None:
-            _keep(places[job], done.outcome)
-        else:
-            errors[job.name] = _error_line(done.error)
-        counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
-        follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
+    # Whoever interrupts it may keep where it was, and with that all who are at work.
+    with closing((engine or Engine()).run(todo)) as outcomes:
+        for done in outcomes:
+            job = todo[done.number]
+            if done.error is None:
+                _keep(places[job], done.outcome)
+            else:
+                errors[job.name] = _error_line(done.error)
+            counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
+            follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
     _forget_others(folder, {place for job, place in places.items() if job.name not in errors})
     items, read = _all_of(places, errors)
     done_before = before - len(refused or {})
