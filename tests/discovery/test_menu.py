@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -223,6 +224,15 @@ def test_a_drive_is_run_no_faster_or_farther_than_the_rig_is_said_to_do(tmp_path
     # Farther is faster too.
     first = [1.0 / WIDER, 1.2]
     assert bound == {(0, "pace"): first, (0, "size"): first, (1, "pace"): [0.8, WIDER], (1, "size"): [0.8, WIDER]}
+
+
+def test_a_drive_that_stands_still_is_run_no_other_way(tmp_path: Path) -> None:
+    task = planned(tmp_path, DRIVES)
+    still = jax.tree.map(lambda leaf: leaf.at[0].set(leaf[0, 0]), task.problem.observations.experiment.inputs)
+    still["drive"] = still["drive"]._replace(slopes=still["drive"].slopes.at[0].set(0.0))
+    problem = eqx.tree_at(lambda p: p.observations.experiment.inputs, task.problem, still)
+    run = {choice.record for choice in menu_of(replace(task, problem=problem)) if choice.pace != 1.0}
+    assert run == {1}
 
 
 def test_what_is_made_of_a_measured_motion_is_not_run_faster_or_farther(tmp_path: Path) -> None:

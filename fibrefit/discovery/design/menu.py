@@ -84,7 +84,9 @@ def _factors(task: Task) -> tuple[list[tuple[float, float]], list[tuple[float, f
 
 
 def _within(room: Sequence[np.ndarray]) -> tuple[float, float]:
-    """The least factor and the largest one that all limits leave, 1 between them."""
+    """The least factor and the largest one that all limits leave, 1 between them; 1 of an input that stands still."""
+    if not room:
+        return 1.0, 1.0
     low, high = max(1.0 / WIDER, *(ends[0] for ends in room)), min(WIDER, *(ends[1] for ends in room))
     return min(float(low), 1.0), max(float(high), 1.0)
 
