@@ -19,7 +19,7 @@ from fibrefit.discovery.design import apart as contests
 from fibrefit.discovery.design import grams as of_records
 from fibrefit.discovery.design import plan as module
 from fibrefit.discovery.design.apart import Contest, Explanation, nats_apart
-from fibrefit.discovery.design.beside import Beside
+from fibrefit.discovery.design.beside import Beside, relative_changes
 from fibrefit.discovery.design.distinguish import detectable
 from fibrefit.discovery.design.grams import (
     as_simulated,
@@ -623,6 +623,21 @@ def test_what_deviations_of_a_record_can_imitate_tells_rivals_apart_by_the_less_
     held = beside.held(gram, ("stiffness",), 0, np.full((2, 1), step))
     left = float(projected(held, 1, held.shape[1] - 2)[0].sum())
     assert left == pytest.approx(2.0 * n * r**2 / (1.0 + n * (scatter / step) ** 2), rel=1e-6)
+
+
+def test_a_value_that_is_zero_differs_between_no_records() -> None:
+    """As a friction that a rival has taken the place of: a share of nothing is nothing, whatever its unit.
+
+    One shared column as above, zero in the first record alone: with weights w of n and of n / (1 + n s^2 / h^2) and
+    residuals of either sign, 4 r^2 w1 w2 / (w1 + w2) is left.
+    """
+    n, r, step, scatter = 400.0, 0.2, 0.01, 0.1
+    gram = np.array([[[n, sign * n * r], [sign * n * r, n * r**2]] for sign in (1.0, -1.0)])
+    sizes = relative_changes(np.array([[0.0], [2.0]]), np.array([[1e-9], [2.0 * (1.0 + step)]]))
+    held = Beside(None, {"friction": scatter}).held(gram, ("friction",), 0, sizes)
+    left = float(projected(held, 1, held.shape[1] - 2)[0].sum())
+    other = n / (1.0 + n * (scatter / step) ** 2)
+    assert left == pytest.approx(4.0 * r**2 * n * other / (n + other), rel=1e-6)
 
 
 def test_errors_of_the_input_of_a_further_record_are_as_open_as_in_the_one_it_is_like(search: Search) -> None:

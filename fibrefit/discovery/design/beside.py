@@ -51,13 +51,17 @@ class Beside:
         own : int
             Number of each record's own.
         sizes : (n_record, n_shared)
-            Relative changes of the shared values that their columns stand for.
+            Relative changes of the shared values that their columns stand for, see `relative_changes`.
         """
         scattering, last = self.deviations(names), len(names) + own
         places = np.r_[:last, scattering, last : grams.shape[1]].astype(int)
         wide = grams[:, places][:, :, places]
         for j, i in enumerate(scattering):
-            wide[:, last + j, last + j] += (sizes[:, i] / self.scatter[names[i]]) ** 2
+            share = sizes[:, i] / self.scatter[names[i]]
+            # Of a value that is zero a share is nothing.
+            still = np.isinf(share)
+            wide[still, last + j], wide[still, :, last + j] = 0.0, 0.0
+            wide[:, last + j, last + j] += np.where(still, 1.0, share) ** 2
         return wide
 
     def held_at_hand(
@@ -80,5 +84,6 @@ class Beside:
 
 
 def relative_changes(values: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Relative changes from values to others."""
-    return np.asarray((targets - values) / np.where(values == 0.0, 1.0, values))
+    """Relative changes from values to others; infinite from zero."""
+    changes = targets - values
+    return np.divide(changes, values, out=np.full_like(changes, np.inf), where=values != 0.0)
