@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import equinox as eqx
@@ -17,9 +18,12 @@ from fibrefit.discovery.design import distinguish as module
 from fibrefit.discovery.design import grams
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import best_split, confusion, detectable
+from fibrefit.discovery.design.grams import exactly, sizes_of, strengths_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.screening import directions, slightly
+from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, Chance, false_alarm, gate
+from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
@@ -32,6 +36,7 @@ from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.discovery import Separation
+from fibrefit.workflow.design import distinguish as workflow
 from fibrefit.workflow.design.distinguish import distinguish_study
 from tests.discovery.made import BASE, differing
 from tests.workflow import axis
@@ -144,6 +149,42 @@ def test_the_best_further_record_tells_a_pair_apart_better(laid: Search) -> None
     loud = split_of(laid, (viscous, drag), louder=4.0)
     assert loud is not None
     assert loud.nats_after == pytest.approx(found.nats_after / 4.0)
+
+
+def test_records_at_hand_are_read_as_the_model_says_as_a_further_one_is(laid: Search) -> None:
+    """Of planned records nothing is measured, and beside a jump of the force a change hangs on the reading."""
+    pair = laid.effects[:2]
+    asked = Beside(), [Choice(0, {})], (pair, sizes_of(strengths_of(pair)))
+    at_hand, (again,), _ = grams.grams_with(laid, exactly(unread(laid)), *asked)
+    np.testing.assert_allclose(at_hand[0], again, rtol=1e-9, atol=1e-9 * np.diag(again).max())
+
+
+def test_planned_records_are_compared_as_the_model_says_that_they_read(
+    laid: Search, study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blank = SimpleNamespace(
+        base=SimpleNamespace(supermodel=unread(laid), fit=laid.base.fit),
+        inference=laid.inference, context=laid.context, effects=laid.effects,
+    )  # fmt: skip
+    seen, where = [], (laid.base.fit.local, laid.context.whole)
+
+    def confused(supermodel: Supermodel, *_: Any) -> Any:
+        seen.append(residual_rows(supermodel, *where))
+        return SimpleNamespace(pairs=lambda beyond: ())
+
+    for name, given in {"is_planned": True, "task_of": None, "candidates_of": {}, "set_up": blank}.items():
+        monkeypatch.setattr(workflow, name, lambda *_, given=given, **__: given)
+    monkeypatch.setattr(workflow, "confusion", confused)
+    distinguish_study(study)
+    # Beside a jump a part of its height is left.
+    assert np.abs(seen[0]).max() < 0.05 * np.abs(residual_rows(unread(laid), *where)).max()
+
+
+def unread(laid: Search) -> Supermodel:
+    """That of a search whose records are only planned."""
+    data = laid.task.problem.observations
+    nothing = {channel: jnp.zeros_like(values) for channel, values in data.measured.items()}
+    return grams.with_records(laid.base.supermodel, data._replace(measured=nothing))
 
 
 def test_of_two_effects_the_wrong_one_misses_what_it_cannot_imitate() -> None:

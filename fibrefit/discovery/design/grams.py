@@ -39,7 +39,7 @@ def grams_with(
     menu: Sequence[Choice],
     effects: tuple[Sequence[type[Effect]], np.ndarray],
 ) -> tuple[np.ndarray, list[np.ndarray], int]:
-    """Gram matrices of the records at hand and of each of a menu, their deviations held.
+    """Gram matrices of the records at hand and of each of a menu, their deviations held, read as the model says.
 
     Parameters
     ----------
@@ -65,7 +65,8 @@ def grams_with(
     columns, targets = changed_values(supermodel, context, local, strengths_of(effects[0]), effects[1])
     shared, own = len(context.base), len(context.each)
     changes = relative_changes(local[:, columns[:shared]], targets[:, :shared])
-    at_hand = grams_at_hand(supermodel, context, local, columns, targets)
+    told = as_simulated(supermodel, local, context.whole)
+    at_hand = grams_at_hand(told, context, local, columns, targets)
     further = menu_grams(supermodel, context, local, columns, targets, menu)
     return (
         beside.held_at_hand(at_hand, context.base, own, local[:, columns], targets),
@@ -179,7 +180,7 @@ def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) 
     """A supermodel whose records have measured what it says of them itself.
 
     Beside a jump what a change does to a residual hangs on the reading; where nothing is fitted, or nothing measured,
-    that says nothing.
+    that says nothing. What is said is told by the residuals: beside a jump a part of its height is left of them.
 
     Parameters
     ----------

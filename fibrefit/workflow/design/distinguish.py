@@ -11,6 +11,7 @@ from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
+from fibrefit.discovery.design.grams import as_simulated
 from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
@@ -118,6 +119,8 @@ def distinguish_study(
     remarks, louder = ((), 1.0) if fit is None else _beyond_noise(fit)
     limit = lambda parameters: gate(parameters, louder)  # noqa: E731
     supermodel = search.inference.common_noise.whitened(base.supermodel)
+    if fit is None:  # nothing is measured
+        supermodel = as_simulated(supermodel, base.fit.local, search.context.whole)
     beside = Beside(scatter={} if fit is None else {name: one.sd for name, one in fit.between.items()})
     found = confusion(supermodel, search.context, base.fit.local, search.effects, limit, beside)
     split, known = None, {effect.name: effect for effect in search.effects}
