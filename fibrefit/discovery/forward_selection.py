@@ -342,12 +342,11 @@ def _grown(at: Selection, found: Believed, single: Comparison, before: Identific
 def rivals_of(comparison: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
     """What was added, and each effect that would have explained the records as well in its place."""
     pairs: dict[tuple[str, str], Rivals] = {}
-    plain = comparison.search.plain
     for other in comparison.found:
         mine = [name for name in best.names if name not in other.names]
         theirs = [name for name in other.names if name not in best.names]
         if abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
-            pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (plain(best), plain(other))))
+            pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (best, other)))
     return tuple(pairs.values())
 
 

@@ -295,9 +295,10 @@ def test_rivals_are_those_within_a_few_nats() -> None:
         return cast(LaplaceFit, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log))
 
     best, near, far = fitted(VISCOUS, 20.0), fitted(DRAG, 20.5 - APART), fitted(DELAY, 19.5 - APART)
-    ranked = cast(Any, SimpleNamespace(found=(best, near, far), search=SimpleNamespace(plain=lambda one: one)))
+    ranked = cast(Any, SimpleNamespace(found=(best, near, far)))
     (rival,) = rivals_of(ranked, best)
     assert rival.names == (VISCOUS.name, DRAG.name)
+    assert rival.models == (best, near)
 
 
 FOLLOWED = SimpleNamespace(mode=SimpleNamespace(steps=1))

@@ -17,16 +17,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.design.beside import Beside, relative_changes
-from fibrefit.discovery.design.grams import exactly, projected, read_exactly, with_records
+from fibrefit.discovery.design.grams import projected, read_exactly, with_records
 from fibrefit.discovery.design.menu import batches, records_of
 from fibrefit.discovery.engine.candidates import (
     SMALL,
-    Hypothesis,
     absent_values,
-    own_task_by_record,
     strengthened,
+    transferred,
     with_absent,
+    with_values,
 )
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import Subset, difference_steps, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.model.finding import Choice
@@ -155,21 +156,24 @@ class Contest:
         return cls(plain, read_exactly(plain, beside), truth, best.local, subset, context.whole, beside)
 
     @classmethod
-    def between(cls, search: Search, true: Hypothesis, other: Hypothesis) -> Contest:
-        """That of two models of a search, each as it was found in the records at hand.
+    def between(cls, search: Search, true: LaplaceFit, other: LaplaceFit) -> Contest:
+        """That of two models of a search, each with the values it was found with, its records alike.
 
         Parameters
         ----------
         search : Search
-        true, other : Hypothesis
+        true, other : LaplaceFit
+            Records differ as the true one says.
         """
-        seen = exactly(search.inference.common_noise.whitened(other.supermodel))
-        own, truth = own_task_by_record(search.task, true)
+        beside = Beside.of(search, true)
+        seen = read_exactly(other.supermodel, beside)
+        own = supermodel_of(search.task, true.effects).task
         # Of inputs without the errors that were found in them.
         told = Problem(own.problem.model, own.problem.layout, seen.problem.observations)
-        subset, beside = search.context.subset(other.effects), Beside(seen.whitening)
         model = Supermodel(replace(own, problem=told))
-        return cls(model, seen, truth, other.fit.local, subset, search.context.whole, beside)
+        truth = transferred(model, true.supermodel, with_values(true.supermodel, true.local, true.shared))
+        found = with_values(other.supermodel, other.local, other.shared)
+        return cls(model, seen, truth, found, search.context.subset(other.effects), search.context.whole, beside)
 
     @cached_property
     def at_hand(self) -> Supermodel:

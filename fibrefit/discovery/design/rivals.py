@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.discovery.design.apart import Contest
 from fibrefit.discovery.design.menu import menu_of
-from fibrefit.discovery.engine.candidates import Hypothesis
+from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.model.finding import separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.study.summaries.discovery import Separation
@@ -21,12 +21,12 @@ class Rivals:
     Parameters
     ----------
     names : (str, str)
-    models : (Hypothesis, Hypothesis)
+    models : (LaplaceFit, LaplaceFit)
         With the one and with the other.
     """
 
     names: tuple[str, str]
-    models: tuple[Hypothesis, Hypothesis]
+    models: tuple[LaplaceFit, LaplaceFit]
 
 
 def separating_experiment(search: Search, rivals: Rivals) -> Separation | None:
