@@ -659,6 +659,19 @@ def test_the_same_again_finds_its_folder_whatever_was_put_right(
     assert other.folder != found.folder
 
 
+def test_what_a_part_has_no_longer_is_kept_for_the_part_that_has_it(lifted: Path, tmp_path: Path) -> None:
+    """A record that is taken off the list makes each one behind it another part's."""
+    for job in of_records(lifted):
+        (lifted / job.study.records[0].file).write_text(job.name)
+    out, file = tmp_path / "out", lifted / "study.toml"
+    done = batch_command(lifted, out, starts=4, processes=1, shard=(1, 2))
+    head, _, *others = file.read_text(encoding="utf-8").split("[[records]]")
+    file.write_text("[[records]]".join([head, *others]), encoding="utf-8")
+    mine, other = (batch_command(lifted, out, starts=4, processes=1, shard=(part, 2), resume=True) for part in (1, 2))
+    assert not set(mine.items) & set(done.items)
+    assert (set(other.items) <= set(done.items), other.taken_up) == (True, len(other.items))
+
+
 def test_records_of_several_studies_are_no_studies(lifted: Path, tmp_path: Path) -> None:
     made_again(tmp_path / "second")
     found = batch_command([lifted, tmp_path / "second"], tmp_path / "out", each="record", starts=4, processes=1)

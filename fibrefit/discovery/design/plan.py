@@ -99,7 +99,7 @@ class Standing:
         Nats by which the records make the first one more probable than the second; None where that is not known, as
         nothing is measured, or they do not show both.
     price : float
-        Nats that the one with more parameters pays for them, where nothing is measured.
+        Nats that the one with more parameters pays for them, where it is not known by how much one is ahead.
     """
 
     nats: Any = float("nan")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Container, Generator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -227,16 +227,32 @@ def batch_studies(
                 errors[job.name] = _error_line(done.error)
             counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
             follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
-    _forget_others(folder, {place for job, place in places.items() if job.name not in errors})
+    _forget(place for job, place in places.items() if job.name in errors)  # what an earlier run kept of them
     items, read = _all_of(places, errors)
     done_before = before - len(refused or {})
     return Batch(name, tuple(jobs), items, conditions, time.perf_counter() - began, done_before, read)
 
 
-def _forget_others(folder: Path, places: Container[Path]) -> None:
-    """Remove what an earlier run kept of items that are in this batch no longer, or cannot be identified any more."""
-    for place in (folder / ITEMS).glob("*"):
-        if place not in places and not place.is_symlink():
+def forget_others(folder: Path, jobs: Sequence[Job]) -> None:
+    """Remove what an earlier run kept of items that are in a batch no longer.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of the whole of it: what a part has no longer another one may take up.
+    jobs : sequence of Job
+        All that are in it.
+    """
+    from fibrefit.plots.save import file_names
+
+    kept = set(file_names([job.name for job in jobs]))
+    _forget(place for place in (folder / ITEMS).glob("*") if place.name not in kept)
+
+
+def _forget(places: Iterable[Path]) -> None:
+    """Remove items; links, and what others have put there, stay."""
+    for place in places:
+        if not place.is_symlink():
             with suppress(OSError):
                 for name in (ITEM, NAME):
                     (place / name).unlink(missing_ok=True)

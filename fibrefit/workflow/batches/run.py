@@ -13,7 +13,7 @@ from fibrefit.core.paths import name_of_several
 from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
-from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies
+from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies, forget_others
 from fibrefit.workflow.batches.item import Job, loaded
 from fibrefit.workflow.batches.jobs import Each, copies_of, jobs_of, origins_of, run_of
 from fibrefit.workflow.batches.shards import part_of, parts_of
@@ -89,6 +89,8 @@ def batch(
         tell(f"{len(jobs)} identifications", None)
         places = (directory.path, *parts_of(whole))
         found = replace(batch_studies(name, jobs, places, engine, tell, copies_of(jobs)), folder=folder)
+        if shard is None:
+            forget_others(directory.path, jobs)
         found.write(directory)
     return found
 
