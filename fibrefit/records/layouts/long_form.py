@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 
@@ -9,6 +10,9 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import BETWEEN_CELLS, Dialect
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, MOST_IN_TURN, NAMED_ALIKE
+
+#: What a command may name as it stands, whatever shell it is given to.
+_PLAIN = re.compile(r"[\w .,:;()\[\]{}/%°²+*=-]+")
 
 
 def channels_in_turn(lines: Sequence[str]) -> tuple[Dialect, int, int, int, list[str]] | None:
@@ -92,7 +96,7 @@ def refuse_long_form(lines: Sequence[str], where: str) -> None:
     do = "Export them with a column for each."
     file = where.partition(",")[0]
     first = next((i for i, line in enumerate(lines) if line.strip()), 0)
-    if titles and (dialect.split(lines[first]) or []) == head and all(map(_is_name, titles)) and "'" not in file:
+    if titles and (dialect.split(lines[first]) or []) == head and all(map(_PLAIN.fullmatch, (file, *titles))):
         mark = ",decimal=','" if dialect.delimiter != "," and any("," in line for line in lines[-FEWEST_ROWS:]) else ""
         sign = {"\t": "\\t"}.get(dialect.delimiter, dialect.delimiter)
         table = f"p.read_csv('{file}',sep='{sign}'{mark}).pivot(index='{titles[times]}',columns='{titles[names]}',"
