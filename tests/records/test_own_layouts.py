@@ -129,6 +129,15 @@ def test_segments_in_a_column_of_words_are_no_channels(write: Callable) -> None:
         assert read_record(path).channels["force"].size == read_record(path).time.size > 5
 
 
+@pytest.mark.parametrize("time", [lambda i: t(i), lambda i: f"10:00:{i / 2000:07.4f}"])
+def test_halves_of_cycles_with_times_of_their_own_are_no_channels(time: Callable[[int], str], write: Callable) -> None:
+    path = write("Time,cycle,F [N],phase\n" + rows(lambda i: f"{time(i)},{i // 2},{f(i)},{('up', 'down')[i % 2]}"))
+    assert read_record(path, units={} if ":" in time(0) else {"time": "s"}).rate == 2000.0
+    path = write("no,t [s],name,value\n" + rows(lambda i: f"{i},{t(i // 2)},{('force', 'position')[i % 2]},{f(i)}"))
+    with pytest.raises(DataError, match="stand below each other"):
+        read_record(path)
+
+
 def test_a_universal_file_has_times_in_the_unit_of_its_abscissa(write: Callable) -> None:
     text = dataset("Force", "N", FORCE, step=0.5).replace("        17    0", "         0    0").replace(" s ", " ms")
     assert read_record(write(text, "drop.uff")).rate == 2000.0

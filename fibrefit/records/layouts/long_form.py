@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import BETWEEN_CELLS, Dialect
@@ -65,9 +66,18 @@ def _in_groups(rows: Sequence[Sequence[str]], names: int, number: int) -> tuple[
         apart += [
             i for i in others if i not in (*shared, *apart) and all(kind_of_cell(c[i], ",") != "text" for c in rows)
         ]
-        if times and apart:
+        if times and apart and not any(_runs_on([cells[i] for cells in rows]) for i in apart):
             return max(times, key=lambda i: len({group[0][i] for group in groups})), apart[0]
     return None
+
+
+def _runs_on(cells: Sequence[str]) -> bool:
+    """Whether cells increase from row to row, and do not count these: each row was sampled at a time of its own."""
+    try:
+        steps = {after - before for before, after in pairwise(float(cell.replace(",", ".")) for cell in cells)}
+    except ValueError:  # readings of a clock
+        return all(before < after for before, after in pairwise(cells))
+    return min(steps) > 0.0 and steps != {1.0}
 
 
 def refuse_long_form(lines: Sequence[str], where: str) -> None:
