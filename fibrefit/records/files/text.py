@@ -102,6 +102,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     said = [*beside, *(words for _, words in text.beside)]
     said += [*_statements(above, header, dialect), *_unused(header, rows, empty, above)]
     skipped = [(i, lines[i - 1]) for i in rows.skipped]
+    annotations = annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, read, columns, aside)
     return Raw(
         columns=columns,
         facts=with_remarks(find_facts(said, dialect.mark), skipped, dialect, options.rate),
@@ -111,11 +112,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *remarks, *_line_notes(rows, lines)],
         aside=aside,
-        annotations=[
-            *annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, read, columns, aside),
-            *inside,
-            *_elsewhere(text, beside, columns),
-        ],
+        annotations=[*annotations, *inside, *_elsewhere(text, beside, columns)],
     )
 
 
