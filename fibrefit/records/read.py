@@ -193,11 +193,14 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     where = shown_path(path.name)
     packed = data
     data, name = unpacked(data, path.name, where)
-    if data is not packed and (data[:4] == b"TDSm" or data[:3] == b"MDF" or name.endswith((".mat", ".h5"))):
+    ending = Path(name).suffix.casefold()
+    tdms, mdf = data[:4] == b"TDSm", data[:3] == b"MDF" or data[:6] == b"UnFinM"
+    arrays = data[:6] == b"MATLAB" or b"\x89HDF\r\n\x1a\n" in data[:1024] or ending == ".mat"
+    if data is not packed and (tdms or mdf or arrays):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
-    if name.endswith(".xlsx"):
+    if ending == ".xlsx":
         return read_workbook(data, where, options)
-    if name.endswith(".npz") or data[:6] == b"\x93NUMPY":
+    if ending == ".npz" or data[:6] == b"\x93NUMPY":
         from fibrefit.records.files.arrays.numpy_file import read_numpy
 
         return read_numpy(data, where, options)
@@ -205,15 +208,15 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         from fibrefit.records.files.parquet import read_parquet
 
         return read_parquet(data, where)
-    if data[:4] == b"TDSm":
+    if tdms:
         from fibrefit.records.files.tdms import read_tdms
 
         return read_tdms(path, where)
-    if data[:3] == b"MDF" or data[:6] == b"UnFinM":
+    if mdf:
         from fibrefit.records.files.mdf import read_mdf
 
         return read_mdf(path, where)
-    if data[:6] == b"MATLAB" or b"\x89HDF\r\n\x1a\n" in data[:1024] or path.suffix.casefold() == ".mat":
+    if arrays:
         from fibrefit.records.files.matlab import read_matlab
 
         return read_matlab(path, where, options.wanted)

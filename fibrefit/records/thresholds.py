@@ -117,7 +117,7 @@ HEADER_DEPTH = 400
 NEAR_HEADINGS = 2
 """Lines between one with headings and another that may hold those it lacks: units, and a line of numbers of signals."""
 UNITS_OF_ROWS = 6
-"""Units of one kind that a column of text may hold and still be one of units."""
+"""Units of one kind that a column of text may hold and still be one of units; ranges with them, and be one of these."""
 LONGEST_HEADING = 200
 """Letters of a heading that is searched for a unit: longer ones are prose, and every place in them would be tried."""
 SLOWEST_RATE = 1e-3

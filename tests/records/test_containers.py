@@ -189,3 +189,36 @@ def test_alphabets_of_older_programs(encoding: str, names: list[str], write: Cal
     record = read_record(write("\n".join([",".join(names), *lines, ""]).encode(encoding), "a.csv"))
     np.testing.assert_array_equal(record.channels["force"], FORCE)
     np.testing.assert_allclose(record.channels["position"], POSITION / 1e3, rtol=1e-12)
+
+
+def test_a_member_of_a_negative_size_is_refused(write: Callable) -> None:
+    head = bytearray(tar(**{"a.csv": b""})[:512])
+    head[124:136] = b"\xff" * 10 + (0x10000 - 512).to_bytes(2, "big")  # minus one block: the head is read again
+    head[148:156] = b" " * 8
+    head[148:156] = f"{sum(head):06o}\0 ".encode()
+    with pytest.raises(DataError, match="a negative size"):
+        read_record(write(bytes(head) + bytes(1024), "a.tar"))
+
+
+def test_endings_in_capitals_are_the_same(write: Callable) -> None:
+    book = pytest.importorskip("openpyxl").Workbook()
+    for row in (tuple(NAMED), *zip(*(column.tolist() for column in NAMED.values()), strict=True)):
+        book.active.append(row)
+    made = io.BytesIO()
+    book.save(made)
+    check(write(made.getvalue(), "A.XLSX"))
+    check(write(zipped(**{"A.XLSX": made.getvalue()}), "a.zip"))
+    check(write(saved(**NAMED), "A.NPZ"))
+
+
+def test_packed_arrays_are_called_so_by_their_content(write: Callable) -> None:
+    packed = zipped(**{"a.hdf5": b"\x89HDF\r\n\x1a\n" + bytes(100)})
+    with pytest.raises(DataError, match='a packed file of another kind \\("a.hdf5"\\)'):
+        read_record(write(packed, "a.zip"))
+
+
+def test_texts_count_as_what_they_take_in_memory(write: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fibrefit.core.allowance.LARGEST", 1 << 16)
+    with pytest.raises(DataError, match="unpacked or declared"):
+        read_record(write(saved(**NAMED, words=np.full(2000, "a")), "a.npz"))
+    check(write(saved(**NAMED), "b.npz"))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import process_time
 
 import numpy as np
 import pytest
-from layouts import RATE, N, f, rows, t, u
+from layouts import RATE, N, de, f, rows, t, u
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import read_record
@@ -98,3 +99,22 @@ def test_a_spreadsheet_in_xml_is_refused_by_its_cause(write: Callable) -> None:
     text += rows(lambda i: f"<Row><Cell><Data>{t(i)}</Data></Cell></Row>")
     with pytest.raises(DataError, match="XML.*save it as .xlsx"):
         read_record(write(text, "drop.xls"))
+
+
+def test_a_step_that_may_be_shorter_than_any_is_still_asked_about(write: Callable) -> None:
+    # 1 us with three decimals, or 1000 us: either may be that of a scope.
+    with pytest.raises(DataError, match="1000000 Hz or 1000 Hz"):
+        read_record(write("Sample interval: 1,000 us\nforce [N];position [mm]\n" + de(body("fu", ";"))))
+
+
+def test_the_time_of_a_test_above_headings_names_no_column(write: Callable) -> None:
+    path = write("Start time;today;\n;Force [N];Position [mm]\n" + body("nfu", ";"))
+    np.testing.assert_allclose(read_record(path, rate=RATE).time, np.arange(N) / RATE, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("sign", ["(", "a", "-"])
+def test_a_head_of_signs_takes_no_square_of_their_number(sign: str, write: Callable) -> None:
+    path = write(f"t [s],F [N]\n{sign * 30000},x\n" + body("tf", ","))
+    began = process_time()
+    assert read_record(path).channels["force"].size == N
+    assert process_time() - began < 5.0  # a minute and more by squares

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -121,3 +122,23 @@ def test_what_is_no_one_table_is_refused_by_its_cause(form: str, write: Callable
     text = "\n".join(map(json.dumps, document)) if isinstance(document, list) else json.dumps(document)
     with pytest.raises(DataError, match=message):
         read_record(write(text, "a.json"))
+
+
+def test_lines_that_are_nested_too_deeply_are_refused(write: Callable) -> None:
+    lines = [json.dumps(one) for one in OBJECTS]
+    lines[7] = lines[7][:-1] + ', "a": ' + '{"a":' * 600 + "1" + "}" * 601
+    with pytest.raises(DataError, match="nested too deeply"):
+        read_record(write("\n".join(lines), "a.jsonl"))
+
+
+def test_tabs_and_ends_of_lines_in_texts_part_no_cells(write: Callable) -> None:
+    check(write(json.dumps({"note": ["a\tb\nc"] * N, **LISTS}), "a.json"))
+
+
+def test_many_names_take_no_square_of_their_number(write: Callable) -> None:
+    inside = {f"sensor{i}": {"serial": i, f"own{i}": i} for i in range(4000)}
+    rows = [{**one, f"extra{i}": 1} for i, one in enumerate(OBJECTS * 60)]
+    began = process_time()
+    with pytest.raises(DataError):
+        read_record(write(json.dumps({"about": inside, "rows": rows}), "a.json"))
+    assert process_time() - began < 5.0

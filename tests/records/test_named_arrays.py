@@ -16,6 +16,8 @@ import scipy.io
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import read_record
+from fibrefit.records.files.arrays.titles import place_beside
+from fibrefit.records.thresholds import HEADER_DEPTH
 
 N = 100
 TIME = np.arange(N) / 2000
@@ -289,3 +291,12 @@ def test_columns_that_are_called_alike_have_their_place_before_their_name(tmp_pa
         read_record(path)
     record = read_record(path, channels={"force": "run2.force_N", "position": "run2.position_mm"})
     np.testing.assert_array_equal(record.channels["force"], 2.0 * FORCE)
+
+
+def test_an_attribute_of_very_many_arrays_is_kept_as_often_as_it_is_looked_at() -> None:
+    tree: dict[str, Any] = {}
+    for number in range(3 * HEADER_DEPTH):
+        if (place := place_beside(tree, "gain", np.float64(number))) is not None:
+            tree[place] = np.float64(number)
+    assert list(tree.values()) == list(range(HEADER_DEPTH))
+    assert place_beside({"gain": np.float64(1.0), "gain ": np.float64(2.0)}, "gain", np.float64(2.0)) == "gain "

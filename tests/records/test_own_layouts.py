@@ -127,3 +127,50 @@ def test_segments_in_a_column_of_words_are_no_channels(write: Callable) -> None:
     for words in (("ramp", "hold"), ("up", "down", "up", "hold")):
         path = write("phase,t [s],F [N]\n" + rows(lambda i, w=words: f"{w[i % len(w)]},{t(i)},{f(i)}"))
         assert read_record(path).channels["force"].size == read_record(path).time.size > 5
+
+
+@pytest.mark.parametrize("time", [lambda i: t(i), lambda i: f"10:00:{i / 2000:07.4f}"])
+def test_halves_of_cycles_with_times_of_their_own_are_no_channels(time: Callable[[int], str], write: Callable) -> None:
+    path = write("Time,cycle,F [N],phase\n" + rows(lambda i: f"{time(i)},{i // 2},{f(i)},{('up', 'down')[i % 2]}"))
+    assert read_record(path, units={} if ":" in time(0) else {"time": "s"}).rate == 2000.0
+    path = write("no,t [s],name,value\n" + rows(lambda i: f"{i},{t(i // 2)},{('force', 'position')[i % 2]},{f(i)}"))
+    with pytest.raises(DataError, match="stand below each other"):
+        read_record(path)
+
+
+def test_a_universal_file_has_times_in_the_unit_of_its_abscissa(write: Callable) -> None:
+    text = dataset("Force", "N", FORCE, step=0.5).replace("        17    0", "         0    0").replace(" s ", " ms")
+    assert read_record(write(text, "drop.uff")).rate == 2000.0
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "cause"),
+    [
+        (f"{FORCE.size:10d}{1:10d}", f"{9 * 10**9:10d}{1:10d}", "60 values of 9000000000 that its head announces"),
+        (f"{5e-4:13.5e}", f"{'1e+9999999':>13}", "whose head is not as the format has it"),
+        (f"{5e-4:13.5e}", f"{'NaN':>13}", "whose head is not as the format has it"),
+    ],
+)
+def test_a_universal_file_makes_no_more_times_than_it_has_values(
+    before: str, after: str, cause: str, write: Callable
+) -> None:
+    with pytest.raises(DataError, match=cause):
+        read_record(write(dataset("Force", "N", FORCE).replace(before, after, 1), "drop.uff"))
+
+
+def test_ranges_beside_readings_are_left_out(write: Callable) -> None:
+    path = write("Time (s),Force (N),Range\n" + rows(lambda i: f"{t(i)},{f(i)},{'100 mV' if i < 9 else '1 V'}"))
+    assert 'Column "Range" holds text and is left out.' in read_record(path).history
+
+
+def test_quotes_in_cells_beside_numbers_with_units_stay(write: Callable) -> None:
+    path = write('"Time","Force","Remark"\n' + rows(lambda i: f'"{t(i)} s","{f(i)} N","a ""b"", c"'))
+    assert read_record(path).rate == 2000.0
+
+
+def test_a_name_that_a_shell_would_run_is_in_no_command(write: Callable) -> None:
+    for head in ("time [s],sensor,value $(touch a)", "time [s],sensor`id`,value"):
+        lines = rows(lambda i: f"{t(i)},force,{f(i)}\n{t(i)},position,{u(i)}")
+        with pytest.raises(DataError, match="stand below each other") as refused:
+            read_record(write(f"{head}\n{lines}", "long.csv"))
+        assert "python" not in refused.value.do

@@ -45,9 +45,9 @@ def test_a_factor_inside_the_unit_is_asked_about_with_its_scale(heading: str, ma
 
 @pytest.mark.parametrize(
     "unit",
-    ["N", "mm", "N/mm", "1/m", "mm/s", "N m", "500 N", "100 N", "1 N", "0.1 ms", "0.5 mm/V", "0.1", "1/100", "2"],
+    ["N", "mm", "N/mm", "1/m", "mm/s", "N m", "500 N", "100 N", "1 N", "1 ms", "0.5 mm/V", "0.1", "1/100", "2"],
 )
-def test_what_is_no_part_of_a_force_or_a_length(unit: str) -> None:
+def test_what_is_no_part_of_a_time_a_force_or_a_length(unit: str) -> None:
     assert so_much_of(unit) is None
 
 

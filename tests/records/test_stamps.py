@@ -11,6 +11,9 @@ from layouts import RATE, N, f, rows, t, u
 
 from fibrefit.core.errors import DataError
 from fibrefit.records import Record, read_record
+from fibrefit.records.files.decode import decode
+from fibrefit.records.files.text import read_text
+from fibrefit.records.options import ReadOptions
 
 TRUE = np.arange(N) / RATE
 BEGAN = datetime(2023, 11, 2, 10, tzinfo=UTC)
@@ -154,3 +157,35 @@ def test_millionths_of_days_are_no_ms(write: Callable) -> None:
     said = {"time": {"column": "Time_ms", "scale": "86.4"}}
     assert is_right(read_record(path, channels=said), atol=1e-5)
     assert is_right(read_record(path_of("Time_ms", lambda i: f"{4523241666 + i / 2:.1f}", write)))  # 52 days in ms
+
+
+def test_whole_seconds_without_a_point_behind_some_are_stamps(write: Callable) -> None:
+    record = read_record(path_of("timestamp", lambda i: f"{1698919200 + i / RATE:.4f}".rstrip("0"), write))
+    assert is_right(record, 1e-6)
+
+
+def test_stamps_of_a_slow_record_are_known_by_their_heading(write: Callable) -> None:
+    record = read_record(path_of("datetime", lambda i: f"{1698919200 + i}", write))
+    np.testing.assert_array_equal(record.time, np.arange(N))
+
+
+def test_a_clock_that_goes_on_once_has_no_parts_beside_it(write: Callable) -> None:
+    # The ms go on by themselves where the seconds do: put together they would leap by a second.
+    path = path_of("Epoch [s],Elapsed [ms]", lambda i: f"{1698919200 + i // 12},{i}", write)
+    with pytest.raises(DataError, match="printed to 1 s only"):
+        read_record(path)
+
+
+def test_parts_of_a_second_are_no_remarks(write: Callable) -> None:
+    path = path_of("secs,nsecs", lambda i: f"{1698919200 + i // 2000},{i % 2000 * 500000}", write)
+    raw = read_text(decode(path.read_bytes(), ""), "", ReadOptions())
+    assert not [one for one in raw.annotations if "nsecs = " in one.text]  # each would be judged, row by row
+
+
+@pytest.mark.parametrize("heads", ["Date,Time,Zone", "Time,UTC offset"])
+def test_a_zone_in_a_column_of_its_own_is_no_time_before_a_trigger(heads: str, write: Callable) -> None:
+    def cells(i: int) -> str:
+        stamp = f"{BEGAN + timedelta(seconds=i / RATE):%Y-%m-%d %H:%M:%S.%f}"
+        return (stamp.replace(" ", ",") if heads.startswith("Date") else stamp) + ",-05:00"
+
+    assert is_right(read_record(path_of(heads, cells, write)))

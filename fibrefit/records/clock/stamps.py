@@ -44,7 +44,7 @@ class Stamps:
         return SLOWEST_LIKELY <= self.rate <= FASTEST_LIKELY
 
 
-_DIGITS = re.compile(r"(\d+)(?:\.\d*)?")
+_DIGITS = re.compile(r"(\d+)(?:\.\d+)?")
 
 #: Ways to count: since 1970, days of a spreadsheet, and steps of 100 ns as Windows and .NET count them.
 _STAMPS = (

@@ -102,7 +102,7 @@ def _in_columns(around: Sequence[tuple[int, str]], rows: Rows, columns: Sequence
         cells = [cell.strip() for cell in rows.dialect.split(line) or []]
         if len(cells) != len(rows.cells) or f"{rows.dialect.delimiter} " in line.strip():
             continue
-        if re.search(r"[^\W\d_].*[:=].*\d", cells[0]):
+        if re.match(r"[\W\d_]*[^\W\d_][^:=]*[:=].*\d", cells[0]):
             continue  # a statement of its own: "Fs: 10,000 S/s"
         if named & set(cells):
             continue  # a row of a list of channels

@@ -9,7 +9,7 @@ import lzma
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import IO, Any, NamedTuple
 
@@ -120,11 +120,19 @@ def _from_tar(data: bytes, where: str) -> tuple[bytes, str]:
         return _measured(
             [
                 _Member(entry.name, entry.size, partial(_content, archive, entry))
-                for entry in archive.getmembers()
+                for entry in _entries(archive)
                 if entry.isfile()
             ],
             where,
         )
+
+
+def _entries(archive: tarfile.TarFile) -> Iterator[tarfile.TarInfo]:
+    """Members of an archive; one of less than nothing would be read again and again."""
+    for entry in archive:
+        if entry.size < 0:
+            raise tarfile.ReadError("a member of a negative size")
+        yield entry
 
 
 def _content(archive: tarfile.TarFile, entry: tarfile.TarInfo) -> bytes:

@@ -23,6 +23,7 @@ from fibrefit.records.files.arrays.titles import (
     UNIT_KEYS,
     WORTH,
     listed_texts,
+    place_beside,
     plain,
 )
 from fibrefit.records.files.arrays.values import items_as_one, stamps_in
@@ -138,10 +139,9 @@ class _Hdf5:
             for key, value in _said(item).items():
                 if isinstance(value, str) and plain(key) in UNIT_KEYS:
                     continue
-                while key in tree and not np.array_equal(tree[key], value):
-                    key += " "  # the same of another array, and not the same number: kept beside the first
-                tree[key] = value
-                attributes.add(key)
+                if (place := place_beside(tree, key, value)) is not None:
+                    tree[place] = value
+                    attributes.add(place)
         given = units_of or (_units_stated(group) or [""])[0]
         if given and not any(plain(key) in UNIT_KEYS for key in tree):
             tree["units"] = given

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -42,28 +43,31 @@ def json_text(text: Text, where: str) -> Text:
     DataError
         If it is cut short, or holds no table, or several.
     """
+    try:
+        return _as_table(text, where)
+    except RecursionError:
+        raise DataError(where, "JSON that is nested too deeply", "a table of measured values", _ONE_A_ROW) from None
+
+
+def _as_table(text: Text, where: str) -> Text:
     lists: list[tuple[str, list[Any]]] = []
     filled = [(i, line.strip()) for i, line in enumerate(text.lines, 1) if line.strip()]
     objects = sum(line.startswith("{") for _, line in filled)
     if objects > max(1, 0.5 * len(filled)) and not filled[0][1].startswith("["):
         rows = [_row(_object(line, f"{where}, line {i}")) for i, line in filled]
     else:
-        try:
-            document = _usual(_object("\n".join(text.lines), where))
-            rows = _rows_of(document, where)
-            lists = list(_beside(document, len(rows) - 1))
-        except RecursionError:
-            raise DataError(where, "JSON that is nested too deeply", "a table of measured values", _ONE_A_ROW) from None
+        document = _usual(_object("\n".join(text.lines), where))
+        rows = _rows_of(document, where)
+        lists = list(_beside(document, len(rows) - 1))
     rows = _spread(rows, where)
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    counted = {key: sum(key in row for row in rows) for key in keys}
-    columns = [key for key in keys if counted[key] >= min(FEWEST_ROWS, len(rows))]
+    counted = Counter(key for row in rows for key in row)
+    columns = {key: None for key, number in counted.items() if number >= min(FEWEST_ROWS, len(rows))}
     aside = [f"{key} = {_shown(value)}" for row in rows for key, value in row.items() if key not in columns]
     if not columns:
         raise DataError(where, "JSON without a table", "objects that name the same values, one a row", "")
-    table = [["" if row.get(key) is None else str(row[key]) for key in columns] for row in rows]
+    table = [["" if row.get(key) is None else " ".join(str(row[key]).split()) for key in columns] for row in rows]
     body = ["\t".join(row) for row in table if any(row)]
-    nameless = columns == [_numbered(i) for i in range(len(columns))]
+    nameless = list(columns) == [_numbered(i) for i in range(len(columns))]
     made = [*aside[:HEADER_DEPTH], *([] if nameless else ["\t".join(columns)]), *body]
     told = ((f'"{key}"', one) for key, objects in lists if _is_told(objects) for one in objects)
     beside = [(place, " ".join("; ".join(f"{k} = {v}" for k, v in _flat(one).items()).split())) for place, one in told]
@@ -221,14 +225,15 @@ def _flat(item: Any) -> dict[str, Any]:
     inside = (
         {key: _flat(value) for key, value in item.items() if isinstance(value, dict)} if isinstance(item, dict) else {}
     )
+    called = Counter(sub for inner in inside.values() for sub in inner)
     for key, value in item.items() if isinstance(item, dict) else ():
         name = " ".join(str(key).split())
         if isinstance(value, dict):
             if set(inside[key]) == {"value", "unit"}:
                 found[f"{name} [{inside[key]['unit']}]"] = inside[key]["value"]
                 continue
-            others = {sub for other, inner in inside.items() if other != key for sub in inner} | set(item)
-            found |= {(sub if sub not in others else f"{name}.{sub}"): v for sub, v in inside[key].items()}
+            own = {sub for sub in inside[key] if called[sub] == 1 and sub not in item}
+            found |= {(sub if sub in own else f"{name}.{sub}"): v for sub, v in inside[key].items()}
         elif not isinstance(value, list):
             found[name] = " ".join(value.split()) if isinstance(value, str) else value
         elif value and len(value) <= HEADER_DEPTH and _are_plain(value):

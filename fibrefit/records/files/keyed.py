@@ -120,7 +120,7 @@ def _begins_anew(clock: Sequence[str], parts: Sequence[int]) -> bool:
     falls = [after < before for before, after in pairwise(parts)]
     goes_on = [after != before for before, after in pairwise(clock)]
     gaps = sum(goes_on) - sum(falls)
-    return gaps <= max(1, sum(falls)) and all(on for fall, on in zip(falls, goes_on, strict=True) if fall)
+    return gaps <= sum(falls) and all(on for fall, on in zip(falls, goes_on, strict=True) if fall)
 
 
 #: Decimals of a second that a number of this unit stands for.

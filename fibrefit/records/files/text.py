@@ -89,16 +89,20 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
     empty = [not any(cell.strip() for cell in cells) for cells in rows.cells]
     beside = [*statements(_lines_of(options.header), dialect.delimiter), *beside_rows]
     header = _header(above or beside, dialect, empty, options, where, lines[rows.first - 1])
-    columns, notes, aside = _columns(rows, kinds, with_keyed_units(header, [*above, *beside, *text.units]), where)
+    keyed = with_keyed_units(header, [*above, *beside, *text.units])
+    joined = with_dates(with_thousandths(rows.cells, kinds, keyed, rows.dialect.mark), kinds)
+    columns, notes, aside = _columns(rows, joined, kinds, keyed, where)
     clocks = {column.number: rows.cells[column.number - 1] for column in columns if column.clock}
     inside, remarks = unread_cells(columns, rows.numbers, clocks)
     around = [*enumerate(above, 1), *((i, lines[i - 1]) for i in rows.below)]
     refuse_common_factor(around, where)
+    read = replace(rows, cells=joined)  # what stands with a clock is no remark
     if len(rows.numbers) < FEWEST_ROWS:
         raise DataError(where, f"only {count(len(rows.numbers), 'row')} of numbers", f"at least {FEWEST_ROWS} samples")
     said = [*beside, *(words for _, words in text.beside)]
     said += [*_statements(above, header, dialect), *_unused(header, rows, empty, above)]
     skipped = [(i, lines[i - 1]) for i in rows.skipped]
+    annotations = annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, read, columns, aside)
     return Raw(
         columns=columns,
         facts=with_remarks(find_facts(said, dialect.mark), skipped, dialect, options.rate),
@@ -108,11 +112,7 @@ def read_text(text: Text, where: str, options: ReadOptions) -> Raw:
         layout=_layout(text, rows, header),
         notes=[*text.notes, *notes, *remarks, *_line_notes(rows, lines)],
         aside=aside,
-        annotations=[
-            *annotations_beside([*around, *skipped, *_words_inside(rows, lines)], header, rows, columns, aside),
-            *inside,
-            *_elsewhere(text, beside, columns),
-        ],
+        annotations=[*annotations, *inside, *_elsewhere(text, beside, columns)],
     )
 
 
@@ -262,7 +262,7 @@ def _refuse_two_readings(sample: str, dialect: Dialect, names: int, where: str) 
 
 
 def _columns(
-    rows: Rows, kinds: Sequence[str], header: Header, where: str
+    rows: Rows, joined: Sequence[tuple[str, ...]], kinds: Sequence[str], header: Header, where: str
 ) -> tuple[list[RawColumn], list[str], dict[int, str]]:
     """Columns of numbers, notes, and what the other columns hold."""
     aside: dict[int, str] = {}
@@ -271,7 +271,6 @@ def _columns(
     bad: list[tuple[str, np.ndarray]] = []
     words: list[tuple[str, Sequence[str]]] = []
     last = len(rows.cells) - 1
-    joined = with_dates(with_thousandths(rows.cells, kinds, header, rows.dialect.mark), kinds)
     for i, cells in enumerate(joined):
         title = header.names[i]
         name, unit = split_heading(title)
@@ -304,9 +303,8 @@ def _columns(
                     columns[-1] = replace(columns[-1], unit=beside)
             what = _HOLDS[kind]
             used = _is_part_of_clock(rows.cells, joined, i)
-            notes.append(
-                f'Column "{shown}" {"is read with the clock beside it" if used else f"{what} and is left out"}.'
-            )
+            told = "is read with the clock beside it" if used else f"{what} and is left out"
+            notes.append(f'Column "{shown}" {told}.')
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     refuse_signs_apart(words, columns)
@@ -315,9 +313,9 @@ def _columns(
 
 def _is_part_of_clock(cells: Sequence[Sequence[str]], joined: Sequence[Sequence[str]], i: int) -> bool:
     """Whether what a column holds was put before the times of the column behind it, or behind those before it."""
-    if any(cells[i]) and not any(joined[i]):
-        return True
-    return i + 1 < len(joined) and joined[i + 1][0].startswith(f"{cells[i][0].strip()} ") and bool(cells[i][0].strip())
+    first = cells[i][0].strip()
+    before = bool(first) and i + 1 < len(joined) and joined[i + 1][0].startswith(f"{first} ")
+    return before or (any(cells[i]) and not any(joined[i]))
 
 
 _HOLDS = {

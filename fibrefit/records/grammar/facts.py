@@ -312,7 +312,7 @@ def _meant(numbers: list[float], unit: str, quoted: str, is_step: bool) -> Itera
     else:
         return
     rates = tuple(dict.fromkeys(rate for rate in rates if SLOWEST_RATE <= rate <= FASTEST_RATE))
-    usual = tuple(rate for rate in rates if SLOWEST_LIKELY <= rate <= FASTEST_LIKELY)
+    usual = tuple(rate for rate in rates if rate >= SLOWEST_LIKELY)
     if is_step and len(rates) > len(usual) == 1:  # "500.000 us", which nobody calls half a second
         rates, note = usual, f'"{quoted}" is taken as {format_number(usual[0], 7)} Hz.'
     if rates:

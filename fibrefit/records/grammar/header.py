@@ -46,7 +46,7 @@ STATEMENT = re.compile(r"[^=]+=\s*[+-]?[\d.,]+(?:[eE][+-]?\d+)?\s*\w*|\W*[\d.,]+
 #: A key, and what it lists.
 _KEYED = re.compile(r"[^\W\d][^=:,;\t]{0,40}[=:]([^=:]*)")
 #: What a heading tells of its sensor in brackets: "Force [N] (S/N: 123)".
-_OF_SENSOR = re.compile(r"(?<=\S)\s*[\[(][^\])]*[\])]")
+_OF_SENSOR = re.compile(r"(?<=\S)\s*[\[(][^\[\]()]*[\])]")
 #: What stands among the units of a logger for its stamps and its count of rows (TOA5).
 _UNIT_MARKS = {"ts", "rn"}
 
@@ -185,10 +185,14 @@ def _header(rows: dict[int, list[str]], line: int, unit_line: int | None) -> Hea
 
 
 def _named_beside(rows: Mapping[int, Sequence[str]], line: int, i: int) -> int | None:
-    """Line that names the times where a line of headings has no name, as above signals; None for none."""
+    """Line that names the times where a line of headings has no name, as above signals; None for none.
+
+    It has a text for each of the signals, where a key and its value, such as of the time of a test, are two.
+    """
     for j in sorted((j for j in rows if abs(j - line) <= NEAR_HEADINGS), key=lambda j: abs(j - line)):
         texts = all(kind_of_cell(cell, ".") in ("text", "empty") for cell in rows[j])
-        if texts and kinds_named(rows[j][i]) == {"time"} and not is_unit_row(rows[j]):
+        whole = all(cell for cell, name in zip(rows[j], rows[line], strict=True) if name)
+        if texts and whole and kinds_named(rows[j][i]) == {"time"} and not is_unit_row(rows[j]):
             return j
     return None
 
@@ -338,7 +342,8 @@ def _points(cells: Sequence[str], wanted: Collection[str]) -> float:
 
 
 _LISTED = re.compile(
-    r"\W*(?:channel|kanal|kan[aá]l|column|spalte|sloupec|signal|name|label|title|ch|col|sp)?\W*(\d{1,3})\s*[:;,.\t=)|-]\s*(\S.*)",
+    r"\W*(?:(?:channel|kanal|kan[aá]l|column|spalte|sloupec|signal|name|label|title|ch|col|sp)\W*)?"
+    r"(\d{1,3})\s*[:;,.\t=)|-]\s*(\S.*)",
     re.IGNORECASE,
 )
 

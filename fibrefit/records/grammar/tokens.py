@@ -37,6 +37,8 @@ CLOCK = re.compile(
     re.IGNORECASE,
 )
 DATE = re.compile(_DATE, re.IGNORECASE)
+#: What clocks west of Greenwich differ by, as it stands in a column of its own: no time before a trigger.
+_OFFSET = re.compile(r"-\d{2}:\d{2}")
 
 #: Date and time of day without signs between the parts: 20240512T142211.5.
 COMPACT = re.compile(r"(\d{4})(\d{2})(\d{2})[T_ ](\d{2})(\d{2})(\d{2}(?:[.,]\d+)?)(.*)")
@@ -150,7 +152,7 @@ def clock_of(text: str) -> re.Match[str] | None:
     text : str
         As from `clean`.
     """
-    plain = text[1:] if text[:1] == "-" and ":" in text else text
+    plain = text[1:] if text[:1] == "-" and ":" in text and not _OFFSET.fullmatch(text) else text
     return CLOCK.fullmatch(plain) if plain[:1].isdigit() else None
 
 

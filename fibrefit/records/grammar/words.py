@@ -33,7 +33,7 @@ _WORDS = {
     "time": _words(
         "time stamp stamps cas datum date uhrzeit t clock doba epoch unix utc micros millis temps tiempo tempo czas"
     )
-    | _words("tid tijd secs seconds sekunden zaman aika ido время"),
+    | _words("datetime tid tijd secs seconds sekunden zaman aika ido время"),
     "force": _words("load sila sily silu last tension tah f fn fz gauge sila carga carico charge kraft сила 力"),
     "position": _words("weg disp travel stroke draha posun hub zdvih draha drahy drogi zdvihu lvdt traverse")
     | _words("crosshead u pos droga corsa course way ход путь"),

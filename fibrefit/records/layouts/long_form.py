@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 from fibrefit.core.errors import DataError
 from fibrefit.records.grammar.dialect import BETWEEN_CELLS, Dialect
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, MOST_IN_TURN, NAMED_ALIKE
+
+#: What a command may name as it stands, whatever shell it is given to.
+_PLAIN = re.compile(r"[\w .,:;()\[\]{}/%°²+*=-]+")
 
 
 def channels_in_turn(lines: Sequence[str]) -> tuple[Dialect, int, int, int, list[str]] | None:
@@ -61,9 +66,18 @@ def _in_groups(rows: Sequence[Sequence[str]], names: int, number: int) -> tuple[
         apart += [
             i for i in others if i not in (*shared, *apart) and all(kind_of_cell(c[i], ",") != "text" for c in rows)
         ]
-        if times and apart:
+        if times and apart and not any(_runs_on([cells[i] for cells in rows]) for i in apart):
             return max(times, key=lambda i: len({group[0][i] for group in groups})), apart[0]
     return None
+
+
+def _runs_on(cells: Sequence[str]) -> bool:
+    """Whether cells increase from row to row, and do not count these: each row was sampled at a time of its own."""
+    try:
+        steps = {after - before for before, after in pairwise(float(cell.replace(",", ".")) for cell in cells)}
+    except ValueError:  # readings of a clock
+        return all(before < after for before, after in pairwise(cells))
+    return min(steps) > 0.0 and steps != {1.0}
 
 
 def refuse_long_form(lines: Sequence[str], where: str) -> None:
@@ -92,7 +106,7 @@ def refuse_long_form(lines: Sequence[str], where: str) -> None:
     do = "Export them with a column for each."
     file = where.partition(",")[0]
     first = next((i for i, line in enumerate(lines) if line.strip()), 0)
-    if titles and (dialect.split(lines[first]) or []) == head and all(map(_is_name, titles)) and "'" not in file:
+    if titles and (dialect.split(lines[first]) or []) == head and all(map(_PLAIN.fullmatch, (file, *titles))):
         mark = ",decimal=','" if dialect.delimiter != "," and any("," in line for line in lines[-FEWEST_ROWS:]) else ""
         sign = {"\t": "\\t"}.get(dialect.delimiter, dialect.delimiter)
         table = f"p.read_csv('{file}',sep='{sign}'{mark}).pivot(index='{titles[times]}',columns='{titles[names]}',"

@@ -13,7 +13,7 @@ from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.dialect import BETWEEN_CELLS, Dialect
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.tokens import clean, kind_of_cell
-from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE
+from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE, UNITS_OF_ROWS
 
 _WITH_UNIT = re.compile(
     r"([+-]?(?:\d[\d.,]{0,30}|[.,]\d{1,20})(?:[eE][+-]?\d{1,3})?)\s{0,3}([^\W\d_][^\s\d,;]{0,9}|\"|°)"
@@ -87,18 +87,15 @@ def with_units_apart(text: Text, where: str) -> Text:
     top = above[plain] if plain < len(above) else -1  # rows above it may lack their units
     if top < 0 or not _is_head(split[top]) or len(split[top]) != dialect.width:
         return text
+    rows = [(i, split[i]) for i in range(top + 1, len(lines)) if len(split[i]) == dialect.width]
     places = [place for place in places if _may_be_of(split[top][place], split[first][place])]
-    seen: dict[int, dict[str, int]] = {place: {} for place in places}
-    for i in range(top + 1, len(lines)):
-        cells = list(split[i])
-        for place in places if len(cells) == dialect.width else ():
-            number, unit = with_unit(cells[place]) or (cells[place], None)
-            if unit is not None:
-                seen[place].setdefault(unit, i + 1)
-            elif kind_of_cell(number, ".") == "number" and number.strip(" +-0.,"):
-                seen[place].setdefault("", i + 1)  # a number without its unit, and not nil
-            cells[place] = number
-        lines[i] = _joined(cells, lines[i], dialect) if cells else lines[i]
+    seen = {place: _units_seen(rows, place) for place in places}
+    places = [place for place in places if len(seen[place]) == 1 or not _are_ranges(rows, place)]
+    if not places:
+        return text
+    for i, row in rows:
+        cells = [(with_unit(cell) or (cell,))[0] if place in places else cell for place, cell in enumerate(row)]
+        lines[i] = _joined(cells, lines[i], dialect)
     headings = list(split[top])
     for place in places:
         unit = _one_unit(headings[place].strip(), seen[place], where)
@@ -107,6 +104,23 @@ def with_units_apart(text: Text, where: str) -> Text:
     lines[top] = _joined(headings, lines[top], dialect)
     shown = ", ".join(f'"{headings[place].strip()}"' for place in places)
     return replace(text, lines=lines, notes=(*text.notes, f"Units stand behind the numbers of {shown}."))
+
+
+def _units_seen(rows: Sequence[tuple[int, Sequence[str]]], place: int) -> dict[str, int]:
+    """Units behind the numbers of a column, each with the line it is first seen in; empty for none behind a number."""
+    seen: dict[str, int] = {}
+    for i, cells in rows:
+        number, unit = with_unit(cells[place]) or (cells[place], None)
+        if unit is not None:
+            seen.setdefault(unit, i + 1)
+        elif kind_of_cell(number, ".") == "number" and number.strip(" +-0.,"):
+            seen.setdefault("", i + 1)  # not nil
+    return seen
+
+
+def _are_ranges(rows: Sequence[tuple[int, Sequence[str]]], place: int) -> bool:
+    """Whether a column has a few texts only, as that of the ranges of a meter beside its readings: 100 mV, then 1 V."""
+    return len({cells[place].strip() for _, cells in rows}) <= UNITS_OF_ROWS
 
 
 def _is_head(cells: Sequence[str]) -> bool:
@@ -136,4 +150,6 @@ def _one_unit(heading: str, seen: dict[str, int], where: str) -> str:
 
 def _joined(cells: Sequence[str], line: str, dialect: Dialect) -> str:
     """Cells as a line, in quotes where those of the line were."""
-    return dialect.delimiter.join(f'"{cell}"' if '"' in line else cell for cell in cells)
+    if '"' in line:
+        cells = ['"{}"'.format(cell.replace('"', '""')) for cell in cells]
+    return dialect.delimiter.join(cells)

@@ -16,6 +16,8 @@ _FENCE = "    -1"
 #: Lines of a data set before its values, the number of its kind among them.
 _HEAD = 12
 _TIME_AXIS = 17
+#: A number of the head that times are made of, of no more digits than these have.
+_AMOUNT = re.compile(r"[+-]?\d{0,12}(?:\.\d{0,12})?(?:[eE][+-]?0?\d{1,2})?")
 #: Ordinates: real of six and of twelve digits; of each the width of a value, alone and behind its abscissa.
 _REAL = {2: ((13,), (13, 13)), 4: ((20,), (13, 20))}
 _DO = "Export the time records as CSV, a column each, or as MATLAB or HDF5."
@@ -23,9 +25,10 @@ _DO = "Export the time records as CSV, a column each, or as MATLAB or HDF5."
 
 @dataclass(frozen=True, slots=True)
 class _Channel:
-    """One function of time: its heading, and its times and values as printed."""
+    """One function of time: its heading, the unit of its times, and these and its values as printed."""
 
     heading: str
+    unit: str
     times: tuple[str, ...]
     values: tuple[str, ...]
 
@@ -66,13 +69,13 @@ def from_universal(text: Text, where: str) -> Text:
     if not channels:
         raise DataError(where, "a universal file without a data set 58", "records in time", _DO)
     first, *others = channels
-    other = next((one for one in others if one.times != first.times), None)
+    other = next((one for one in others if (one.times, one.unit) != (first.times, first.unit)), None)
     if other is not None:
         got = f'"{first.heading}" and "{other.heading}" were sampled at different times'
         raise DataError(where, got, "channels that were sampled together", "Export them at one rate.")
     headings = [f"{one.heading} ({i})" if i else one.heading for i, one in _counted(channels)]
     rows = zip(first.times, *(one.values for one in channels), strict=True)
-    return replace(text, lines=["\t".join(("Time [s]", *headings)), *map("\t".join, rows)], ended=True)
+    return replace(text, lines=["\t".join((f"Time [{first.unit}]", *headings)), *map("\t".join, rows)], ended=True)
 
 
 def _counted(channels: Sequence[_Channel]) -> list[tuple[int, _Channel]]:
@@ -99,7 +102,7 @@ def _channel(body: Sequence[str], where: str) -> _Channel:
     """One data set 58, its head in fixed columns as the format has it."""
     try:
         kind, size, even = (int(body[7][i : i + 10]) for i in (0, 10, 20))
-        begin, step = (Decimal(body[7][i : i + 13].strip()) for i in (30, 43))
+        begin, step = (_amount(body[7][i : i + 13].strip()) for i in (30, 43))
         axis, ordinate = (int(body[i][:10]) for i in (8, 9))
         title, unit = body[9][25:46].strip(), body[9][46:67].strip()
         for line in body[9:_HEAD]:
@@ -107,27 +110,35 @@ def _channel(body: Sequence[str], where: str) -> _Channel:
     except (ValueError, IndexError, InvalidOperation):
         got = "a data set 58 whose head is not as the format has it"
         raise DataError(where, got, "eleven lines before its values", _DO) from None
-    if axis != _TIME_AXIS and units.kind_of(body[8][46:67].strip()) != "time":
+    own = body[8][46:67].strip()
+    own = own if units.kind_of(own) == "time" else ""
+    if axis != _TIME_AXIS and not own:
         got = f'a function of "{body[8][25:46].strip()}", kind {axis}'
         raise DataError(where, got, f"records in time, kind {_TIME_AXIS}", _DO)
     if kind not in _REAL:
         raise DataError(where, f"values of kind {kind}", "real numbers, kind 2 or 4", _DO)
     values = _values(body[_HEAD:], _REAL[kind][0 if even else 1])
-    times = [f"{begin + i * step:f}" for i in range(size)] if even else values[::2]
-    values = values if even else values[1::2]
+    times, values = ([], values) if even else (values[::2], values[1::2])
     if len(values) != size:
         raise DataError(where, f"{len(values)} values of {size} that its head announces", "all of them", "")
+    times = [f"{begin + i * step:f}" for i in range(size)] if even else times
     name = title if title and title != "NONE" else body[1].strip() or f"kind {ordinate}"
     known = unit and unit != "NONE"
-    return _Channel(f"{name} [{unit}]" if known else name, tuple(times), tuple(values))
+    return _Channel(f"{name} [{unit}]" if known else name, own or "s", tuple(times), tuple(values))
+
+
+def _amount(text: str) -> Decimal:
+    if not _AMOUNT.fullmatch(text):
+        raise ValueError(text)
+    return Decimal(text)
 
 
 def _values(lines: Sequence[str], widths: Sequence[int]) -> list[str]:
     """Values of fixed width, which may touch."""
     found: list[str] = []
     for line in lines:
-        place = 0
-        while line[place:].strip():
+        place, end = 0, len(line.rstrip())
+        while place < end:
             width = widths[len(found) % len(widths)]
             found.append(line[place : place + width].strip())
             place += width

@@ -22,6 +22,8 @@ from fibrefit.records.thresholds import HEADER_DEPTH
 
 _MAGIC = b"\x93NUMPY"
 _SECOND = np.timedelta64(1, "s")
+#: Bytes that a text takes in memory besides its letters.
+_TEXT = 64
 
 
 def read_numpy(data: bytes, where: str, options: ReadOptions) -> Raw:
@@ -83,7 +85,8 @@ def _array(content: bytes, allowed: Allowance) -> np.ndarray | None:
     shape, _, dtype = read_header(file)
     if dtype.hasobject:
         return None
-    allowed.take(math.prod(shape) * dtype.itemsize)
+    # A text of any length is one of Python as soon as it is read.
+    allowed.take(math.prod(shape) * (dtype.itemsize + (_TEXT if dtype.kind in "SU" else 0)))
     return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
 
 

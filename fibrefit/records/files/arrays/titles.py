@@ -14,6 +14,7 @@ from fibrefit.core import units
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import kinds_named
+from fibrefit.records.thresholds import HEADER_DEPTH
 
 #: Keys of a unit, or of a list of them.
 UNIT_KEYS = ("units", "unit", "einheit", "einheiten", "columnunits", "channelunits", "yunit")
@@ -154,6 +155,26 @@ def _are_names(texts: Sequence[str]) -> bool:
     """Whether texts name columns: they differ, some name a quantity or tell a unit, and they are not units alone."""
     tell = any(kinds_named(name) or unit for name, unit in map(named, texts))
     return tell and len(set(texts)) == len(texts) and any(units.expression(text) is None for text in texts)
+
+
+def place_beside(tree: Mapping[str, Any], key: str, value: Any) -> str | None:
+    """Key under which an attribute is kept beside those of other arrays that are called the same, and are not equal.
+
+    None where as many are kept as are looked at: to go on would take the square of their number.
+
+    Parameters
+    ----------
+    tree : mapping
+        A group.
+    key : str
+        Name of the attribute.
+    value : object
+        What it says.
+    """
+    places = [key + " " * i for i in range(HEADER_DEPTH)]
+    if places[-1] in tree:
+        return None
+    return next(place for place in places if place not in tree or np.array_equal(tree[place], value))
 
 
 def told_apart(placed: Sequence[tuple[str, RawColumn]]) -> list[tuple[str, RawColumn]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -288,9 +288,12 @@ def _bare_name(around: Sequence[Mapping[str, Any]], prefix: str) -> str:
     own = _text_of(around[0], _TITLES)
     if own or kinds_named(prefix.rstrip(".").rpartition(".")[2]) or len(around) < 2:
         return own or prefix.rstrip(".")
+    inside = (value for value in around[1].values() if isinstance(value, dict))
+    nodes = list(islice((value for value in inside if any(map(_is_vector, value.values()))), 2))
+    if len(nodes) > 1:  # at the second: a file may have thousands
+        return prefix.rstrip(".")
     told = [text for note in notes_in(around[1]) if (text := _text_of(note, _TITLES))]
-    nodes = [value for value in around[1].values() if isinstance(value, dict) and any(map(_is_vector, value.values()))]
-    return told[0] if len(told) == len(nodes) == 1 else prefix.rstrip(".")
+    return told[0] if len(told) == 1 else prefix.rstrip(".")
 
 
 def _unit_in_notes(tree: Mapping[str, Any]) -> list[str]:
