@@ -53,7 +53,7 @@ REASONS: dict[str, dict[str, str]] = {
     "problem.noise.whittle": {"LINES": WORK, "1e-300": ROUNDING},
     "problem.statement.steps": {"NEAR": ROUNDING},
     "records.build": {"1e-09": ROUNDING},
-    "records.clock.stamps": {"1000000.0": FORM},
+    "records.stamps": {"1000000.0": FORM},
     "records.clock.timebase": {"0.05": START},
     "records.clock.wall_clock": {"_HOUR": FORM, "_DAY": FORM, "0.001": FORM},
     "records.columns.damage": {"1e-300": ROUNDING},

@@ -27,6 +27,7 @@ from fibrefit.records.files.lvm import is_lvm, read_lvm
 from fibrefit.records.files.sheets.workbook import read_workbook
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.layouts.units_behind import with_units_apart
 from fibrefit.records.layouts.usual import in_usual_layout
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.record import Record
@@ -199,7 +200,7 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     if data is not packed and (tdms or mdf or arrays):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
     if ending == ".xlsx":
-        return read_workbook(data, where, options)
+        return read_workbook(data, where, options, with_units_apart)
     if ending == ".npz" or data[:6] == b"\x93NUMPY":
         from fibrefit.records.files.arrays.numpy_file import read_numpy
 

@@ -7,7 +7,7 @@ import math
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table, titled
 from fibrefit.report.sentences.discovery import shown_condition, shown_probability
-from fibrefit.rigs.thresholds import WIDER
+from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 
 MOST = 6
@@ -48,7 +48,7 @@ def plan_report(summary: PlanSummary) -> str:
 
 def _within(summary: PlanSummary) -> str:
     """What a further record may have, and why; empty where that is not told."""
-    kinds = {True: "as the study states under [limits]", False: f"those at hand, {WIDER:g} times wider at either end"}
+    kinds = {True: "as the study states under [limits]", False: f"those at hand, {FARTHER:g} times wider at either end"}
     said = []
     for stated, why in kinds.items():
         ends = {name: ends for name, ends in summary.reach.items() if (name in summary.limits_stated) == stated}

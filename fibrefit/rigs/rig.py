@@ -16,7 +16,7 @@ from fibrefit.core.parameter import Parameter
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.thresholds import WIDER
+from fibrefit.rigs.thresholds import FARTHER
 
 STANDARD_GRAVITY = 9.81
 """In m/s^2: the value of central Europe, to which the rigs' published data refer."""
@@ -229,6 +229,6 @@ class Rig:
         onto = np.asarray(stated[variation.onto], dtype=float) if variation.onto else np.zeros(len(known))
         whole = known + onto
         # A further record is like the first one but for what is varied.
-        ends = whole.min() / WIDER - onto[0], whole.max() * WIDER - onto[0]
+        ends = whole.min() / FARTHER - onto[0], whole.max() * FARTHER - onto[0]
         low, high = (float(np.clip(end, declared.lower, declared.upper)) for end in ends)
         return low, high

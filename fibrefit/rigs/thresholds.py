@@ -54,7 +54,7 @@ DRIVE_STANDS = 1e-5
 """Way in m within which a drive stands, however quiet it is at rest: a hundredth of a millimetre stretches no fibre
 by what a force shows."""
 
-WIDER = 1.5
+FARTHER = 1.5
 """Factor by which a further record may go beyond what was measured, where a study does not say what its rig can do: a
 gauge and a fibre are seldom used to less than two thirds. The peak force of a drop grows with the root of height times
 mass, and so by this factor too where both are at their ends."""

@@ -21,7 +21,7 @@ FARTHEST = 10.0
 """Standard deviations from its mean beyond which a normal prior allows nothing: less than 1e-23 of it lies there."""
 
 #: What a change of units may add to a limit: pi/2 rad and 90 deg are one.
-ROUNDED = 1e-9
+UNIT_ROUNDING = 1e-9
 
 #: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
 Written = StrictStr | StrictFloat
@@ -263,7 +263,7 @@ def check_possible(setting: ParameterSetting, declared: Parameter, place: Callab
 
 def _reaches(low: float, high: float) -> bool:
     """Whether one number is no higher than another, but for what a change of units rounds off."""
-    return low <= high or math.isclose(low, high, rel_tol=ROUNDED)
+    return low <= high or math.isclose(low, high, rel_tol=UNIT_ROUNDING)
 
 
 def _number(written: Written, unit: str, where: str) -> float:

@@ -17,7 +17,7 @@ from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.files.reading import Files, reading_arguments
-from fibrefit.study.parameters import ROUNDED, ParameterSetting, ParameterTable, check_possible, setting_of
+from fibrefit.study.parameters import UNIT_ROUNDING, ParameterSetting, ParameterTable, check_possible, setting_of
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import AS_WRITTEN, Unit, as_stated
 from fibrefit.study.table import Name, StudyTable
@@ -226,7 +226,7 @@ class Study(Shown, StudyTable):
         """Note limits of the rig that one of its records goes beyond."""
         for name, (least, most) in self.possible.items():
             for record in self.records:
-                value, slack = getattr(record, name, None), ROUNDED * abs(most)
+                value, slack = getattr(record, name, None), UNIT_ROUNDING * abs(most)
                 if value is not None and not least - slack <= value <= most + slack:
                     unit = record.conditions()[name].si
                     low, high, at = (as_stated(each, unit) for each in (least, most, value))

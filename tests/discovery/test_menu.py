@@ -20,7 +20,7 @@ from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
-from fibrefit.rigs.thresholds import WIDER
+from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import ORDER, known_conditions
 from fibrefit.study import load_study
@@ -218,12 +218,12 @@ def test_a_drive_is_run_no_faster_or_farther_than_the_rig_is_said_to_do(tmp_path
                     found.setdefault((choice.record, what), []).append(factor)
         return {key: pytest.approx(sorted(values), rel=1e-2) for key, values in found.items()}
 
-    free = [1.0 / WIDER, WIDER]
+    free = [1.0 / FARTHER, FARTHER]
     assert factors("") == {(r, what): free for r in (0, 1) for what in ("pace", "size")}
     bound = factors('[limits]\ndrive_speed = ["80 mm/s", "240 mm/s"]\ndrive_travel = ["1 mm", "1 m"]\n')
     # Farther is faster too.
-    first = [1.0 / WIDER, 1.2]
-    assert bound == {(0, "pace"): first, (0, "size"): first, (1, "pace"): [0.8, WIDER], (1, "size"): [0.8, WIDER]}
+    first = [1.0 / FARTHER, 1.2]
+    assert bound == {(0, "pace"): first, (0, "size"): first, (1, "pace"): [0.8, FARTHER], (1, "size"): [0.8, FARTHER]}
 
 
 def test_a_drive_that_stands_still_is_run_no_other_way(tmp_path: Path) -> None:

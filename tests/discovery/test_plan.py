@@ -35,7 +35,7 @@ from fibrefit.discovery.design.plan import (
     Worth,
     _errors,
     _worth,
-    in_order,
+    by_worth,
     just_found,
     options_of,
     worths,
@@ -286,12 +286,12 @@ def test_a_mean_is_known_no_better_than_records_that_differ_tell_it(scatter: flo
 
 def test_a_record_that_first_shows_an_effect_comes_first() -> None:
     better, first = Worth(Choice(0, {}), {}, {"b": 0.85}), Worth(Choice(1, {}), {}, {"b": 0.9}, shown=("a",))
-    assert in_order("power", [better, first])[0] is first
+    assert by_worth("power", [better, first])[0] is first
     # Of two that a sentence tells the same of the cheaper one comes first.
     dear, cheap = (Worth(Choice(i, {}), {"k": k}, {}, minutes=of) for i, k, of in ((0, 0.501, 17.0), (1, 0.503, 2.0)))
-    assert in_order("errors", [dear, cheap])[0] is cheap
+    assert by_worth("errors", [dear, cheap])[0] is cheap
     lower, known = Worth(Choice(0, {}), {"k": 0.5}, {}), Worth(Choice(1, {}), {"k": 0.9}, {}, determined=("c",))
-    assert in_order("errors", [lower, known])[0] is known
+    assert by_worth("errors", [lower, known])[0] is known
     said = _sentence(first, 2.0, "a.csv", ())
     assert "it shows a, which the records at hand do not" in said
     assert "it determines c, which the records at hand do not" in _sentence(known, 2.0, "a.csv", ())
@@ -305,7 +305,7 @@ def test_a_record_of_which_slopes_promise_counts_for_no_more_than_the_best_that_
             [(9.0, 0.7, True), (0.5, 0.0, True), (80.0, 1.0, False), (7.0, 0.6, False)]
         )
     )
-    assert in_order("rivals", [useless, little, promised, best]) == [best, promised, little, useless]
+    assert by_worth("rivals", [useless, little, promised, best]) == [best, promised, little, useless]
 
 
 def test_of_records_as_sure_the_cheaper_one_comes_first_whether_or_not_it_was_looked_into() -> None:
@@ -313,7 +313,7 @@ def test_of_records_as_sure_the_cheaper_one_comes_first_whether_or_not_it_was_lo
         Worth(Choice(i, {}), {}, {}, nats=nats, distinguished=0.9, refitted=looked, minutes=minutes)
         for i, (nats, looked, minutes) in enumerate([(14.0, True, 8.0), (13.0, False, 3.0)])
     )
-    assert in_order("rivals", [dear, cheap]) == [cheap, dear]
+    assert by_worth("rivals", [dear, cheap]) == [cheap, dear]
 
 
 def test_an_effect_of_the_added_mass_shows_in_a_record_with_one(folder: Path) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.records import copies, join, thresholds
-from fibrefit.records.clock import claimed, coarse, rates, repeats, stamps, timebase
+from fibrefit.records import copies, join, stamps, thresholds
+from fibrefit.records.clock import claimed, coarse, rates, repeats, timebase
 from fibrefit.records.clock.base import ALONE, OFF_GRID, Readings
 from fibrefit.records.clock.rates import round_rate
 from fibrefit.records.clock.timebase import from_readings

@@ -168,7 +168,7 @@ def offered(factor: float) -> bool:
 
 
 CASES = (
-    Bracket("WIDER", rig, offered, 1.3, 1.8),
+    Bracket("FARTHER", rig, offered, 1.3, 1.8),
     Bracket("LIFT_AGREES", stated_lifts, lambda x: stated_lifts.LiftShown("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
     Bracket("MOVES", newton, slides, 0.07, 0.035),
     Bracket("MOSTLY_SLIDES", newton, mostly_slides, 0.9, 0.7),

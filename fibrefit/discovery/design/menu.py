@@ -13,7 +13,7 @@ from fibrefit.discovery.model.finding import Choice
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.rigs.thresholds import WIDER
+from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import ORDER, Experiment, known_conditions
 
@@ -45,7 +45,7 @@ def reach_of(task: Task) -> dict[str, tuple[float, float]]:
     """
     rig, found = task.problem.model.rig, task.problem.model.rig.reach(task.problem.observations.experiment.conditions)
     for name, known in motions_of(task).items():
-        found[name] = rig.possible.get(name) or (float(known.min()) / WIDER, float(known.max()) * WIDER)
+        found[name] = rig.possible.get(name) or (float(known.min()) / FARTHER, float(known.max()) * FARTHER)
     return found
 
 
@@ -87,7 +87,7 @@ def _within(room: Sequence[np.ndarray]) -> tuple[float, float]:
     """The least factor and the largest one that all limits leave, 1 between them; 1 of an input that stands still."""
     if not room:
         return 1.0, 1.0
-    low, high = max(1.0 / WIDER, *(ends[0] for ends in room)), min(WIDER, *(ends[1] for ends in room))
+    low, high = max(1.0 / FARTHER, *(ends[0] for ends in room)), min(FARTHER, *(ends[1] for ends in room))
     return min(float(low), 1.0), max(float(high), 1.0)
 
 

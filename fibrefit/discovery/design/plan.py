@@ -138,7 +138,7 @@ def _exceeds(mean: float, nats: float) -> float:
     return float(norm.cdf((mean - APART) / np.sqrt(2.0 * nats)))
 
 
-def in_order(purpose: Purpose, found: Sequence[Worth]) -> list[Worth]:
+def by_worth(purpose: Purpose, found: Sequence[Worth]) -> list[Worth]:
     """Records, the most useful first; of those of which a sentence tells the same the cheapest one.
 
     What is determined or shown for the first time gains more than any factor. Slopes alone mostly promise too much: a

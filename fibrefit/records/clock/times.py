@@ -13,7 +13,6 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.units import format_number
 from fibrefit.records.clock.base import Readings, TimeBase
 from fibrefit.records.clock.repeats import repeated_rows
-from fibrefit.records.clock.stamps import Stamps, refuse_millionths, since_first, stamps_of
 from fibrefit.records.clock.timebase import counted_times, from_readings, tells_times
 from fibrefit.records.clock.wall_clock import refuse_unpadded
 from fibrefit.records.columns.damage import absurd
@@ -24,6 +23,7 @@ from fibrefit.records.grammar.headings import known_unit
 from fibrefit.records.grammar.numbers import Numbers
 from fibrefit.records.grammar.phrases import GIVE_RATE
 from fibrefit.records.grammar.words import counts_rows, score
+from fibrefit.records.stamps import Stamps, refuse_millionths, since_first, stamps_of
 from fibrefit.records.thresholds import CONTRADICTS, FASTEST_LIKELY, SAME_RATE, SLOWEST_LIKELY
 
 #: From the year 1, where clocks count from, to 1970, in s.

@@ -12,13 +12,13 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, did_you_mean
 from fibrefit.core.roles import ROLES
 from fibrefit.core.scale import Scale
-from fibrefit.records.clock.stamps import stamps_of
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column
 from fibrefit.records.grammar.headings import known_unit, so_much_of
 from fibrefit.records.grammar.words import KIND_OF_ROLE, may_be_way, score, tokens
 from fibrefit.records.grammar.worth import MERE_FACTOR, OF_COUNTS, are_whole, stated_worth
+from fibrefit.records.stamps import stamps_of
 from fibrefit.records.thresholds import MOST_LOST, TWO_VALUED
 
 _SUGGESTED = ("N", "mm", "ms", "V", "counts")

@@ -159,7 +159,7 @@ class RecordTable(Shown, StudyTable):
         return self
 
 
-class Limits(StudyTable):
+class RigLimits(StudyTable):
     """``[limits]``: what the rig can do, the least and the most of each condition that a further record may have."""
 
     @model_validator(mode="after")
@@ -182,7 +182,7 @@ class Limits(StudyTable):
         return next(part.si for part in get_args(get_args(pair)[0]) if isinstance(part, Unit))
 
 
-class DriveLimits(Limits):
+class DriveLimits(RigLimits):
     """What a rig with a drive can do."""
 
     drive_travel: tuple[Distance, Distance] | None = optional("Way between the ends of a motion of the drive.")

@@ -11,9 +11,9 @@ from fibrefit.study.rigs.common import (
     OF_FIBRE_MASS,
     OF_POINTS,
     Channels,
-    Limits,
     NoiseLevels,
     RecordTable,
+    RigLimits,
     instead,
     optional,
     required,
@@ -52,7 +52,7 @@ class FibreMassRig(FibreMassConstants):
     )
 
 
-class FibreMassLimits(Limits):
+class FibreMassLimits(RigLimits):
     """What a rig can do in which a weight falls into a fibre."""
 
     lift: tuple[Distance, Distance] | None = optional("Height above the point where the fibre is just taut.")

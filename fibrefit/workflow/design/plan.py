@@ -15,7 +15,7 @@ from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_un
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.menu import duration_of, motions_of, reach_of
-from fibrefit.discovery.design.plan import Purpose, Standing, Worth, in_order, options_of, worths
+from fibrefit.discovery.design.plan import Purpose, Standing, Worth, by_worth, options_of, worths
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
@@ -228,7 +228,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     ranked, standing = worths(search, found, priced, beside, ahead)
     remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *_doubted(fit, named))
     remarks += (*_beyond(study, task), *_predicted(study, fit is None, ranked))
-    further = tuple((worth, worth.minutes) for worth in in_order(purpose, ranked))
+    further = tuple((worth, worth.minutes) for worth in by_worth(purpose, ranked))
     return RecordPlan(
         study, rig, purpose, tuple(rivals), standing, further, time.perf_counter() - began, remarks,
         "ok" if fit is None or named else fit.status, _settings(aim), reach_of(task),

@@ -7,7 +7,7 @@ import io
 import re
 import warnings
 import zipfile
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -32,7 +32,6 @@ from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
 from fibrefit.records.grammar.phrases import count
 from fibrefit.records.grammar.tokens import NUMBER
 from fibrefit.records.grammar.worth import contradicted
-from fibrefit.records.layouts.units_behind import with_units_apart
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import FEWEST_ROWS, STRAY_ROWS, STRAY_SHARE
 
@@ -47,7 +46,7 @@ _IN_THOUSANDS = re.compile(r"[0#?](,+)(?![0#?,])")
 _KNOWN_DATES = ("_date_formats", "_timedelta_formats")
 
 
-def read_workbook(data: bytes, where: str, options: ReadOptions) -> Raw:
+def read_workbook(data: bytes, where: str, options: ReadOptions, laid_out: Callable[[Text, str], Text]) -> Raw:
     """Columns of the sheet that holds the measured values.
 
     Parameters
@@ -58,6 +57,8 @@ def read_workbook(data: bytes, where: str, options: ReadOptions) -> Raw:
         Its name for messages.
     options : ReadOptions
         What the user says.
+    laid_out : callable ``(text, where) -> Text``
+        Brings cells of a layout of their own to the usual one.
 
     Returns
     -------
@@ -98,7 +99,7 @@ def read_workbook(data: bytes, where: str, options: ReadOptions) -> Raw:
         _refuse_texts(rows, where)
     lines = ["\t".join(row) for row in with_whole_headings(rows)]
     text = Text(lines, "XLSX", True, notes, tuple(beside), tuple(stated.values()), mark)
-    raw = read_text(with_units_apart(text, where), where, replace(options, delimiter="\t"))
+    raw = read_text(laid_out(text, where), where, replace(options, delimiter="\t"))
     worth = {one.column: one.worth for one in formats}
     return replace(raw, columns=[replace(c, worth=c.worth or worth.get(c.number, "")) for c in raw.columns])
 
