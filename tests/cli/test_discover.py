@@ -122,13 +122,13 @@ def test_the_same_search_is_not_made_twice(demo: Run, calls: list[Any]) -> None:
 
 def test_another_search_does_not_take_its_place(demo: Run, calls: list[Any]) -> None:
     demo("discover", "demo", "--out", "out")
-    for words in (("--seed", "1"), ("--set", "rig.weight_mass=2 kg"), ("--max-effects", "1"), ("--interactive",)):
+    refused = "error: out: exists already; expected a new folder. Add {}--force to replace it, or name another --out.\n"
+    for words in (("--seed", "1"), ("--set", "rig.weight_mass=2 kg"), ("--max-effects", "1")):
         done = demo("discover", "demo", "--out", "out", *words)
-        assert done.code == 2, words
-        assert (
-            done.err
-            == "error: out: exists already; expected a new folder. Add --force to replace it, or name another --out.\n"
-        )
+        assert (done.code, done.err) == (2, refused.format("")), words
+    # Asked at each round it is the same search.
+    done = demo("discover", "demo", "--out", "out", "--interactive")
+    assert (done.code, done.err) == (2, refused.format("--resume to go on with it, "))
     assert len(calls) == 1
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.workflow.batches.batch import TABLE
 from tests.cli.conftest import Run
 from tests.report.test_page import PNG
 from tests.study.test_summaries import EXAMPLES
@@ -81,15 +80,6 @@ def test_a_figure_that_is_damaged_is_named(fibrefit: Run, results: list[str], si
     got = "is damaged, or no picture" if there else "Is a directory"
     assert done.err == f"error: {figure}: {got}; expected a figure of a result. Remove that file.\n"
     assert not Path("report.html").exists()
-
-
-def test_a_table_that_is_damaged_is_named(fibrefit: Run, results: list[str]) -> None:
-    table = Path(results[0], TABLE)
-    table.write_bytes(b"name,status\n\xff\xfe,ok\n")
-    done = fibrefit("report", results[0])
-    assert done.code == 3
-    assert done.err.startswith(f"error: {table}: 'utf-8' codec can't decode byte 0xff")
-    assert done.err.endswith("; expected the table of a batch.\n")
 
 
 def test_json_names_the_page(fibrefit: Run, results: list[str]) -> None:

@@ -405,11 +405,11 @@ def test_what_was_done_beyond_the_limits_of_a_study_is_remarked_on(monkeypatch: 
 def test_a_report_of_many_long_names_stays_within_its_columns(plan: RecordPlan) -> None:
     summary = plan.summary()
     names = [f"guide.function_of_speed_with_a_long_name.parameter_with_one_{i}" for i in range(9)]
-    further = tuple(one.model_copy(update={"errors": dict.fromkeys(names, 0.5)}) for one in summary.further)
+    further = tuple(one.model_copy(update={"errors": dict.fromkeys(names, 0.372)}) for one in summary.further)
     text = report_of(summary.model_copy(update={"further": further}))
     table = text.partition("What each would add")[2].partition("What to doubt")[0]
     assert max(map(len, table.splitlines())) <= 80
-    assert sum(line.count("x 0.50") for line in table.splitlines()) == 9 * 6
+    assert sum(line.count("x 0.37") for line in table.splitlines()) == 9 * 6
 
 
 @pytest.fixture(scope="module")

@@ -106,13 +106,14 @@ def test_leaving_early_does_not_wait_for_what_is_under_way() -> None:
 
 
 INTERRUPTED = """
-import sys, time
+import signal, sys, time
 from fibrefit.series.engines import in_processes
 from tests.series import work
 if __name__ == "__mp_main__" and sys.argv[1] == "loading":
     print("loading", flush=True)
     time.sleep(3.0)
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in what it runs in the background
     for done in in_processes(work.slow, [0.0, 600.0, 600.0], 2):
         print("at work", flush=True)
 """

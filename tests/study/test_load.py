@@ -145,7 +145,7 @@ REFUSED = {
     "kind by another name": (("kind =", "type ="), "rig: no kind of rig", 'mean kind in place of "type"?'),
     "effects at the top": (("[rig]", "effects = []\n[rig]"), "effects: unknown key", "stands under [model]"),
     "parameter of a rig": (("[rig]", '[rig]\nstiffness = "1 N/m"'), "rig.stiffness", "Write [parameters.stiffness]"),
-    "condition of a rig": (("[rig]", '[rig]\nlift = "1 mm"'), "rig.lift: unknown key", "stands under [[records]]"),
+    "condition of a rig": (("[rig]", '[rig]\nlift = "1 mm"'), "rig.lift: unknown key", "under [limits] or [[records]]"),
     "rig of another record": (('file = "two', 'rod_mass = "1 kg"\nfile = "two'), "rod_mass", "of inverted_pendulum."),
     "points of one record": (
         ('file = "two', 'masses_per_fibre = 3\nfile = "two'),
