@@ -22,19 +22,21 @@ from fibrefit.cli.terminal import Terminal, first_missing, with_terminal
     type=click.Path(path_type=Path),
     help="Folder of the figures [figures-RESULT, by the name of its folder, where you are].",
 )
+@click.option("--force", is_flag=True, help="Replace figures that are there already.")
 @with_terminal
-def command(terminal: Terminal, result: Path, figures: str | None, out: Path | None) -> None:
+def command(terminal: Terminal, result: Path, figures: str | None, out: Path | None, force: bool) -> None:
     """Print the report of RESULT, a folder with the summary.json of a run; or draw its figures again.
 
     A simulation has no report: with --figures its figures are drawn. Of an inspection there is neither.
     """
     if figures is not None:
-        _draw(terminal, result, figures, out or _own_folder(result))
+        _draw(terminal, result, figures, out or _own_folder(result), force)
         return
-    if out is not None:
+    if out is not None or force:
         from fibrefit.core.errors import UsageError
 
-        raise UsageError(f"--out {out}", "no figures to put there", "--figures, such as --figures png")
+        where = "--force" if out is None else f"--out {out}"
+        raise UsageError(where, "no figures to put there", "--figures, such as --figures png")
     from fibrefit.report.any import report_of
     from fibrefit.store.summary import read_summary
 
@@ -48,15 +50,19 @@ def _own_folder(result: Path) -> Path:
     return Path(f"figures-{folder.resolve().name}")
 
 
-def _draw(terminal: Terminal, result: Path, formats: str, out: Path) -> None:
+def _draw(terminal: Terminal, result: Path, formats: str, out: Path, force: bool) -> None:
     """Draw a saved result again, into a folder of the figures' own."""
     from fibrefit.core.errors import UsageError
     from fibrefit.core.formats import figure_formats
-    from fibrefit.plots.save import save_figures
+    from fibrefit.plots.save import figure_paths, save_figures
     from fibrefit.workflow.outcome.draw import draw_result
 
     kinds = figure_formats(formats)
     figures, missing = draw_result(result), first_missing(out)
+    there = [path for paths in figure_paths(list(figures), out, kinds) for path in paths if os.path.lexists(path)]
+    if there and not force:
+        do = "Add --force to replace it, or name another --out."
+        raise UsageError(str(there[0]), "exists already", "a folder without figures of these names", do)
     try:
         out.mkdir(parents=True, exist_ok=True)
         if not os.access(out, os.W_OK):

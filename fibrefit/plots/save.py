@@ -54,14 +54,19 @@ def save_figures(
     if kinds:
         folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for stem, figure in zip(file_names([without_end(name) for name in figures]), figures.values(), strict=True):
+    for paths, figure in zip(figure_paths(list(figures), folder, kinds), figures.values(), strict=True):
         if stop():
             break
-        for kind in kinds:
-            path = folder / f"{stem}.{kind}"
+        for path, kind in zip(paths, kinds, strict=True):
             path.write_bytes(figure_file(figure, kind))
-            written.append(path)
+        written += paths
     return written
+
+
+def figure_paths(names: Sequence[str], folder: Path, formats: Sequence[str]) -> list[list[Path]]:
+    """Files of each figure in a folder, one for each format."""
+    stems = file_names([without_end(name) for name in names])
+    return [[folder / f"{stem}.{kind}" for kind in formats] for stem in stems]
 
 
 @in_own_style

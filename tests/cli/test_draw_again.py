@@ -36,6 +36,25 @@ def test_figures_of_each_result_have_a_folder_of_their_own(fibrefit: Run, tmp_pa
     assert "[figures-RESULT" in " ".join(fibrefit("show", "--help").out.split())
 
 
+def test_pictures_that_are_there_are_replaced_only_if_asked(fibrefit: Run, tmp_path: Path) -> None:
+    words = ("show", saved(tmp_path / "batch", "fibrefit/batch/1"), "--figures", "png", "--out", "drawn")
+    Path("drawn").mkdir()
+    picture = Path("drawn/parameters.png")
+    picture.write_bytes(b"of another result")
+    done = fibrefit(*words)
+    assert done.code == 2
+    said = "exists already; expected a folder without figures of these names."
+    assert done.err == f"error: {picture}: {said} Add --force to replace it, or name another --out.\n"
+    assert picture.read_bytes() == b"of another result"
+    assert fibrefit(*words, "--force").code == 0
+    assert picture.read_bytes() != b"of another result"
+
+
+def test_force_alone_is_refused(fibrefit: Run, tmp_path: Path) -> None:
+    done = fibrefit("show", saved(tmp_path / "batch", "fibrefit/batch/1"), "--force")
+    assert (done.code, "--force: no figures to put there; expected --figures" in done.err) == (2, True)
+
+
 def test_a_result_without_its_arrays_says_that_it_cannot_be_drawn(fibrefit: Run, tmp_path: Path) -> None:
     done = fibrefit("show", saved(tmp_path / "fit", "fibrefit/fit/1"), "--figures", "png")
     assert done.code == 2
