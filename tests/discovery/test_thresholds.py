@@ -95,6 +95,12 @@ def test_a_name_is_hardly_ever_chance() -> None:
     # A catalogue of forty effects with two parameters that cost four nats each.
     assert false_alarm(NAMED, [Chance(2, 2.0 * PRICE)] * 40) < 1e-3
     assert false_alarm(NAMED, []) == 0.0
+
+
+def test_a_bayes_factor_is_no_likelier_by_chance_than_its_inverse() -> None:
+    """Where records differ much less with a candidate, its sum of squares says that it gains little."""
+    assert false_alarm(NAMED, [Chance(1, -NAMED)]) == pytest.approx(np.exp(-NAMED))
+    assert false_alarm(-1.0, [Chance(1, -NAMED)]) == pytest.approx(1.0)
     assert false_alarm(200.0, CANDIDATES) < 1e-80
     falling = [false_alarm(x, CANDIDATES) for x in np.linspace(-10.0, 30.0, 50)]
     assert falling == sorted(falling, reverse=True)
@@ -203,6 +209,18 @@ def test_a_record_that_deviates_less_has_lost_nothing() -> None:
     parent, one = deviating(0.03, 100.0, 100.0), deviating(0.0, 117.0, 80.0)
     assert one.largest_loss_to(parent) == pytest.approx(4.0)  # 17 less the 9 of three standard deviations, in nats
     assert deviating(0.03, 117.0, 80.0).largest_loss_to(parent) == pytest.approx(8.5)
+
+
+def test_a_record_of_others_that_differ_less_has_lost_nothing() -> None:
+    """That what was added makes records differ less is no loss of one that differs as it did."""
+
+    def deviating(sigma: float) -> Any:
+        found = {"place": SimpleNamespace(eta=np.array([[0.015], [0.0]])), "sigma": np.array([sigma])}
+        mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array([100.0, 100.0])), **found)
+        return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode))
+
+    assert deviating(0.004).largest_loss_to(deviating(0.016)) == 0.0
+    assert deviating(0.016).largest_loss_to(deviating(0.004)) == 0.0
 
 
 @pytest.mark.parametrize("overdispersion", [1.0, 2.0, 4.0])

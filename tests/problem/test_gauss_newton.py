@@ -237,7 +237,6 @@ def test_a_curved_model_ends_where_scipy_ends() -> None:
         precision=np.eye(2),
         lower=np.full(2, -5.0),
         upper=np.full(2, 5.0),
-        one_sided=np.zeros(2, dtype=bool),
         size=np.ones(1),
         names=NAMES[:2] + NAMES[3:4],
     )

@@ -220,6 +220,44 @@ def test_directions_that_the_readings_hardly_show_are_left_to_the_noise(
         assert np.linalg.norm(root @ root.T - exact, 2) < 1.1 * NEGLIGIBLE
 
 
+def drawn_reactions(random: np.random.Generator, size: int) -> np.ndarray:
+    """What forty errors do to readings of two channels, slow ones most, ``(40, 2 * size)``."""
+    waves = np.cos(np.pi * np.arange(1, 41)[:, None] * (np.arange(size) + 0.5) / size)
+    channels = np.concatenate([waves, 0.3 * waves], axis=1)
+    return channels * (0.5 / np.arange(1, 41))[:, None] * random.uniform(0.5, 1.5, (40, 1))
+
+
+def test_readings_whitened_of_the_errors_of_inputs_are_those_of_the_symmetric_root() -> None:
+    random, size = np.random.default_rng(8), 300
+    reactions = drawn_reactions(random, size)
+    seen = weighted_sensitivities({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
+    rows = random.standard_normal((1, 3, 2 * size))
+    white = seen.whitened(rows, seen.products(rows))
+    shown = seen.records[0].basis @ seen.records[0].basis.T @ reactions
+    values, vectors = np.linalg.eigh(np.eye(2 * size) + shown.T @ shown)
+    np.testing.assert_allclose(white[0], rows[0] @ (vectors / np.sqrt(values)) @ vectors.T, atol=SINGLE)
+    grams = seen.eliminated(rows @ np.swapaxes(rows, 1, 2), seen.products(rows))
+    np.testing.assert_allclose(white @ np.swapaxes(white, 1, 2), grams, rtol=1e-4, atol=1e-3)
+
+
+def test_scores_scatter_as_their_information_says_whatever_of_a_change_the_inputs_absorb() -> None:
+    """Of readings with noise and errors of the input; the control takes what these leave of rows for the whole."""
+    random, size = np.random.default_rng(9), 640
+    reactions = drawn_reactions(random, size)
+    seen = weighted_sensitivities({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
+    found: dict[str, list[float]] = {"whitened": [], "left": []}
+    for _ in range(200):
+        readings = random.standard_normal(2 * size) + random.standard_normal(40) @ reactions
+        rows = np.stack([reactions[0], readings])[None]
+        pulled = seen.products(rows)
+        told = seen.eliminated(rows @ np.swapaxes(rows, 1, 2), pulled)[0, 0, 0]
+        for name, ratios in found.items():
+            change, noise = getattr(seen, name)(rows, pulled)[0].reshape(2, 2, 64, -1).swapaxes(1, 2).reshape(2, 64, -1)
+            ratios.append(float(np.sum(np.sum(change * noise, axis=1) ** 2)) / told)
+    assert np.mean(found["whitened"]) == pytest.approx(1.0, abs=4.0 * np.std(found["whitened"]) / np.sqrt(200.0))
+    assert np.mean(found["left"]) < 0.2
+
+
 def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
     task: Task, known: dict[str, InputErrors]
 ) -> None:

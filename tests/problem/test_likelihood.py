@@ -226,6 +226,12 @@ def test_samples_that_count_in_part_neither_gain_nor_lose_by_it() -> None:
     np.testing.assert_allclose(part.counts, np.sum(downweight**2, axis=(0, 2)), rtol=1e-12)
 
 
+def mean_log_density(of: Likelihood, draws: list[np.ndarray]) -> float:
+    """Over draws of the noise, at the noise that is stated."""
+    density = jax.jit(lambda draw: of.log_density(draw, jnp.zeros(0)))
+    return float(np.mean([density(jnp.asarray(draw)) for draw in draws]))
+
+
 def test_samples_that_a_whitening_does_not_see_neither_gain_nor_lose_by_it() -> None:
     """A quarter of one channel hardly counts, of noise with a memory; the control forgets what that is worth."""
     size, random = 2048, np.random.default_rng(6)
@@ -241,11 +247,9 @@ def test_samples_that_a_whitening_does_not_see_neither_gain_nor_lose_by_it() -> 
         np.stack([of.draw(size, 2000.0, random) / rms for of, rms in zip(noise, unit[0], strict=True)])[None]
         for _ in range(200)
     ]
-    full = float(np.mean([whole.log_density(jnp.asarray(draw), jnp.zeros(0)) for draw in draws]))
-    part, control = (
-        float(np.mean([of.log_density(jnp.asarray(downweight * draw), jnp.zeros(0)) for draw in draws]))
-        for of in (counted_in_part(masked, data, downweight), masked)
-    )
+    full = mean_log_density(whole, draws)
+    dimmed = [downweight * draw for draw in draws]
+    part, control = (mean_log_density(of, dimmed) for of in (counted_in_part(masked, data, downweight), masked))
     assert part == pytest.approx(full, abs=4.0 * np.sqrt(2.0 * 0.5 * 4096.0 / 200.0))
     assert abs(control - full) > 100.0
 

@@ -39,7 +39,6 @@ def unknowns() -> Unknowns:
         precision=np.eye(1) * 1e-6,
         lower=np.array([-10.0]),
         upper=np.array([10.0]),
-        one_sided=np.array([False]),
         size=np.zeros(0),
     )
 

@@ -20,7 +20,7 @@ SIGMA = np.array([0.05])
 def _without_strength(whole: Unknowns) -> Unknowns:
     first = slice(0, 2)
     kept = {name: getattr(whole, name)[first] for name in ("log", "reference", "scale", "mean", "lower", "upper")}
-    shared = {"shared": whole.shared[first], "one_sided": whole.one_sided[first]}
+    shared = {"shared": whole.shared[first]}
     names = (*whole.names[:2], *whole.names[3:])
     return replace(whole, names=names, precision=whole.precision[first, first], **kept, **shared)
 

@@ -32,7 +32,6 @@ def unknowns(scattering: tuple[int, ...] = (0,), records: int = 4) -> Unknowns:
         precision=np.array([[1.0, 0.3, 0.0], [0.3, 2.0, 0.0], [0.0, 0.0, 4.0]]),
         lower=np.full(3, -50.0),
         upper=np.full(3, 50.0),
-        one_sided=np.zeros(3, dtype=bool),
         size=OWN_SIZE,
     )
 

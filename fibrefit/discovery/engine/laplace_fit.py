@@ -85,9 +85,14 @@ class LaplaceFit:
         return self.with_log(self.log + self.divided_off) if self.divided_off else self
 
     def largest_loss_to(self, other: LaplaceFit) -> float:
-        """Nats of the record that loses most to another hypothesis, both in the same noise."""
-        mine, others = costs_of(self.evidence.mode), costs_of(other.evidence.mode)
-        return 0.5 * float(np.max(mine - others, initial=0.0))
+        """Nats of the record that loses most to another hypothesis, both in the same noise.
+
+        Where records differ less with what was added, deviations count by how much they differed before: a smaller
+        standard deviation is no loss.
+        """
+        mine, theirs = self.evidence.mode, other.evidence.mode
+        sigma = np.maximum(mine.sigma, theirs.sigma)
+        return 0.5 * float(np.max(costs_of(mine, sigma) - costs_of(theirs, sigma), initial=0.0))
 
     @property
     def shared(self) -> dict[str, float]:

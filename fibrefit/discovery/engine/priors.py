@@ -74,10 +74,10 @@ def unknowns_of(
     rows = [_line(supermodel.declared[name], slots[name], reference.get(name), effects) for name in subset.shared]
     if curve is not None:
         subset = replace(subset, shared=subset.shared + curve.names)
-        rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf, False)] * len(curve.names)
-    log, middle, scale, mean, sd, lower, upper, one_sided = (
+        rows += [(False, 0.0, curve.size, 0.0, np.inf, -np.inf, np.inf)] * len(curve.names)
+    log, middle, scale, mean, sd, lower, upper = (
         np.array([row[i] for row in rows], dtype=kind)
-        for i, kind in enumerate((bool, float, float, float, float, float, float, bool))
+        for i, kind in enumerate((bool, float, float, float, float, float, float))
     )
     precision = np.diag(sd**-2.0)
     if curve is not None:
@@ -102,7 +102,6 @@ def unknowns_of(
         precision=precision,
         lower=lower,
         upper=upper,
-        one_sided=one_sided,
         size=supermodel.sizes(subset.each),
         offset=np.where(log & relative, 1.0, 0.0),
     )
@@ -117,26 +116,26 @@ def with_held(unknowns: Unknowns, place: Place, names: Iterable[str]) -> Unknown
 
 
 def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
-    """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper, one_sided."""
+    """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper."""
     name = slot.name
     strengths = {f"{effect.name}.{each}" for effect in effects for each in effect.strength}
     typical = declared.typical
     if reference is not None:
         if declared.lower >= 0.0 and reference > VANISHES * abs(typical) and (slot.belief is None or slot.belief.log):
             limits = [max(-FURTHEST, _log(declared.lower / reference)), min(FURTHEST, _log(declared.upper / reference))]
-            return True, reference, 1.0, *prior_of(slot.belief, True, reference, 1.0, (0.0, BASE_SD)), *limits, False
+            return True, reference, 1.0, *prior_of(slot.belief, True, reference, 1.0, (0.0, BASE_SD)), *limits
         size = max(abs(typical), abs(reference))
         limits = [(declared.lower - reference) / size, (declared.upper - reference) / size]
-        return False, reference, size, *prior_of(slot.belief, False, reference, size, (0.0, BASE_SD)), *limits, False
+        return False, reference, size, *prior_of(slot.belief, False, reference, size, (0.0, BASE_SD)), *limits
     spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
     if spans:
-        return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical), False
+        return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical)
     if declared.relative:
-        return True, 1.0, 1.0, 0.0, np.log1p(typical), np.log1p(declared.lower), np.log1p(declared.upper), False
+        return True, 1.0, 1.0, 0.0, np.log1p(typical), np.log1p(declared.lower), np.log1p(declared.upper)
     null = declared.null if name in strengths else typical
     scale = typical - null if name in strengths else (declared.spread or abs(typical) or 1.0)
     ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])
-    return False, null, scale, 0.0, STRENGTH_SD, *ends, name in strengths and 0.0 in ends
+    return False, null, scale, 0.0, STRENGTH_SD, *ends
 
 
 def _log(ratio: float) -> float:

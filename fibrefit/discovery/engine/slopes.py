@@ -34,11 +34,11 @@ class Slopes(NamedTuple):
         keep = np.r_[1 : grams.shape[1], 0]
         return grams[:, keep][:, :, keep]
 
-    def left(self, sensitivities: InputSensitivities | None) -> np.ndarray:
-        """The rows without what errors of inputs can imitate of them, ``(n_record, 1 + n_column, n_row)``."""
+    def whitened(self, sensitivities: InputSensitivities | None) -> np.ndarray:
+        """The rows whitened of the errors of inputs too, ``(n_record, 1 + n_column, n_row)``: `grams` are theirs."""
         if self.pulled is None or sensitivities is None:
             return self.rows
-        return sensitivities.left(self.rows, self.pulled)
+        return sensitivities.whitened(self.rows, self.pulled)
 
     def columns(self, places: np.ndarray) -> Slopes:
         """Some of the rows."""

@@ -232,7 +232,7 @@ class Supermodel:
 def stretch_products(
     supermodel: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray
 ) -> np.ndarray:
-    """Products of whitened changes and residuals within each stretch of a record, the errors of inputs at their best.
+    """Products of changes and residuals within each stretch of a record, whitened of noise and errors of inputs.
 
     Parameters
     ----------
@@ -256,10 +256,10 @@ def change_products(supermodel: Supermodel, local: np.ndarray, other: np.ndarray
 
 
 def _products_by_stretch(supermodel: Supermodel, slopes: Slopes) -> np.ndarray:
-    left = slopes.left(supermodel.sensitivities)
-    left = left[:, np.r_[1 : left.shape[1], 0]]
+    rows = slopes.whitened(supermodel.sensitivities)
+    rows = rows[:, np.r_[1 : rows.shape[1], 0]]
     channels = len(supermodel.problem.observations.weight)
-    whole = left.reshape(*left.shape[:2], channels, -1)
+    whole = rows.reshape(*rows.shape[:2], channels, -1)
     size = -(-whole.shape[-1] // STRETCHES)
     whole = np.pad(whole, [(0, 0)] * 3 + [(0, STRETCHES * size - whole.shape[-1])])
     parts = whole.reshape(*whole.shape[:3], STRETCHES, size).transpose(0, 3, 1, 2, 4)

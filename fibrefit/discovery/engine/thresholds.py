@@ -156,12 +156,11 @@ class Chance(NamedTuple):
 
         An instant or a frequency that the records tell to a small share of what it may be is one of many, each of which
         gains by itself: their number is what `PRICE` says that such a parameter costs (Davies, Biometrika 74 (1987)
-        33-43, counts them exactly). A mean likelihood ratio of one is a bound as well (Markov's inequality).
+        33-43, counts them exactly). A mean likelihood ratio of one is a bound as well (Markov's inequality), and the
+        only one where the standard deviations between records differ: what each takes off sums of squares is no gain.
         """
         tail = float(chi2.sf(2.0 * max(log_factor + self.cost, 0.0), self.parameters))
-        if not self.searched:
-            return tail
-        return min(tail * float(np.exp(PRICE * self.searched)), float(np.exp(-max(log_factor, 0.0))))
+        return min(tail * float(np.exp(PRICE * self.searched)), false_alarm_at_most(log_factor))
 
 
 def false_alarm(log_factor: float, candidates: Sequence[Chance]) -> float:

@@ -149,7 +149,7 @@ def _scores(inference: LaplaceInference, best: LaplaceFit) -> _Scores:
     local = best.local
     targets = local[:, columns] * np.exp(DIFFERENCE_STEP)
     supermodel = inference.common_noise.whitened(best.supermodel)
-    rows = supermodel.slopes(local, columns, targets, inference.context.whole).left(supermodel.sensitivities)
+    rows = supermodel.slopes(local, columns, targets, inference.context.whole).whitened(supermodel.sensitivities)
     assert place.eta.shape[1] == len(columns)
     rows = rows / np.r_[1.0, np.full(len(columns), DIFFERENCE_STEP)][:, None]
     return _in_stretches(rows, len(supermodel.problem.observations.weight))

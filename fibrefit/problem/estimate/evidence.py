@@ -252,22 +252,25 @@ def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) ->
         Where the posterior would be highest without bounds.
     covariance : (n_grid, n_shared, n_shared)
     """
+    total, prior = np.zeros(len(z)), np.sqrt(np.diag(inverses(unknowns.precision)))
+    for j in np.flatnonzero(np.isfinite(unknowns.lower) | np.isfinite(unknowns.upper)):
+        error = np.sqrt(np.maximum(covariance[:, j, j], 1e-300))
+        ends = unknowns.lower[j], unknowns.upper[j]
+        total += _log_share(*((end - z[:, j]) / error for end in ends))
+        total -= _log_share(*((end - unknowns.mean[j]) / prior[j] for end in ends))
+    return total
+
+
+def _log_share(below: np.ndarray, above: np.ndarray) -> np.ndarray:
+    """Logarithm of the probability of a standard normal value between limits."""
     from scipy.special import log_ndtr
 
-    total = np.full(len(z), np.log(2.0) * np.count_nonzero(unknowns.one_sided))
-    bounded = np.isfinite(unknowns.lower) | np.isfinite(unknowns.upper)
-    for j in np.flatnonzero(bounded):
-        error = np.sqrt(np.maximum(covariance[:, j, j], 1e-300))
-        below, above = (unknowns.lower[j] - z[:, j]) / error, (unknowns.upper[j] - z[:, j]) / error
-        # Of the two tails the probability between is the difference of those on the side where both are small.
-        low, high = np.where(below > 0.0, -above, below), np.where(below > 0.0, -below, above)
-        whole, cut = log_ndtr(high), log_ndtr(low)
-        # So far outside that a logarithm overflows, bounds leave nothing.
-        beyond = np.minimum(
-            np.where(np.isneginf(whole), -np.inf, cut) - np.where(np.isneginf(whole), 0.0, whole), -1e-300
-        )
-        total += whole + np.log(-np.expm1(beyond))
-    return total
+    # Of the two tails the probability between is the difference of those on the side where both are small.
+    low, high = np.where(below > 0.0, -above, below), np.where(below > 0.0, -below, above)
+    whole, cut = log_ndtr(high), log_ndtr(low)
+    # So far outside that a logarithm overflows, bounds leave nothing.
+    beyond = np.minimum(np.where(np.isneginf(whole), -np.inf, cut) - np.where(np.isneginf(whole), 0.0, whole), -1e-300)
+    return np.asarray(whole + np.log(-np.expm1(beyond)))
 
 
 def grid_of(number: int, further: Collection[int] = ()) -> tuple[np.ndarray, np.ndarray]:

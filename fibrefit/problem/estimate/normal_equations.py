@@ -45,8 +45,6 @@ class Unknowns:
         Inverse of the covariance of that prior.
     lower, upper : (n_shared,)
         Bounds of the coordinates.
-    one_sided : (n_shared,) bool
-        Whether a bound lies at the prior's mean: half of the prior is cut off.
     size : (n_each,) in SI units
         Typical size of each record's own values.
     offset : (n_shared,) in SI units
@@ -65,7 +63,6 @@ class Unknowns:
     precision: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
-    one_sided: np.ndarray
     size: np.ndarray
     offset: np.ndarray | float = 0.0
 

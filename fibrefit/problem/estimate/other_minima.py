@@ -87,9 +87,16 @@ def beyond_the_parabola(found: PosteriorMode, gram: Gram) -> np.ndarray:
     return nothing
 
 
-def costs_of(found: PosteriorMode) -> np.ndarray:
-    """Share of Q of each record, ``(n_record,)``, beside what is believed of what they share."""
-    deviations = found.place.eta / np.maximum(found.sigma, RIGID)
+def costs_of(found: PosteriorMode, sigma: np.ndarray | None = None) -> np.ndarray:
+    """Share of Q of each record, ``(n_record,)``, beside what is believed of what they share.
+
+    Parameters
+    ----------
+    found : PosteriorMode
+    sigma : (n_scattering,), optional
+        Standard deviations by which deviations count; those of the mode by default.
+    """
+    deviations = found.place.eta / np.maximum(found.sigma if sigma is None else sigma, RIGID)
     return np.asarray(found.normal.costs + np.sum(deviations**2, axis=1))
 
 

@@ -53,7 +53,6 @@ def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unkn
         precision=np.diag([sd**-2.0 for _, sd in beliefs]),
         lower=lower,
         upper=upper,
-        one_sided=np.zeros(len(entries), dtype=bool),
         size=np.array([slot.range.scale for slot in own], dtype=float),
     )
 

@@ -63,6 +63,16 @@ class Directions(NamedTuple):
         """Errors ``(n_row, n_direction)`` that imitate most of rows, with what is known of errors beforehand."""
         return self.products(rows) @ self.inverse
 
+    def share_of_root(self) -> np.ndarray:
+        """``F`` of the symmetric root ``(I + AA')^(-1/2) = I - A F A'``, ``(n_direction, n_direction)``.
+
+        Of a direction whose error adds the power a to readings, ``F = (1 - (1 + a)^(-1/2)) / a``: with ``c`` the
+        eigenvalue ``1 / (1 + a)`` of the inverse that is ``c / (1 + c^(1/2))``.
+        """
+        values, vectors = np.linalg.eigh(0.5 * (self.inverse + self.inverse.T))
+        values = np.clip(values, 0.0, 1.0)
+        return np.asarray((vectors * (values / (1.0 + np.sqrt(values)))) @ vectors.T)
+
 
 @RAN_AWAY
 def _in_precision_of_each(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -148,6 +158,21 @@ class InputSensitivities(NamedTuple):
         known = self.products(rows) if products is None else products
         parts = zip(self.records, rows, known, strict=True)
         return np.stack([own - record.imitated(of @ record.inverse, own.shape[1]) for record, own, of in parts])
+
+    def whitened(self, rows: np.ndarray, products: Sequence[np.ndarray]) -> np.ndarray:
+        """Rows ``(n_record, n_row, n_channel * n_time)`` whitened of the errors of the inputs, given their products.
+
+        Noise of the readings and errors of the inputs together have the covariance ``I + AA'``. What is `left` of a row
+        has the right products only together with the rows of the prior, and what the inputs absorb is hardly in it; the
+        symmetric root of the inverse has them by itself, and of all roots leaves each reading nearest to where it was.
+
+        Source
+        ------
+        Kessy, Lewin and Strimmer, Am. Stat. 72 (2018) 309 (ZCA whitening).
+        """
+        parts = zip(self.records, rows, products, strict=True)
+        done = [own - record.imitated(of @ record.share_of_root(), own.shape[1]) for record, own, of in parts]
+        return np.stack(done)
 
     def named(self, waves: Sequence[np.ndarray]) -> InputCoefficients:
         """Errors along the directions of each record, ``(n_direction,)``, as coefficients of each input."""

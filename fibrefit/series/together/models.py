@@ -36,7 +36,7 @@ from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on
 from fibrefit.series.together.search import SpeedSearch
 
-OF_SHARED = ("log", "reference", "scale", "mean", "lower", "upper", "one_sided")
+OF_SHARED = ("log", "reference", "scale", "mean", "lower", "upper")
 """What `Unknowns` say of each shared value."""
 
 
