@@ -6,13 +6,13 @@ import click
 
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 
 @study_command("distinguish")
 @click.option("--only", multiple=True, metavar="EFFECT", help='Only this effect or pattern ("guide.*"), repeatable.')
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
-def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude: tuple[str, ...]) -> None:
+def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude: tuple[str, ...]) -> int:
     """Say which effects the records of STUDY can distinguish, and the detection limit of each.
 
     The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base
@@ -25,3 +25,4 @@ def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude
         found.save(folder, force=request.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)
+    return NOT_TRUSTED if found.status == "failed" else 0

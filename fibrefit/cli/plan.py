@@ -6,7 +6,7 @@ import click
 
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
 
 @study_command("plan")
@@ -32,7 +32,7 @@ from fibrefit.cli.terminal import Terminal
     help='Detection limits of this effect or pattern ("guide.*"), repeatable.',
 )
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Without this effect or pattern, repeatable.")
-def command(terminal: Terminal, request: Request, **options: object) -> None:
+def command(terminal: Terminal, request: Request, **options: object) -> int:
     """Rank the records that could be taken next by what they would add to those of STUDY, measured or planned.
 
     Without --for they are ranked by how surely they tell rivals apart, where there are some, else by error bars. The
@@ -48,6 +48,7 @@ def command(terminal: Terminal, request: Request, **options: object) -> None:
         found.save(folder, force=request.force)
     terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
     terminal.wrote(folder)
+    return NOT_TRUSTED if found.status == "failed" else 0
 
 
 def _costs(given: tuple[str, ...]) -> dict[str, float]:

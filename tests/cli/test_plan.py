@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+import fibrefit.workflow.design.distinguish as distinguish
 import fibrefit.workflow.design.plan as workflow
 from fibrefit.store import ResultDirectory, write_summary
 from fibrefit.study import Study
+from fibrefit.study.summaries.check import Check
+from fibrefit.workflow.design.doubts import doubts
 from fibrefit.workflow.design.plan import Aim
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
@@ -17,6 +21,8 @@ from tests.study.test_summaries import EXAMPLES
 
 class Planned:
     """A plan with a given outcome."""
+
+    status: str = "ok"
 
     def summary(self) -> Any:
         return EXAMPLES["fibrefit/plan/1"]
@@ -80,3 +86,29 @@ def test_a_purpose_that_nobody_knows_is_refused(demo: Run, aims: list[Aim]) -> N
     assert done.code == 2
     assert "'fun' is not one of 'errors', 'rivals', 'power'" in done.err
     assert not aims
+
+
+@pytest.mark.parametrize(("status", "code"), [("ok", 0), ("suspect", 0), ("failed", 5)])
+@pytest.mark.parametrize(
+    ("command", "module", "step"),
+    [("plan", workflow, "plan_study"), ("distinguish", distinguish, "distinguish_study")],
+)
+def test_what_rests_on_a_failed_fit_is_written_and_not_to_be_used(
+    demo: Run, monkeypatch: pytest.MonkeyPatch, command: str, module: Any, step: str, status: str, code: int
+) -> None:
+    found = Planned()
+    found.status = status
+    monkeypatch.setattr(module, step, lambda *_, **__: found)
+    done = demo(command, "demo", "--out", "out")
+    assert done.code == code, done.err
+    assert Path("out", "summary.json").exists()
+
+
+def test_a_fit_that_failed_checks_is_remarked_on() -> None:
+    passed, failed = (
+        Check(name=name, passed=ok, identifier="size", quantity="") for name, ok in (("a", True), ("b", False))
+    )
+    fit: Any = SimpleNamespace(checks=(passed, failed))
+    assert doubts(fit) == ("The fit of the records at hand does not pass its checks (b): so is all that follows.",)
+    fit.checks = (passed,)
+    assert doubts(fit) == doubts(None) == ()

@@ -20,8 +20,10 @@ from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.report.sentences.thresholds import CONFOUNDED
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
+from fibrefit.workflow.design.doubts import doubts
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
 from fibrefit.workflow.saved import FoundResult
@@ -39,6 +41,8 @@ class Distinguished(FoundResult):
         The further record that best tells the worst pair apart.
     remarks : tuple of str
         What a reader should know besides.
+    status : {"ok", "suspect", "failed"}
+        Of the fit of the records at hand.
     seconds : float, optional
     """
 
@@ -46,12 +50,14 @@ class Distinguished(FoundResult):
     confusion: Confusion
     split: Separation | None
     remarks: tuple[str, ...] = ()
+    status: Status = "ok"
     seconds: float | None = None
 
     def summary(self) -> DistinguishSummary:
         """Content of ``summary.json``."""
         found = self.confusion
         return DistinguishSummary(
+            status=self.status,
             study=self.study.name,
             rig=self.study.kind,
             records=tuple(record.label for record in self.study.records),
@@ -126,7 +132,8 @@ def distinguish_study(
     split, known = None, {effect.name: effect for effect in search.effects}
     if pairs := found.pairs(CONFOUNDED):
         split = best_split(search, supermodel, [known[name] for name in pairs[0][:2]], found, beside, louder)
-    return Distinguished(study, found, split, remarks, time.perf_counter() - began)
+    status = "ok" if fit is None else fit.status
+    return Distinguished(study, found, split, (*remarks, *doubts(fit)), status, time.perf_counter() - began)
 
 
 def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:

@@ -19,7 +19,6 @@ from fibrefit.discovery.design.plan import Purpose, Standing, Worth, by_worth, o
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
-from fibrefit.fitting.result import Identification
 from fibrefit.fitting.thresholds import FEW_STARTS
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
@@ -32,6 +31,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.workflow.design.doubts import doubts
 from fibrefit.workflow.design.rivals import rivals_at_hand
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
@@ -226,7 +226,8 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     cost = {**MINUTES, **aim.minutes}
     priced = [(choice, _minutes(choice, task.problem.observations.experiment, cost)) for choice in choices]
     ranked, standing = worths(search, found, priced, beside, ahead)
-    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *_doubted(fit, named))
+    # Where rivals stand beside the model, it is known to lack something.
+    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *doubts(None if named else fit))
     remarks += (*_beyond(study, task), *_predicted(study, fit is None, ranked))
     further = tuple((worth, worth.minutes) for worth in by_worth(purpose, ranked))
     return RecordPlan(
@@ -254,14 +255,6 @@ def _predicted(study: Study, planned: bool, ranked: Sequence[Worth]) -> tuple[st
     if refitted := sum(worth.refitted for worth in ranked):
         said.append(BY_SLOPES.format(refitted, len(ranked)))
     return tuple(said)
-
-
-def _doubted(fit: Identification | None, rivals: Sequence[type[Effect]]) -> tuple[str, ...]:
-    """Remark on a fit that failed checks; where rivals stand beside the model, it is known to lack something."""
-    failed = [] if fit is None or rivals else [check.name for check in fit.checks if not check.passed]
-    if not failed:
-        return ()
-    return (f"The fit of the records at hand does not pass its checks ({_listed(failed)}): so is all that follows.",)
 
 
 def _settings(aim: Aim) -> dict[str, str]:
