@@ -232,7 +232,7 @@ def _events(facts: Facts) -> str:
 
 
 def _noise_left(facts: Facts) -> str:
-    besides = ", and base parameters that differ a little between records" if facts["between_records"] else ""
+    besides = ", and base parameters that differ between records" if facts["between_records"] else ""
     return f"What is left is noise{besides}: no test of the innovations objects."
 
 
