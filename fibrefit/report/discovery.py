@@ -54,7 +54,7 @@ LONGEST_CURVE = 68
 ARROW = " -> "
 EVIDENCE = (
     "Evidence: natural logarithm of the Bayes factor against the model before. An effect is named from 5 on: it makes "
-    "the records 150 times as probable; that many were tried counts in what is said of chance. Of candidates far "
+    "the records 150 times as probable; how many were tried is counted in what is said of chance. Of candidates far "
     "behind the best it is that which they were found with, times the share that the best one kept of its own."
 )
 

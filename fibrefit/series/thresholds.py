@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 PREFERRED = 5.0
-"""Logarithm of the Bayes factor from which a richer model is preferred: odds of 150 to one, Kass and Raftery's "very
+"""Logarithm of the Bayes factor from which a richer model is preferred: a ratio of 150 to one, Kass and Raftery's "very
 strong", J. Am. Stat. Assoc. 90 (1995)."""
 SIMPLER_LAW = 1.0
 """Nats within which the law with fewer parameters is taken: "not worth more than a bare mention", as there."""

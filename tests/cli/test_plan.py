@@ -109,6 +109,9 @@ def test_a_fit_that_failed_checks_is_remarked_on() -> None:
         Check(name=name, passed=ok, identifier="size", quantity="") for name, ok in (("a", True), ("b", False))
     )
     fit: Any = SimpleNamespace(checks=(passed, failed))
-    assert doubts(fit) == ("The fit of the records at hand does not pass its checks (b): so is all that follows.",)
+    assert doubts(fit) == ("The fit of the records at hand fails checks (b): what follows is no surer than that fit.",)
+    assert doubts(fit, ("size",)) == ()
+    fit.checks = (failed,) * 5
+    assert "fails checks (b; b; b and 2 more)" in doubts(fit)[0]
     fit.checks = (passed,)
     assert doubts(fit) == doubts(None) == ()

@@ -95,16 +95,16 @@ def test_a_name_is_hardly_ever_chance() -> None:
     # A catalogue of forty effects with two parameters that cost four nats each.
     assert false_alarm(NAMED, [Chance(2, 2.0 * PRICE)] * 40) < 1e-3
     assert false_alarm(NAMED, []) == 0.0
+    assert false_alarm(200.0, CANDIDATES) < 1e-80
+    falling = [false_alarm(x, CANDIDATES) for x in np.linspace(-10.0, 30.0, 50)]
+    assert falling == sorted(falling, reverse=True)
+    assert falling[0] == pytest.approx(1.0)
 
 
 def test_a_bayes_factor_is_no_likelier_by_chance_than_its_inverse() -> None:
     """Where records differ much less with a candidate, its sum of squares says that it gains little."""
     assert false_alarm(NAMED, [Chance(1, -NAMED)]) == pytest.approx(np.exp(-NAMED))
     assert false_alarm(-1.0, [Chance(1, -NAMED)]) == pytest.approx(1.0)
-    assert false_alarm(200.0, CANDIDATES) < 1e-80
-    falling = [false_alarm(x, CANDIDATES) for x in np.linspace(-10.0, 30.0, 50)]
-    assert falling == sorted(falling, reverse=True)
-    assert falling[0] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("most", [0.1, 0.03, 0.01])

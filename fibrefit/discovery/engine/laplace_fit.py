@@ -62,7 +62,7 @@ class LaplaceFit:
 
         Between two events of a motion, as two reversals, an instant changes nothing: its curvature there says that it
         may be anywhere in the record, though a little beyond nothing is gained. It is one of many that were looked at,
-        and costs no less than a parameter usually does.
+        and costs no less than a parameter usually does, but for what the ends of the record cut off its prior.
         """
         if not (names := instants(self.effects)):
             return 0.0
@@ -87,8 +87,8 @@ class LaplaceFit:
     def largest_loss_to(self, other: LaplaceFit) -> float:
         """Nats of the record that loses most to another hypothesis, both in the same noise.
 
-        Where records differ less with what was added, deviations count by how much they differed before: a smaller
-        standard deviation is no loss.
+        Deviations of both count by the larger of their standard deviations: that records differ less with what was
+        added is no loss.
         """
         mine, theirs = self.evidence.mode, other.evidence.mode
         sigma = np.maximum(mine.sigma, theirs.sigma)

@@ -1,6 +1,6 @@
 """Every number that decides a verdict, with its meaning and where it comes from.
 
-Logarithms of Bayes factors are in nats: five are odds of 150 to one.
+Logarithms of Bayes factors are in nats: five are a ratio of 150 to one.
 """
 
 from __future__ import annotations

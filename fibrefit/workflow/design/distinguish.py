@@ -16,11 +16,12 @@ from fibrefit.discovery.engine.thresholds import NOISE_LIKE, gate
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
+from fibrefit.fitting.thresholds import FEW_STARTS
 from fibrefit.report.sentences.discovery import worded_separation
 from fibrefit.report.sentences.thresholds import CONFOUNDED
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.summaries.check import Status
+from fibrefit.study.summaries.check import SIZE, Status
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
 from fibrefit.workflow.design.doubts import doubts
@@ -118,7 +119,7 @@ def distinguish_study(
     candidates = candidates_of(study, only=tuple(only), exclude=tuple(exclude))
     candidates = {name: effect for name, effect in candidates.items() if only or is_lasting(effect)}
     task = task_of(study)
-    fit = None if is_planned(study) else identify(task_to_fit(study, task), 1, progress=on_progress)
+    fit = None if is_planned(study) else identify(task_to_fit(study, task), FEW_STARTS, progress=on_progress)
     search = set_up(task, fit, tuple(candidates.values()), on_progress)
     base = search.base
     on_progress("comparing the sensitivities to the effects", None)
@@ -133,7 +134,8 @@ def distinguish_study(
     if pairs := found.pairs(CONFOUNDED):
         split = best_split(search, supermodel, [known[name] for name in pairs[0][:2]], found, beside, louder)
     status = "ok" if fit is None else fit.status
-    return Distinguished(study, found, split, (*remarks, *doubts(fit)), status, time.perf_counter() - began)
+    remarks += doubts(fit, (SIZE,) if remarks else ())
+    return Distinguished(study, found, split, remarks, status, time.perf_counter() - began)
 
 
 def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from fibrefit.fitting.result import Identification
 
+MOST_LISTED = 3
+"""Names that a sentence tells one by one."""
 
-def doubts(fit: Identification | None) -> tuple[str, ...]:
-    """Remark on a fit that failed checks; none where all passed, or nothing is measured."""
-    failed = [] if fit is None else [check.name for check in fit.checks if not check.passed]
+
+def doubts(fit: Identification | None, told: Collection[str] = ()) -> tuple[str, ...]:
+    """Remark on a fit that failed checks; none where all passed, or nothing is measured.
+
+    Parameters
+    ----------
+    fit : Identification, optional
+    told : collection of str
+        Identifiers of checks that another remark tells of.
+    """
+    failed = [] if fit is None else [c.name for c in fit.checks if not c.passed and c.identifier not in told]
     if not failed:
         return ()
-    return (f"The fit of the records at hand does not pass its checks ({', '.join(failed)}): so is all that follows.",)
+    more = f" and {len(failed) - MOST_LISTED} more" if len(failed) > MOST_LISTED else ""
+    which = "; ".join(failed[:MOST_LISTED]) + more
+    return (f"The fit of the records at hand fails checks ({which}): what follows is no surer than that fit.",)

@@ -31,7 +31,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.workflow.design.doubts import doubts
+from fibrefit.workflow.design.doubts import MOST_LISTED, doubts
 from fibrefit.workflow.design.rivals import rivals_at_hand
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
@@ -42,8 +42,6 @@ RECORD = "record"
 MINUTES = {RECORD: 2.0, "lift": 1.0, "added_mass": 5.0, "inclination": 15.0, "preload": 5.0}
 """Usual costs in minutes: of a record, and of a condition that none of those at hand has."""
 OTHERWISE = 5.0
-MOST_LISTED = 3
-"""Names that a sentence tells one by one."""
 
 
 @dataclass(frozen=True)
