@@ -115,7 +115,7 @@ REASONS: dict[str, dict[str, str]] = {
     "workflow.batches.item": {"FEW": STEP, "MOST_READ": WORK},
     "workflow.batches.shards": {"DIGITS": WORK},
     "workflow.compare": {"FEWEST_BLOCKS": FORMULA},
-    "workflow.design.plan": {"MOST_LISTED": PAGE},
+    "workflow.design.doubts": {"MOST_LISTED": PAGE},
     "workflow.prediction.files": {"Z_95": FORMULA},
     "workflow.sampling.progress": {"90.0": PAGE, "5400.0": PAGE},
     "workflow.sweep": {"1e-09": ROUNDING},
