@@ -13,7 +13,7 @@ import fibrefit.workflow.design.plan as workflow
 from fibrefit.store import ResultDirectory, write_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check
-from fibrefit.workflow.design.doubts import doubts
+from fibrefit.workflow.design.doubts import doubts_of_fit
 from fibrefit.workflow.design.plan import Aim
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
@@ -109,9 +109,11 @@ def test_a_fit_that_failed_checks_is_remarked_on() -> None:
         Check(name=name, passed=ok, identifier="size", quantity="") for name, ok in (("a", True), ("b", False))
     )
     fit: Any = SimpleNamespace(checks=(passed, failed))
-    assert doubts(fit) == ("The fit of the records at hand fails checks (b): what follows is no surer than that fit.",)
-    assert doubts(fit, ("size",)) == ()
+    assert doubts_of_fit(fit) == (
+        "The fit of the records at hand fails checks (b): what follows is no surer than that fit.",
+    )
+    assert doubts_of_fit(fit, ("size",)) == ()
     fit.checks = (failed,) * 5
-    assert "fails checks (b; b; b and 2 more)" in doubts(fit)[0]
+    assert "fails checks (b, b, b and 2 more)" in doubts_of_fit(fit)[0]
     fit.checks = (passed,)
-    assert doubts(fit) == doubts(None) == ()
+    assert doubts_of_fit(fit) == doubts_of_fit(None) == ()

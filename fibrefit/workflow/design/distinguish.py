@@ -24,7 +24,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import SIZE, Status
 from fibrefit.study.summaries.design import DistinguishSummary
 from fibrefit.study.summaries.discovery import Separation
-from fibrefit.workflow.design.doubts import doubts
+from fibrefit.workflow.design.doubts import doubts_of_fit
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
 from fibrefit.workflow.saved import FoundResult
@@ -134,7 +134,7 @@ def distinguish_study(
     if pairs := found.pairs(CONFOUNDED):
         split = best_split(search, supermodel, [known[name] for name in pairs[0][:2]], found, beside, louder)
     status = "ok" if fit is None else fit.status
-    remarks += doubts(fit, (SIZE,) if remarks else ())
+    remarks += doubts_of_fit(fit, (SIZE,) if remarks else ())
     return Distinguished(study, found, split, remarks, status, time.perf_counter() - began)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from fibrefit.fitting.result import Identification
 
@@ -10,7 +10,7 @@ MOST_LISTED = 3
 """Names that a sentence tells one by one."""
 
 
-def doubts(fit: Identification | None, told: Collection[str] = ()) -> tuple[str, ...]:
+def doubts_of_fit(fit: Identification | None, told: Collection[str] = ()) -> tuple[str, ...]:
     """Remark on a fit that failed checks; none where all passed, or nothing is measured.
 
     Parameters
@@ -22,6 +22,12 @@ def doubts(fit: Identification | None, told: Collection[str] = ()) -> tuple[str,
     failed = [] if fit is None else [c.name for c in fit.checks if not c.passed and c.identifier not in told]
     if not failed:
         return ()
-    more = f" and {len(failed) - MOST_LISTED} more" if len(failed) > MOST_LISTED else ""
-    which = "; ".join(failed[:MOST_LISTED]) + more
+    which = few_by_name(failed)
     return (f"The fit of the records at hand fails checks ({which}): what follows is no surer than that fit.",)
+
+
+def few_by_name(names: Sequence[str]) -> str:
+    """Names in words; of many the first few."""
+    if len(names) > MOST_LISTED:
+        return f"{', '.join(names[:MOST_LISTED])} and {len(names) - MOST_LISTED} more"
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))

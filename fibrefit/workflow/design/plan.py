@@ -31,7 +31,7 @@ from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import Status
 from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.workflow.design.doubts import MOST_LISTED, doubts
+from fibrefit.workflow.design.doubts import doubts_of_fit, few_by_name
 from fibrefit.workflow.design.rivals import rivals_at_hand
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit
@@ -225,7 +225,7 @@ def plan_study(study: Study | str | Path, aim: Aim | None = None, *, progress: P
     priced = [(choice, _minutes(choice, task.problem.observations.experiment, cost)) for choice in choices]
     ranked, standing = worths(search, found, priced, beside, ahead)
     # Where rivals stand beside the model, it is known to lack something.
-    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *doubts(None if named else fit))
+    remarks += (*_left_out(study, len(choices) - len(ranked), len(choices)), *doubts_of_fit(None if named else fit))
     remarks += (*_beyond(study, task), *_predicted(study, fit is None, ranked))
     further = tuple((worth, worth.minutes) for worth in by_worth(purpose, ranked))
     return RecordPlan(
@@ -244,7 +244,7 @@ def _beyond(study: Study, task: Task) -> tuple[str, ...]:
             said.append(f"{name} {shown_condition(name, float(farthest))}")
     if not said:
         return ()
-    return (f"Records at hand are beyond the [limits] of the study: {_listed(said)}.",)
+    return (f"Records at hand are beyond the [limits] of the study: {few_by_name(said)}.",)
 
 
 def _predicted(study: Study, planned: bool, ranked: Sequence[Worth]) -> tuple[str, ...]:
@@ -336,19 +336,12 @@ def _sentence(worth: Worth, minutes: float, record: str, rivals: Sequence[str]) 
             f"(expected log likelihood ratio {worth.nats:.3g}{'' if worth.refitted else ', by slopes alone'})"
         )
     if worth.determined:
-        said.append(f"it determines {_listed(worth.determined)}, which the records at hand do not")
+        said.append(f"it determines {few_by_name(worth.determined)}, which the records at hand do not")
     if worth.shown:
-        said.append(f"it shows {_listed(worth.shown)}, which the records at hand do not")
+        said.append(f"it shows {few_by_name(worth.shown)}, which the records at hand do not")
     if worth.errors:
         name = min(worth.errors, key=lambda name: worth.errors[name])
         said.append(f"the standard error of {name} falls by {100.0 * (1.0 - worth.errors[name]):.0f} %")
     if worth.limits:
         said.append(f"detection limits fall by {100.0 * (1.0 - worth.limit):.0f} % on average")
     return f"{further_record(record, worth.choice)} ({minutes:.3g} min): {', '.join(said)}."
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names in words; of many the first few."""
-    if len(names) > MOST_LISTED:
-        return f"{', '.join(names[:MOST_LISTED])} and {len(names) - MOST_LISTED} more"
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
