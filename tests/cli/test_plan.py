@@ -108,12 +108,12 @@ def test_a_fit_that_failed_checks_is_remarked_on() -> None:
     passed, failed = (
         Check(name=name, passed=ok, identifier="size", quantity="") for name, ok in (("a", True), ("b", False))
     )
-    fit: Any = SimpleNamespace(checks=(passed, failed))
+    fit: Any = SimpleNamespace(checks=(passed, failed), status="suspect")
     assert doubts_of_fit(fit) == (
         "The fit of the records at hand fails checks (b): what follows is no surer than that fit.",
     )
     assert doubts_of_fit(fit, ("size",)) == ()
     fit.checks = (failed,) * 5
     assert "fails checks (b, b, b and 2 more)" in doubts_of_fit(fit)[0]
-    fit.checks = (passed,)
+    fit.status = "ok"
     assert doubts_of_fit(fit) == doubts_of_fit(None) == ()

@@ -11,7 +11,7 @@ MOST_LISTED = 3
 
 
 def doubts_of_fit(fit: Identification | None, told: Collection[str] = ()) -> tuple[str, ...]:
-    """Remark on a fit that failed checks; none where all passed, or nothing is measured.
+    """Remark on a fit that is not ``ok`` and the checks it failed; none where nothing is measured.
 
     Parameters
     ----------
@@ -19,7 +19,9 @@ def doubts_of_fit(fit: Identification | None, told: Collection[str] = ()) -> tup
     told : collection of str
         Identifiers of checks that another remark tells of.
     """
-    failed = [] if fit is None else [c.name for c in fit.checks if not c.passed and c.identifier not in told]
+    if fit is None or fit.status == "ok":
+        return ()
+    failed = [check.name for check in fit.checks if not check.passed and check.identifier not in told]
     if not failed:
         return ()
     which = few_by_name(failed)
