@@ -121,7 +121,7 @@ def test_what_is_hidden_is_named(case: Callable[..., Case], coefficient: float, 
         assert abs(found.best.shared[name] - BASE[name]) < SURE * found.best.errors[name], name
 
 
-@pytest.mark.parametrize("scatter", [0.0, 0.01])
+@pytest.mark.parametrize("scatter", [pytest.param(0.0, marks=pytest.mark.slow), 0.01])
 def test_nothing_is_named_where_nothing_is_hidden(case: Callable[..., Case], scatter: float) -> None:
     """The negative control, with records that agree and with records that differ by a percent."""
     found = selected(case(0.0, scatter))

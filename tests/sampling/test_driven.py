@@ -102,6 +102,7 @@ def posterior(apart: Driven) -> Posterior:
     return sample_posterior(apart.task, apart.begin, PosteriorRequest(settings=SETTINGS))
 
 
+@pytest.mark.slow
 def test_records_that_are_alike_have_the_intervals_of_their_fit(alike: Driven) -> None:
     """No differences are told, and what was put in is found again."""
     fit, ready = alike.fit, alike.ready
@@ -121,6 +122,7 @@ def test_records_that_are_alike_have_the_intervals_of_their_fit(alike: Driven) -
         assert abs(middle[i] - getattr(TRUTH, name)) < SURE * error[i], name
 
 
+@pytest.mark.slow
 def test_errors_of_the_drive_widen_what_they_imitate(alike: Driven) -> None:
     """The negative control holds the drive as it is corrected: a tension at the start is three times too sure then."""
     ready = alike.ready
