@@ -11,7 +11,7 @@ demo: .venv/installed
 	$(RUN) -m fibrefit fit configs/drop_series/study.toml --out results/drop_series --figures png --force
 
 test: .venv/installed-test
-	$(RUN) -m pytest -n 2 --dist loadfile
+	$(RUN) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # Tests of the extras that the suite does without, slow ones too; here a missing package is a failure.
 test-extras: .venv/installed-test .venv/installed-nuts .venv/installed-tdms .venv/installed-mdf .venv/installed-dask

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 from collections.abc import Iterator
 from unittest.mock import patch
 
@@ -15,8 +17,17 @@ from tests.extras import need
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
 
-LARGEST = 1.5e9
+LARGEST = 2e9
 """Bytes of a process beyond which it forgets its programs at the end of a module; the next module has others."""
+GARBAGE = (100_000, 50, 50)
+"""How seldom garbage is looked for: as by the command line, once it has begun."""
+
+
+def pytest_collection_finish() -> None:
+    """What was collected, and the trees of all code, stay to the end: they are never looked through for garbage."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(*GARBAGE)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -26,8 +37,17 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         need(*marker.args)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _kept_in_a_module() -> Iterator[None]:
+    """Programs of one fit serve the next; a command forgets them once they are many, and tests would compile anew."""
+    with patch.object(bound, "MOST_PROGRAMS", sys.maxsize):
+        yield
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _bounded() -> Iterator[None]:
+    if not gc.get_freeze_count():
+        gc.freeze()
     yield
     if psutil.Process().memory_info().rss > LARGEST:
         with patch.object(bound, "MOST_PROGRAMS", 0):

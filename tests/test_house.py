@@ -5,7 +5,9 @@ from __future__ import annotations
 import ast
 import re
 import subprocess
-from collections.abc import Iterator
+from collections import UserDict
+from collections.abc import Collection, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -70,7 +72,32 @@ def name_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-MODULES = {name_of(path): ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
+class Trees(UserDict[str, ast.Module]):
+    """Modules by name; each is parsed when it is first asked for."""
+
+    def __init__(self, paths: dict[str, Path]) -> None:
+        self.paths = paths
+        super().__init__(dict.fromkeys(paths, ast.Module([], [])))
+
+    def __getitem__(self, name: str) -> ast.Module:
+        if path := self.paths.pop(name, None):
+            self.data[name] = ast.parse(path.read_text(encoding="utf-8"))
+        return self.data[name]
+
+    def __setitem__(self, name: str, tree: ast.Module) -> None:
+        self.data[name] = tree
+
+
+MODULES = Trees({name_of(path): path for path in sorted(PACKAGE.rglob("*.py"))})
+
+
+def by_floor(modules: Collection[str]) -> list[object]:
+    """Modules of each floor, a test for all of them: thousands of tests of a millisecond take a minute to hand out."""
+    floors = sorted({module.partition(".")[0] for module in modules})
+    return [
+        pytest.param([module for module in sorted(modules) if module.partition(".")[0] == floor], id=floor or "root")
+        for floor in floors
+    ]
 
 
 def imports(module: str, *, at_import_only: bool = False, for_types: bool = True) -> Iterator[str]:
@@ -113,20 +140,22 @@ def own_imports(module: str, *, at_import_only: bool = False) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
-def test_imports_point_downwards(module: str) -> None:
-    here = module.split(".")[0]
-    assert here in FLOORS, f"{module}: give the package {here!r} a floor"
-    for other in own_imports(module) - {""}:
-        there = other.split(".")[0]
-        assert there == here or FLOORS[there] < FLOORS[here], f"{module} imports {other}: not on a lower floor"
+@pytest.mark.parametrize("modules", by_floor(set(MODULES) - ABOVE))
+def test_imports_point_downwards(modules: list[str]) -> None:
+    for module in modules:
+        here = module.split(".")[0]
+        assert here in FLOORS, f"{module}: give the package {here!r} a floor"
+        for other in own_imports(module) - {""}:
+            there = other.split(".")[0]
+            assert there == here or FLOORS[there] < FLOORS[here], f"{module} imports {other}: not on a lower floor"
 
 
-@pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
-def test_nothing_inside_imports_the_root(module: str) -> None:
-    names = {node.module for node in ast.walk(MODULES[module]) if isinstance(node, ast.ImportFrom)}
-    plain = {a.name for node in ast.walk(MODULES[module]) if isinstance(node, ast.Import) for a in node.names}
-    assert "fibrefit" not in names | plain, f"{module} imports the package root"
+@pytest.mark.parametrize("modules", by_floor(set(MODULES) - ABOVE))
+def test_nothing_inside_imports_the_root(modules: list[str]) -> None:
+    for module in modules:
+        names = {node.module for node in ast.walk(MODULES[module]) if isinstance(node, ast.ImportFrom)}
+        plain = {a.name for node in ast.walk(MODULES[module]) if isinstance(node, ast.Import) for a in node.names}
+        assert "fibrefit" not in names | plain, f"{module} imports the package root"
 
 
 def test_no_import_cycle() -> None:
@@ -165,51 +194,60 @@ def test_a_room_is_seen_at_a_glance(room: str) -> None:
     assert len(files) <= MOST_FILES or room in ONE_FILE_A_THING, f"{room} has {len(files)} files"
 
 
-@pytest.mark.parametrize("module", sorted(set(MODULES) - ABOVE))
-def test_each_outside_package_has_its_importers(module: str) -> None:
-    for name in imports(module, for_types=False):
-        owners = SOLE_IMPORTERS.get(name.split(".")[0])
-        allowed = owners is None or any(module == owner or module.startswith(f"{owner}.") for owner in owners)
-        assert allowed, f"{module} imports {name}: only {', '.join(sorted(owners or ()))} may"
+@pytest.mark.parametrize("modules", by_floor(set(MODULES) - ABOVE))
+def test_each_outside_package_has_its_importers(modules: list[str]) -> None:
+    for module in modules:
+        for name in imports(module, for_types=False):
+            owners = SOLE_IMPORTERS.get(name.split(".")[0])
+            allowed = owners is None or any(module == owner or module.startswith(f"{owner}.") for owner in owners)
+            assert allowed, f"{module} imports {name}: only {', '.join(sorted(owners or ()))} may"
 
 
-@pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] in WITHOUT_JAX))
-def test_floors_without_jax(module: str) -> None:
-    outside = {name.split(".")[0] for name in imports(module)}
-    # The doctor looks at the devices JAX finds: that is its purpose.
-    if module != "cli.doctor":
-        assert not outside & {"jax", "equinox", "optimistix"}, f"{module} imports JAX"
+@pytest.mark.parametrize("modules", by_floor([m for m in MODULES if m.split(".")[0] in WITHOUT_JAX]))
+def test_floors_without_jax(modules: list[str]) -> None:
+    for module in modules:
+        outside = {name.split(".")[0] for name in imports(module)}
+        # The doctor looks at the devices JAX finds: that is its purpose.
+        if module != "cli.doctor":
+            assert not outside & {"jax", "equinox", "optimistix"}, f"{module} imports JAX"
 
 
-@pytest.mark.parametrize("module", sorted(MODULES))
-def test_size(module: str) -> None:
-    tree = MODULES[module]
-    last = max((node.end_lineno or 0 for node in ast.walk(tree) if isinstance(node, ast.stmt)), default=0)
-    assert last <= LONGEST_FILE, f"{module} has {last} lines"
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            length = (node.end_lineno or 0) - node.lineno + 1
-            if f"{module}.{node.name}" in public_entry_points():
-                # What users call is explained at length; only its code counts.
-                length -= (node.body[0].end_lineno or 0) - node.body[0].lineno + 1
-            assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
+@pytest.mark.parametrize("modules", by_floor(MODULES))
+def test_size(modules: list[str]) -> None:
+    for module in modules:
+        tree = MODULES[module]
+        last = max((node.end_lineno or 0 for node in ast.walk(tree) if isinstance(node, ast.stmt)), default=0)
+        assert last <= LONGEST_FILE, f"{module} has {last} lines"
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                length = (node.end_lineno or 0) - node.lineno + 1
+                if f"{module}.{node.name}" in public_entry_points():
+                    # What users call is explained at length; only its code counts.
+                    length -= (node.body[0].end_lineno or 0) - node.body[0].lineno + 1
+                assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
 
 
-@pytest.mark.parametrize("module", sorted(set(MODULES) - {"core.roles"}))
-def test_units_of_channels_stand_in_one_table(module: str) -> None:
-    for node in ast.walk(MODULES[module]):
-        if isinstance(node, ast.Dict):
-            pairs = [
-                (ast.unparse(key), ast.unparse(value)) for key, value in zip(node.keys, node.values, strict=True) if key
-            ]
-            twice = {("'force'", "'N'"), ("'position'", "'m'"), ("'angle'", "'rad'")} & set(pairs)
-            assert not twice, f"{module} line {node.lineno} declares units of channels: take core.roles"
+@pytest.mark.parametrize("modules", by_floor(set(MODULES) - {"core.roles"}))
+def test_units_of_channels_stand_in_one_table(modules: list[str]) -> None:
+    for module in modules:
+        for node in ast.walk(MODULES[module]):
+            if isinstance(node, ast.Dict):
+                pairs = [
+                    (ast.unparse(key), ast.unparse(value))
+                    for key, value in zip(node.keys, node.values, strict=True)
+                    if key
+                ]
+                twice = {("'force'", "'N'"), ("'position'", "'m'"), ("'angle'", "'rad'")} & set(pairs)
+                assert not twice, f"{module} line {node.lineno} declares units of channels: take core.roles"
 
 
-@pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] != "cli"))
-def test_library_never_prints(module: str) -> None:
-    calls = {n.func.id for n in ast.walk(MODULES[module]) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
-    assert "print" not in calls
+@pytest.mark.parametrize("modules", by_floor([m for m in MODULES if m.split(".")[0] != "cli"]))
+def test_library_never_prints(modules: list[str]) -> None:
+    for module in modules:
+        calls = {
+            n.func.id for n in ast.walk(MODULES[module]) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)
+        }
+        assert "print" not in calls
 
 
 #: Floors that return numbers and identifiers; `report` puts them into words.
@@ -233,9 +271,10 @@ def formatted_numbers(tree: ast.Module) -> set[str]:
     }
 
 
-@pytest.mark.parametrize("module", sorted(m for m in set(MODULES) - WRITES_CODE if m.split(".")[0] in NUMERICAL))
-def test_numerical_floors_make_no_sentences(module: str) -> None:
-    assert not formatted_numbers(MODULES[module]), f"{module}: return the number, say it in report"
+@pytest.mark.parametrize("modules", by_floor([m for m in set(MODULES) - WRITES_CODE if m.split(".")[0] in NUMERICAL]))
+def test_numerical_floors_make_no_sentences(modules: list[str]) -> None:
+    for module in modules:
+        assert not formatted_numbers(MODULES[module]), f"{module}: return the number, say it in report"
 
 
 def test_a_number_in_a_sentence_is_seen() -> None:
@@ -331,13 +370,14 @@ def compares(module: str) -> set[str]:
     return set() if exempt else numbers_compared(MODULES[module])
 
 
-@pytest.mark.parametrize("module", sorted(MODULES))
-def test_what_decides_a_verdict_stands_among_the_thresholds(module: str) -> None:
-    found = compares(module) - REASONS.get(module, {}).keys()
-    assert not found, (
-        f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor, with a Bracket; "
-        "what decides nothing that anybody is told gets its reason in tests/tolerances.py"
-    )
+@pytest.mark.parametrize("modules", by_floor(MODULES))
+def test_what_decides_a_verdict_stands_among_the_thresholds(modules: list[str]) -> None:
+    for module in modules:
+        found = compares(module) - REASONS.get(module, {}).keys()
+        assert not found, (
+            f"{module} compares with {', '.join(sorted(found))}: put it into the thresholds of its floor, with a "
+            "Bracket; what decides nothing that anybody is told gets its reason in tests/tolerances.py"
+        )
 
 
 def test_no_reason_is_given_for_what_is_gone() -> None:
@@ -410,7 +450,7 @@ def test_a_number_in_a_verdict_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(MODULES, "core.progress", borrows)
     assert (compares("core.errors"), compares("core.progress")) == ({"LIMIT", "0.7"}, {"LIMIT"})
     with pytest.raises(AssertionError, match="LIMIT"):
-        test_what_decides_a_verdict_stands_among_the_thresholds("core.progress")
+        test_what_decides_a_verdict_stands_among_the_thresholds(["core.progress"])
 
 
 def test_so_is_one_of_several_and_one_that_is_computed() -> None:
@@ -426,6 +466,7 @@ def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:
     return [arg.arg for arg in (*told.posonlyargs, *told.args, *told.kwonlyargs) if arg.arg not in ("self", "cls")]
 
 
+@cache
 def public_entry_points() -> set[str]:
     """Functions a user calls from the root: they may ask for more, by keyword."""
     homes = next(
@@ -436,13 +477,14 @@ def public_entry_points() -> set[str]:
     return {home.removeprefix("fibrefit.").replace(":", ".") for home in ast.literal_eval(homes).values()}
 
 
-@pytest.mark.parametrize("module", sorted(m for m in MODULES if m.split(".")[0] != "cli"))
-def test_no_function_asks_for_many_arguments(module: str) -> None:
-    for node in ast.walk(MODULES[module]):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            name = f"{module}.{node.name}"
-            few = len(arguments(node)) <= MOST_ARGUMENTS
-            assert few or name in public_entry_points(), f"{name} has {len(arguments(node))} arguments"
+@pytest.mark.parametrize("modules", by_floor([m for m in MODULES if m.split(".")[0] != "cli"]))
+def test_no_function_asks_for_many_arguments(modules: list[str]) -> None:
+    for module in modules:
+        for node in ast.walk(MODULES[module]):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                name = f"{module}.{node.name}"
+                few = len(arguments(node)) <= MOST_ARGUMENTS
+                assert few or name in public_entry_points(), f"{name} has {len(arguments(node))} arguments"
 
 
 def public_names() -> dict[str, list[str]]:
@@ -457,6 +499,7 @@ def public_names() -> dict[str, list[str]]:
     return homes
 
 
+@cache
 def used_names() -> set[str]:
     """Every name that is read, imported or named by a text anywhere in the package, but for one by itself."""
     found = set()
@@ -476,9 +519,6 @@ def used_names() -> set[str]:
     return found
 
 
-USED = used_names()
-
-
 def unused(module: str, used: set[str]) -> set[str]:
     """Names that a module makes and nothing in the package uses; rules of derivation and rigs are reached otherwise."""
     made = {
@@ -493,10 +533,11 @@ def unused(module: str, used: set[str]) -> set[str]:
     return {name for name in made - used - declared if not name.startswith("__")}
 
 
-@pytest.mark.parametrize("module", sorted(m for m in MODULES if not m.startswith("cli.")))
-def test_what_nothing_uses_is_not_there(module: str) -> None:
-    found = unused(module, USED)
-    assert not found, f"{module}: nothing in the package uses {', '.join(sorted(found))}"
+@pytest.mark.parametrize("modules", by_floor([m for m in MODULES if not m.startswith("cli.")]))
+def test_what_nothing_uses_is_not_there(modules: list[str]) -> None:
+    for module in modules:
+        found = unused(module, used_names())
+        assert not found, f"{module}: nothing in the package uses {', '.join(sorted(found))}"
 
 
 #: What a user of the library reads: a method named there is called by people.
@@ -522,10 +563,11 @@ def unused_methods(module: str, used: set[str]) -> set[str]:
     return {name for name in found if not re.search(rf"\b{name.partition('.')[2]}\(", TOLD)}
 
 
-@pytest.mark.parametrize("module", sorted(MODULES))
-def test_no_method_is_there_that_nothing_calls(module: str) -> None:
-    found = unused_methods(module, USED)
-    assert not found, f"{module}: nothing calls {', '.join(sorted(found))}"
+@pytest.mark.parametrize("modules", by_floor(MODULES))
+def test_no_method_is_there_that_nothing_calls(modules: list[str]) -> None:
+    for module in modules:
+        found = unused_methods(module, used_names())
+        assert not found, f"{module}: nothing calls {', '.join(sorted(found))}"
 
 
 def test_a_method_that_nothing_calls_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -551,7 +593,7 @@ def test_the_counts_see_what_is_too_many(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setitem(MODULES, "core.progress", ast.parse(source))
     assert public_names()["Report"] == ["core.errors", "core.progress"]
     with pytest.raises(AssertionError, match="core.errors.f has 7 arguments"):
-        test_no_function_asks_for_many_arguments("core.errors")
+        test_no_function_asks_for_many_arguments(["core.errors"])
 
 
 def test_what_belongs_to_one_machine_is_not_committed() -> None:

@@ -66,7 +66,8 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     bare = not any(is_study(file) for file in files)
     reading = overrides if write is None else _of_files(overrides)
     found = inspect(files, reading) if bare else inspect(study_from(files, None, overrides))
-    terminal.answer(found.report(), found.document())
+    if not terminal.json:
+        terminal.answer(found.report(), found.document())
     if bare and (hint := _hint(found.seen)):
         terminal.remark(hint)
     if write is not None:
@@ -84,6 +85,8 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
             _keep(terminal, found, default_directory(f"inspect {found.name}", found.content()), force=True)
         except UsageError as error:  # records may lie where nobody can write, and nobody asked for pictures
             terminal.remark(f"\nNo pictures were drawn: {error}")
+    if terminal.json:  # one document: this, or what could not be written and why
+        terminal.answer(found.report(), found.document())
     not_ready = [DataError.exit_code for each in found.seen if each.verdict == "not ready"]
     return max([refusal.exit_code for refusal in found.refusals] + not_ready, default=0)
 

@@ -243,9 +243,10 @@ def _effects_of(overrides: Sequence[str]) -> set[str]:
 
 def check_trust_of_result(result: Path) -> None:
     """Refuse a result whose study names code to run, as `check_trust` does; one that holds no study is left alone."""
+    from fibrefit.store.summary import folder_of_result
     from fibrefit.study import load_study
 
-    file = (result if is_folder(result) else result.parent) / "study.toml"
+    file = folder_of_result(result) / "study.toml"
     if is_plain_file(file):
         check_trust(load_study(file, all_missing=True))
 

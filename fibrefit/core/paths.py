@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fibrefit.core import allowance
-from fibrefit.core.errors import FibrefitError, did_you_mean
+from fibrefit.core.errors import DataError, FibrefitError, did_you_mean
 from fibrefit.core.shown import printable
 
 _LONGEST = 260
@@ -111,11 +111,21 @@ def _at_once(path: str, flags: int) -> int:
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file's content, in hexadecimal."""
+    """SHA-256 of a file's content, in hexadecimal.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read.
+    """
     found = hashlib.sha256()
-    with open(path, "rb", opener=_at_once) as file:
-        while part := file.read(_PART):
-            found.update(part)
+    try:
+        with open(path, "rb", opener=_at_once) as file:
+            while part := file.read(_PART):
+                found.update(part)
+    except OSError as refused:
+        do = "Look at its permissions, and whether its disk is there."
+        raise DataError(shown_path(path), refused.strerror or "cannot be read", "a file that can be read", do) from None
     return found.hexdigest()
 
 

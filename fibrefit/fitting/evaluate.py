@@ -54,13 +54,14 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
         error = np.where(counted, measured - reading, 0.0)
         pieces = task.problem.model.pieces
         squares = np.array([_squares(row, seen, pieces) for row, seen in zip(measured, counted, strict=True)])
-        sigma = 1.0 / weight.max(axis=1)
-        for r, name in enumerate(names):
-            rms = float(np.sqrt(np.sum(error[r] ** 2) / max(counted[r].sum(), 1)))
-            share = _explained(float(np.sum(error[r] ** 2)), float(squares[r]))
-            gaps[name][channel] = ChannelGap.beside(float(sigma[r]), rms, task.units[channel], share)
+        # Where noise grows with the load each reading has its own: a perfect model is off by their mean square.
+        noises = np.divide(1.0, weight, out=np.zeros_like(weight), where=counted)
         number = counted.sum(axis=1)
-        rms, noise = (float(np.sqrt(np.sum(part) / number.sum())) for part in (error**2, sigma**2 * number))
+        for r, name in enumerate(names):
+            rms, noise = (float(np.sqrt(np.sum(part[r] ** 2) / max(number[r], 1))) for part in (error, noises))
+            share = _explained(float(np.sum(error[r] ** 2)), float(squares[r]))
+            gaps[name][channel] = ChannelGap.beside(noise, rms, task.units[channel], share)
+        rms, noise = (float(np.sqrt(np.sum(part**2) / number.sum())) for part in (error, noises))
         share = _explained(float(np.sum(error**2)), float(squares.sum()))
         whole[channel] = ChannelGap.beside(noise, rms, task.units[channel], share)
     return whole, gaps

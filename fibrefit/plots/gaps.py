@@ -97,7 +97,8 @@ def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float
     largest = float(np.max(np.maximum(before, after)))
     if largest > WIDE:
         logarithmic(axes, "x")
-        axes.set_xlim(0.8, 1.25 * largest)
+        least = np.concatenate([before, after, [noise]])
+        axes.set_xlim(0.8 * min(1.0, float(least[least > 0.0].min())), 1.25 * largest)
     else:
         axes.set_xlim(0.0, max(1.08 * largest, 1.5))
     axes.set_ylim(len(pairs) - 0.5, -0.5)

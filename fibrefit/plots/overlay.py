@@ -42,15 +42,26 @@ def overlay_figure(drawn: list[Drawn], priors: list[PriorCurve]) -> Figure:
     """Density of prior and posterior of each value, on one axis."""
     rows = -(-len(drawn) // ACROSS) or 1
     figure = new_figure(TOP + rows * (CELL + BELOW))
-    widest = max((prior.share for prior in priors if np.isfinite(prior.share)), default=0.0)
-    said = "The prior matters" if widest >= PRIOR_MATTERS else "The records, not the prior, determine every value"
-    title(figure, f"{said}: posterior / prior width is {100 * widest:.2g} % at most", "orange: prior;  blue: posterior")
+    title(figure, _heading([prior.share for prior in priors if np.isfinite(prior.share)]), COLOURS)
     for number, (one, prior) in enumerate(zip(drawn, priors, strict=True)):
         row, column = divmod(number, ACROSS)
         bottom = BELOW + (rows - 1 - row) * (CELL + BELOW)
         axes = axes_at(figure, MARGIN + column * (CELL + BETWEEN), bottom, CELL, 0.85 * CELL)
         _overlay(axes, one, prior)
     return figure
+
+
+def _heading(shares: list[float]) -> str:
+    """What the widths of posterior and prior say of the values that are shown."""
+    if not shares:
+        return "No prior has a width that could be compared with the posterior's"
+    said = "The prior matters"
+    if max(shares) < PRIOR_MATTERS:
+        said = "The records, not the prior, determine every value shown"
+    return f"{said}: posterior / prior width is {100 * max(shares):.2g} % at most"
+
+
+COLOURS = "orange: prior;  blue: posterior"
 
 
 def _overlay(axes: Axes, one: Drawn, prior: PriorCurve) -> None:

@@ -247,7 +247,7 @@ def _gaps(figure: Figure, final: Fitted, first: Fitted | None, top: float, heigh
     axes.plot([totals[name] for name in names], rows, "o", color=FINAL, markersize=3)
     axes.set_yticks(rows, [cut_name(name) for name in names])
     axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.1 * max(1.2, *(before[name] for name in names)))
+    axes.set_xlim(0.0, 1.1 * max(1.2, *(max(before[name], totals[name]) for name in names)))
     axes.tick_params(axis="y", length=0)
     label(axes, x="residual RMS / noise")
 

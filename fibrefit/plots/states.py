@@ -88,10 +88,10 @@ def _heading(before: Fitted, after: Fitted | None, known: list[str]) -> str:
 
 def _dependence(fitted: Fitted, channel: str, state: str) -> float:
     """Rms of the mean residuals in bins of a state, in noise rms; zero where too little moves."""
-    values = _of_state(fitted, state)
+    (values,), residual = _of_states(fitted, channel, state)
     if len(values) < FEWEST:
         return 0.0
-    mean, number = _binned(values, _residual(fitted, channel, state))[1:3]
+    mean, number = _binned(values, residual)[1:3]
     return float(np.sqrt(np.average(mean**2, weights=number))) if number.size else 0.0
 
 
@@ -101,7 +101,8 @@ def _panel(axes: Axes, before: Fitted, after: Fitted | None, state: str, channel
     unit, worth = readable_unit(_of_state(before, state), _unit(before, state))
     for fitted, colour, said in ((before, FIRST, "first model"), (after, FINAL, "final model")):
         if fitted is not None:
-            _band(axes, _of_state(fitted, state) / worth, _residual(fitted, channel, state), colour, said)
+            (values,), residual = _of_states(fitted, channel, state)
+            _band(axes, values / worth, residual, colour, said)
     label(axes, x=axis_label(state, unit))
 
 
@@ -162,9 +163,11 @@ def _of_state(fitted: Fitted, state: str) -> np.ndarray:
     return fitted.states[state].values[_moving(fitted, state)]
 
 
-def _residual(fitted: Fitted, channel: str, state: str) -> np.ndarray:
-    """Measured minus simulated while that state says something, in units of the noise."""
-    return np.nan_to_num(fitted.residuals(channel))[_moving(fitted, state)]
+def _of_states(fitted: Fitted, channel: str, *states: str) -> tuple[list[np.ndarray], np.ndarray]:
+    """States, and measured minus simulated in units of the noise, where something was measured that counts."""
+    residuals = fitted.residuals(channel)
+    seen = _moving(fitted, states[0]) & np.isfinite(residuals)
+    return [fitted.states[state].values[seen] for state in states], residuals[seen]
 
 
 def _band(axes: Axes, state: np.ndarray, residual: np.ndarray, colour: str, said: str) -> None:
@@ -189,8 +192,8 @@ def _binned(state: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _map(axes: Axes, fitted: Fitted, channel: str, variables: tuple[str, str], worth: tuple[float, float]) -> QuadMesh:
-    x, y = (_of_state(fitted, state) / unit for state, unit in zip(variables, worth, strict=True))
-    residual = _residual(fitted, channel, variables[0])
+    values, residual = _of_states(fitted, channel, *variables)
+    x, y = (one / unit for one, unit in zip(values, worth, strict=True))
     number, edges_x, edges_y = np.histogram2d(x, y, CELLS)
     total, _, _ = np.histogram2d(x, y, (edges_x, edges_y), weights=residual)
     mean = np.ma.masked_where(number == 0, total / np.maximum(number, 1))

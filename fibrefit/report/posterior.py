@@ -99,17 +99,20 @@ def posterior_row(name: str, found: PosteriorParameter) -> tuple[str, ...]:
 
 
 def _priors(summary: PosteriorSummary) -> list[str]:
-    everything = {**summary.parameters}
+    own = {f"{name}[{record}]": one for record, values in summary.records.items() for name, one in values.items()}
     strong = [
         f"The prior of {name} matters: {found.prior}; posterior / prior width {100 * found.prior_share:.0f} %."
-        for name, found in everything.items()
+        for name, found in {**summary.parameters, **own}.items()
         if found.prior_share is not None and found.prior_share >= PRIOR_MATTERS
     ]
-    assumed = "; ".join(f"{name}: {found.prior}" for name, found in everything.items() if found.prior)
+    assumed = "; ".join(f"{name}: {found.prior}" for name, found in summary.parameters.items() if found.prior)
     lines = [paragraph(f"Priors: {assumed}.")] if assumed else []
-    shares = [found.prior_share for found in everything.values() if found.prior_share is not None]
-    most = f" ({100 * max(shares):.2g} % or less for all)" if shares else ""
-    return lines + (items(strong) or [paragraph(f"Prior influence is negligible: posterior / prior width{most}.")])
+    every = [*summary.parameters.values(), *own.values()]
+    shares = [found.prior_share for found in every if found.prior_share is not None]
+    said = "No prior has a width that could be compared with the posterior's."
+    if shares:
+        said = f"Prior influence is negligible: posterior / prior width ({100 * max(shares):.2g} % or less for all)."
+    return lines + (items(strong) or [paragraph(said)])
 
 
 def _sampling(summary: PosteriorSummary) -> list[str]:

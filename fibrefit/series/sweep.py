@@ -18,7 +18,7 @@ from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.marks import Extremes
 from fibrefit.series.periods import Drive, SteadyState, steady_state
-from fibrefit.simulation.model import Model
+from fibrefit.simulation.model import Model, corrected_conditions
 
 PARTS = 4
 """Batches of runs from rest for each core."""
@@ -183,8 +183,9 @@ def natural_frequency(system: InvertedPendulum) -> float:
 
 def _system(model: Model, values: Mapping[str, float], rig: Mapping[str, float]) -> InvertedPendulum:
     named = {name: jnp.asarray(float(value)) for name, value in values.items()}
-    known = {name: jnp.asarray(float(value)) for name, value in rig.items()}
-    return model.rig.build(named, known, model.laws(named), model.tension_law)
+    stated = {name: jnp.asarray(float(value)) for name, value in rig.items()}
+    laws = model.laws(named)
+    return model.rig.build(named, corrected_conditions(stated, named, laws), laws, model.tension_law)
 
 
 def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[Any]:

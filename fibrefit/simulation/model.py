@@ -205,8 +205,13 @@ def commanded(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: j
 
 def known_conditions(values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> Values:
     """Conditions of a record as the laws know them."""
+    return corrected_conditions(experiment.conditions, values, laws)
+
+
+def corrected_conditions(stated: Values, values: Values, laws: tuple[Effect, ...]) -> Values:
+    """Conditions that are stated, as the laws know them."""
     # A condition that no one knows is a value like any other, and is found.
-    conditions = {name: values.get(name, said) for name, said in experiment.conditions.items()}
+    conditions = {name: values.get(name, said) for name, said in stated.items()}
     for law in laws_of(RigLaw, laws):
         conditions = law.correct(conditions)
     return conditions

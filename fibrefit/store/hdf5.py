@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fibrefit.core import allowance
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import is_plain_file
@@ -45,6 +46,10 @@ class Variable:
     unit: str = "-"
     doc: str = ""
 
+
+PACKED = 32
+"""Times its own size that a file may unpack to where that is beyond what any file may: arrays are filled up to the
+length of the longest record, and what fills them up packs to nothing."""
 
 Groups = Mapping[str, Mapping[str, Variable]]
 
@@ -111,7 +116,8 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
         raise DataError(str(path), "no plain file", "a result.h5 of fibrefit", "")
     try:
         with h5py.File(path, "r", locking=False) as file:
-            file.visititems(partial(_count, Allowance(str(path), DataError)))
+            allowed = Allowance(str(path), DataError, max(allowance.LARGEST, PACKED * path.stat().st_size))
+            file.visititems(partial(_count, allowed))
             groups = {name: _read_group(group) for name, group in file.items()}
             return groups, {name: _plain(value) for name, value in file.attrs.items()}
     except OSError as error:

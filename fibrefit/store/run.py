@@ -70,7 +70,7 @@ class Run:
         """
         if kept is None:
             return
-        do = "Start anew, with --force, or go back to what the run was started with."
+        do = "Start anew, with --force in place of --resume, or go back to what the run was started with."
         if kept.run is None:
             raise UsageError(shown, "was begun by another version of the program", "a layout that is known", do)
         for name in dict.fromkeys([*self.parts, *kept.run]):

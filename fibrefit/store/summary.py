@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, sha256_of
+from fibrefit.core.paths import is_folder, is_plain_file, nearest_file, read_plain_file, sha256_of, shown_path
 from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
@@ -60,6 +60,22 @@ def read_summary(result: str | Path) -> Part:
     return summary_of(content, str(path))
 
 
+def folder_of_result(result: Path) -> Path:
+    """Folder of a result that is named by it, or by a file in it.
+
+    Raises
+    ------
+    DataError
+        If there is neither.
+    """
+    if is_folder(result):
+        return result
+    if is_plain_file(result):
+        return result.parent
+    do = nearest_file(result) or "Check the path."
+    raise DataError(shown_path(result), "no such file or folder", "the folder of a result", do)
+
+
 def files_of_result(result: Path) -> list[Path]:
     """Files of a result from which others go on: its summary, its arrays, its study; those that are there.
 
@@ -67,8 +83,13 @@ def files_of_result(result: Path) -> list[Path]:
     ----------
     result : pathlib.Path
         Its folder, or a file in it.
+
+    Raises
+    ------
+    DataError
+        If there is neither.
     """
-    folder = result if is_folder(result) else result.parent
+    folder = folder_of_result(result)
     return [folder / name for name in (NAME, "result.h5", "study.toml") if is_plain_file(folder / name)]
 
 
@@ -130,5 +151,5 @@ def provenance(
 def _digest_now(path: Path) -> str:
     try:
         return sha256_of(path)
-    except OSError:
+    except DataError:
         return "gone"

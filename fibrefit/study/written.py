@@ -103,6 +103,8 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     }
     said: dict[str, Any] = {}
     apply_overrides(said, [override for override in overrides if override.startswith("files.")])
+    if isinstance(of_files := said.get("files"), dict) and isinstance(header := of_files.get("header"), str):
+        of_files["header"] = path_from(folder.resolve(), Path(header).resolve())  # said from where the command was
     raw = {key: value for key, value in (raw | said).items() if value not in ({}, [])}
     raw["records"] = raw.pop("records")  # last, as in every study
     apply_overrides(raw, [o for o in overrides if not o.startswith(("files.", "channels.", "units."))])

@@ -75,6 +75,11 @@ def rival_of(folder: Path, study: Study) -> Rival:
             str(folder), f"a posterior with {first} where {here} is here", "the same order of records",
             "Blocks of time are compared one by one: list the records of both studies alike.",
         )  # fmt: skip
+    if len(summary.records) != len(study.records):
+        raise UsageError(
+            str(folder), f"a posterior of {len(summary.records)} records", f"one of {len(study.records)}, as here",
+            "Sample both models on the same study.",
+        )  # fmt: skip
     groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
     left_out = needed_group(groups, "cross_validation", str(folder))
     blocks, pareto_k = (np.asarray(left_out[name].values, dtype=float) for name in ("elpd", "pareto_k"))

@@ -81,9 +81,10 @@ def conditions_by_name(problem: Problem) -> dict[str, Variable]:
 
 
 def reading_errors(found: Identification) -> dict[str, Variable]:
-    """Standard error of each simulated reading by the errors of the values.
+    """Standard error of each simulated reading by the errors of the values, and noise, which may grow with the load.
 
-    NaN where a value is not determined, and where nothing was measured: slopes are known in units of a reading's noise.
+    Errors are NaN where a value is not determined, and where nothing was measured: slopes are known in units of a
+    reading's noise. The noise is there that of the quietest reading.
     """
     layout = found.problem.layout
     linear, _ = found.problem.followed(layout.local(np.asarray(found.values)))
@@ -100,4 +101,6 @@ def reading_errors(found: Identification) -> dict[str, Variable]:
         values = np.array(own) / np.where(weight > 0.0, weight, np.nan)
         doc = "Standard error of the simulated reading by the errors of the values; NaN where nothing was measured."
         errors[f"{channel}_error"] = Variable(values, BY_SAMPLE, gap.unit, doc)
+        noise = 1.0 / np.maximum(np.where(weight > 0.0, weight, weight.max(axis=1, keepdims=True)), 1e-300)
+        errors[f"{channel}_noise"] = Variable(noise, BY_SAMPLE, gap.unit, "Noise rms of the reading.")
     return errors

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory, Run
 
 
@@ -34,8 +35,11 @@ def growing_folder(
     ------
     UsageError
         If the folder may not be replaced, holds a run that was cut short and nobody said what to do with it, or
-        another run than the one that is to go on.
+        another run than the one that is to go on; or if it is to be forgotten and gone on with at once.
     """
+    if force and resume:
+        do = "--resume goes on with what is there, --force begins anew."
+        raise UsageError("--force", "--resume beside it", "one of the two", do)
     with ResultDirectory(out, force=force, resume=resume, keep=True, run=run) as directory:
         if resume:
             _tidy(directory.path)

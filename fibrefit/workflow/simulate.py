@@ -137,10 +137,11 @@ class Simulation(Shown, Saved):
         """Write ``simulated/<record>.csv``, and ``result.h5`` with what was measured beside it."""
         for r, stem in enumerate(record_stems([trace.name for trace in self.task.traces])):
             headers, columns = self.table(r)
-            rows = [",".join(headers)] + [",".join(f"{value:.9g}" for value in row) for row in columns]
+            # A logger that has run for days counts times of which nine digits would be alike.
+            rows = [",".join([f"{time:.15g}", *(f"{value:.9g}" for value in row)]) for time, *row in columns]
             path = directory.path / "simulated" / f"{stem}.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(path, "\n".join(rows) + "\n")
+            write_whole(path, "\n".join([",".join(headers), *rows]) + "\n")
         origin = provenance(self.study, self.study.input_files())
         write_result(directory.path / "result.h5", SCHEMA, self.groups(), origin)
 

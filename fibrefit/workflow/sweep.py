@@ -13,6 +13,7 @@ import numpy as np
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.progress import Progress
 from fibrefit.core.roles import ROLES
+from fibrefit.laws.law import FibreLaw, RigLaw, extends
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from fibrefit.store import ResultDirectory
@@ -22,7 +23,7 @@ from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import status_by
 from fibrefit.study.summaries.sweep import SweepSummary
-from fibrefit.workflow.prepare import model_of
+from fibrefit.workflow.prepare import model_of, refuse_places
 from fibrefit.workflow.saved import FoundResult
 from fibrefit.workflow.sweep_summary import curve_summary, sweep_checks
 
@@ -101,7 +102,7 @@ def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) 
     UsageError
         If the study is of another rig.
     StudyError
-        If a parameter has no initial value, or a curve no amplitude.
+        If a parameter has no initial value, or a curve no amplitude; if an effect is none that a sweep can follow.
 
     Examples
     --------
@@ -116,12 +117,23 @@ def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) 
     if study.kind != KIND:
         raise UsageError(str(study.source), f"a study of the rig {study.kind}", f"one of {KIND}", "")
     began, model = time.perf_counter(), model_of(study)
+    _refuse_what_changes(study, model)
     values, curves = _values(study, model), _conditions(study, model)
     on_progress = (lambda share: progress("sweeping", share)) if progress else None
     if progress:
         progress("sweeping", 0.0)
     found = sweep(model, values, curves, _plan(study), on_progress)
     return Sweep(study, values, found, time.perf_counter() - began)
+
+
+def _refuse_what_changes(study: Study, model: Model) -> None:
+    """Refuse effects without a part in a steady motion: of single records, over time, of gauges and of drives."""
+    where, do = study.place_of("model.effects"), "Take it out of the model."
+    refuse_places(model.effects, where, do)
+    for effect in model.effects:
+        if extends(effect) or not issubclass(effect, FibreLaw | RigLaw):
+            got = f'the effect "{effect.name}", which changes with time, or is of a gauge or of the drive'
+            raise StudyError(where, got, "effects of the fibres that are alike at every instant", do)
 
 
 def _plan(study: Study) -> Plan:
@@ -154,6 +166,11 @@ def _conditions(study: Study, model: Model) -> list[Conditions]:
     for curve in curves:
         name = study.name if curve is None else curve.name
         said = {key: getattr(curve, key, None) for key in type(rig).model_fields}
+        for key in study.found_constants:
+            if said[key] is not None:
+                got = f"another {key} than under [rig], where it is a parameter"
+                do = f"Leave it out here, or state {key} without an uncertainty."
+                raise StudyError(f'{study.source}, curve "{name}"', got, "one value for all curves", do)
         known = {key: getattr(rig, key) if value is None else value for key, value in said.items()}
         for key in ("amplitude", *type(rig).needed()):
             if known[key] is None:

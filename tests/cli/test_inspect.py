@@ -210,6 +210,16 @@ def test_it_can_be_kept(written: Run) -> None:
     assert written("inspect", "plain.csv", "--out", "kept", "--force").code == 0
 
 
+def test_what_is_read_is_not_replaced_by_what_is_said_of_it(fibrefit: Run) -> None:
+    fibrefit("init", "demo")
+    assert fibrefit("simulate", "demo", "--out", "made").code == 0
+    (record, *_) = sorted(Path("made/simulated").iterdir())
+    refused = fibrefit("inspect", str(record), "--out", "made", "--force")
+    assert refused.code == 2
+    assert f"made: holds {record}, which is read" in refused.err
+    assert record.is_file()
+
+
 def test_files_of_the_same_name_have_a_picture_each(written: Run) -> None:
     for folder in ("one", "two"):
         Path(folder).mkdir()

@@ -139,6 +139,31 @@ def test_a_place_where_no_study_can_be_written_is_refused(written: Run, place: s
     assert "fault" not in done.err
 
 
+def test_measured_data_is_never_replaced_by_a_study(written: Run) -> None:
+    """As where a shell writes out ``--write *.csv``."""
+    before = Path("plain.csv").read_bytes()
+    done = written("inspect", "no_units.csv", "--write", "plain.csv", "--force")
+    assert (done.code, Path("plain.csv").read_bytes()) == (2, before)
+    assert "--write plain.csv: a file that is no study; expected the name of the study to write." in done.err
+
+
+def test_the_answer_in_json_is_one_document_though_no_study_can_be_written(written: Run) -> None:
+    done = written("inspect", "plain.csv", "--write", "plain.csv", "--json")
+    assert done.code == 2
+    assert done.document["schema"] == "fibrefit/error/1"
+    done = written("inspect", "plain.csv", "--write", "study.toml", "--json")
+    assert (done.code, done.document["schema"]) == (0, "fibrefit/inspection/1")
+
+
+def test_a_file_with_the_header_is_named_from_the_study(written: Run) -> None:
+    Path("head.csv").write_text(PLAIN.partition("\n")[0] + "\n")
+    words = ("inspect", "headless.csv", "--set", "files.header=head.csv", "--write", "deep/study.toml")
+    assert written(*words).code == 0
+    study = load_study(Path("deep/study.toml"), ["rig.weight_mass=3 kg", "rig.inclination=90 deg"])
+    assert study.files.header == "../head.csv"
+    assert [record.name for record in read_records(study)] == ["../headless.csv"]
+
+
 def test_a_kind_of_rig_without_a_study_to_write_is_refused(written: Run) -> None:
     done = written("inspect", "plain.csv", "--rig", "fibre_mas")
     assert done.code == 2

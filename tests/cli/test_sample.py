@@ -67,6 +67,7 @@ def test_it_prints_the_report_and_says_where_it_wrote(demo: Run) -> None:
 @pytest.mark.parametrize("tails", ["--student-t", "--heavy"])
 def test_options_reach_the_sampler(demo: Run, calls: list[Any], tails: str) -> None:
     words = "--ess 100 --r-hat 1.05 --max-steps 50 --max-seconds 9 --ensembles 6 --walkers 40 --seed 3 --interval 0.5"
+    Path("other").mkdir()
     demo("sample", "demo", *words.split(), "--noise", "white", tails, "--nuts", "--compare", "other", "--out", "o")
     settings, options = calls[0][1]["settings"], calls[0][1]["options"]
     assert (settings.ess, settings.r_hat, settings.max_steps, settings.max_seconds) == (100.0, 1.05, 50, 9.0)

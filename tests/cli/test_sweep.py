@@ -91,6 +91,41 @@ def test_what_a_sweep_needs(fibrefit: Run, one_curve: Path, old: str, new: str, 
     assert message in done.err
 
 
+@pytest.mark.parametrize(
+    ("effect", "message"),
+    [
+        ("fibre.stiffness_drift", "which changes with time"),
+        ("fibre.knot_slip@3", "goes by the place of a record in its series"),
+        ("fibre.stiffness_trend", "goes by the place of a record in its series"),
+        ("sensor.force_gain", "of a gauge or of the drive"),
+    ],
+)
+def test_an_effect_without_a_part_in_steady_motion_is_refused(
+    fibrefit: Run, one_curve: Path, effect: str, message: str
+) -> None:
+    done = fibrefit("sweep", str(one_curve), *FEW, "--set", f'model.effects=["{effect}"]')
+    assert done.code == 4
+    assert effect in done.err
+    assert message in done.err
+
+
+def test_a_constant_that_was_found_is_swept_as_it_was_found(fibrefit: Run, one_curve: Path) -> None:
+    text = one_curve.read_text(encoding="utf-8")
+    unsure = text.replace('"3.288 kg m^2"', '"3.288 +/- 0.1 kg m^2"')
+    one_curve.write_text(unsure, encoding="utf-8")
+    found = fibrefit(
+        "sweep", str(one_curve), *FEW, "--set", "parameters.moment_of_inertia.initial=3.4 kg m^2", "--json"
+    )
+    (curve,) = found.document["curves"].values()
+    one_curve.write_text(text.replace('"3.288 kg m^2"', '"3.4 kg m^2"'), encoding="utf-8")
+    (stated,) = fibrefit("sweep", str(one_curve), *FEW, "--json").document["curves"].values()
+    assert curve["natural_frequency_hz"] == stated["natural_frequency_hz"]
+    one_curve.write_text(unsure + '[[sweep.curves]]\nname = "a"\nmoment_of_inertia = "3.5 kg m^2"\n', encoding="utf-8")
+    refused = fibrefit("sweep", str(one_curve), *FEW)
+    assert refused.code == 4
+    assert 'curve "a": another moment_of_inertia than under [rig], where it is a parameter' in refused.err
+
+
 def test_two_curves_of_one_name_are_refused(fibrefit: Run, one_curve: Path) -> None:
     text = one_curve.read_text(encoding="utf-8") + '[[sweep.curves]]\nname = "a"\n' * 2
     one_curve.write_text(text, encoding="utf-8")

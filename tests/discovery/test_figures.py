@@ -16,14 +16,14 @@ from fibrefit.plots.discovery import discovery_figures
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.places import places_figure
 from fibrefit.plots.quantities import readable_unit
-from fibrefit.plots.states import _unit
+from fibrefit.plots.states import _of_states, _unit
 from fibrefit.plots.style import FINAL, LONGEST_BESIDE_AXES, caption_of
 from fibrefit.problem.task import Task
 from fibrefit.report.discovery import discovery_report
 from fibrefit.report.page.common import gaps_table
 from fibrefit.study.summaries.summaries import ChannelGap, Gap
 from fibrefit.workflow.groups_in_common import motion_group
-from tests.discovery.made import CURVES, FINDINGS, WHERE, named
+from tests.discovery.made import CURVES, FINDINGS, WHERE, identified, named
 from tests.plots.saved import drawn_search, fitted_of, saved_search
 
 RECORDS = {"record drop_10mm_90deg.csv", "record drop_20mm_45deg.csv"}
@@ -75,6 +75,28 @@ def test_gaps_far_apart_get_a_logarithmic_axis(task: Task) -> None:
     held = tuple(one.model_copy(update={"gap_before": 60.0}) for one in finding.held_out)
     axes = drawn_search(replace(finding, held_out=held))["gap"].axes
     assert [one.get_xscale() for one in axes] == ["linear", "linear", "log"]
+
+
+def test_where_nothing_was_measured_nothing_is_drawn(task: Task) -> None:
+    """A force that was clipped says nothing of its residual there: no zero stands in for it."""
+    fitted = fitted_of(identified(task, wrong=3.0))
+    (states,), whole = _of_states(fitted, "force", "tension")
+    high = fitted.states["tension"].values > np.median(states)
+    fitted._measured["force"] = np.where(high, np.nan, fitted._measured["force"])
+    (left,), residual = _of_states(fitted, "force", "tension")
+    assert 0 < len(left) < len(states)
+    assert left.max() <= np.median(states)
+    assert np.isfinite(residual).all()
+    assert len(_of_states(fitted, "position", "tension")[1]) == len(whole)
+
+
+def test_gaps_below_the_noise_are_on_a_logarithmic_axis_too(task: Task) -> None:
+    """Where a study states twice the noise."""
+    finding = named(task)
+    held = tuple(one.model_copy(update={"gap_before": 60.0, "gap_after": 0.4}) for one in finding.held_out)
+    axes = drawn_search(replace(finding, held_out=held))["gap"].axes[-1]
+    assert axes.get_xscale() == "log"
+    assert axes.get_xlim()[0] < 0.4
 
 
 def test_a_channel_that_no_noise_judges_has_no_gap(task: Task) -> None:
@@ -204,4 +226,9 @@ def test_the_residuals_of_the_rounds_are_saved(task: Task) -> None:
     groups = saved_search(replace(finding, steps=(found,)))[1]["rounds"]
     np.testing.assert_allclose(groups["left"].values[0], left, atol=6e-4)
     assert groups["effect"].values.tolist() == [one.effect for one in found.summary.ranking[:2]]
+    data = finding.before.problem.observations
+    for i, channel in enumerate(finding.before.problem.model.rig.channels):
+        weight = np.asarray(data.weight[channel])
+        np.testing.assert_allclose((groups["noise"].values[:, i] * weight)[weight > 0.0], 1.0)
+        assert np.isnan(groups["noise"].values[:, i][weight == 0.0]).all()
     assert saved_search(finding)[1]["rounds"] == {}

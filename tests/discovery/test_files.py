@@ -38,7 +38,11 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("verdict", sorted(FINDINGS))
-def test_every_verdict_is_written_and_read(discovery: Make, elsewhere: Path, verdict: str) -> None:
+def test_every_verdict_is_written_and_read(
+    discovery: Make, elsewhere: Path, verdict: str, request: pytest.FixtureRequest
+) -> None:
+    if verdict != "named":
+        request.getfixturevalue("undrawn")  # every verdict is drawn in test_figures
     made = discovery(verdict)
     out = made.save(elsewhere / "out")
     content = json.loads((out / "summary.json").read_text())
@@ -49,7 +53,7 @@ def test_every_verdict_is_written_and_read(discovery: Make, elsewhere: Path, ver
     assert attributes["schema"] == "fibrefit/discovery/1"
     assert set(groups["predictions_before"]) >= {"force", "position"}
     assert load_study(out / "study.toml").model.effects == made.added
-    assert (out / "figures" / "gap.png").stat().st_size > 10_000
+    assert verdict != "named" or (out / "figures" / "gap.png").stat().st_size > 10_000
 
 
 def test_the_contract_of_the_summary(discovery: Make) -> None:

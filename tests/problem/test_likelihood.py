@@ -232,6 +232,9 @@ def mean_log_density(of: Likelihood, draws: list[np.ndarray]) -> float:
     return float(np.mean([density(jnp.asarray(draw)) for draw in draws]))
 
 
+DRAWS = 100
+
+
 def test_samples_that_a_whitening_does_not_see_neither_gain_nor_lose_by_it() -> None:
     """A quarter of one channel hardly counts, of noise with a memory; the control forgets what that is worth."""
     size, random = 2048, np.random.default_rng(6)
@@ -245,12 +248,12 @@ def test_samples_that_a_whitening_does_not_see_neither_gain_nor_lose_by_it() -> 
     )
     draws = [
         np.stack([of.draw(size, 2000.0, random) / rms for of, rms in zip(noise, unit[0], strict=True)])[None]
-        for _ in range(200)
+        for _ in range(DRAWS)
     ]
     full = mean_log_density(whole, draws)
     dimmed = [downweight * draw for draw in draws]
     part, control = (mean_log_density(of, dimmed) for of in (counted_in_part(masked, data, downweight), masked))
-    assert part == pytest.approx(full, abs=4.0 * np.sqrt(2.0 * 0.5 * 4096.0 / 200.0))
+    assert part == pytest.approx(full, abs=4.0 * np.sqrt(2.0 * 0.5 * 4096.0 / DRAWS))
     assert abs(control - full) > 100.0
 
 

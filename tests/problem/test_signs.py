@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Collection, Sequence
+from functools import cache
 from itertools import islice
 from pathlib import Path
 
@@ -80,6 +81,7 @@ def records(request: pytest.FixtureRequest) -> tuple[Rig, list[Trace]]:
     return rig_of(request.param), [simulated(record) for case in cases for record in case.make().series.records]
 
 
+@cache
 def shipped(name: str) -> tuple[Rig, list[Trace]]:
     study = load_study(CONFIGS / name)
     rig = rig_of(study.kind)

@@ -59,6 +59,10 @@ def search() -> Result:
     rounds = {
         **name,
         "channel": Variable(np.array(list(units), dtype=object), ("channel",)),
+        "noise": Variable(
+            np.stack([np.full(TIMES.shape, NOISE[c]) for c in units])[None].repeat(2, axis=0),
+            ("record", "channel", "sample"),
+        ),
         "round": Variable(np.array([1, 2]), ("round",)),
         "left": Variable(np.stack([left(wrong, 1.0), left(wrong, 0.4)]), ("round", "record", "channel", "sample")),
         "tried_in": Variable(np.array([1, 1]), ("tried",)),

@@ -180,6 +180,10 @@ def test_the_band_holds_noise_and_errors_of_the_values() -> None:
     band = fit_bands(made, readings, {name: one.gap for name, one in FIT.records.items()})["force"]
     np.testing.assert_allclose(band.high - readings["force"], 1.959964 * np.hypot(0.41, 0.2))
     np.testing.assert_allclose(band.high - readings["force"], readings["force"] - band.low)
+    own = np.linspace(0.41, 1.2, readings["force"].size).reshape(readings["force"].shape)
+    made["predictions"]["force_noise"] = Variable(own, ("record", "sample"), "N")
+    band = fit_bands(made, readings, {name: one.gap for name, one in FIT.records.items()})["force"]
+    np.testing.assert_allclose(band.high - readings["force"], 1.959964 * np.hypot(own, 0.2), rtol=1e-6)
 
 
 def test_residuals_of_a_posterior_are_in_units_of_the_noise_of_its_draws() -> None:

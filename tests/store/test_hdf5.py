@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray
 
+from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.store import Variable, read_result, write_result
 from fibrefit.study.summaries.summaries import Provenance
@@ -110,6 +111,18 @@ def test_arrays_that_are_only_declared_are_refused(tmp_path: Path) -> None:
         file.create_group("fit").create_dataset("force", (10**9,), "f8", chunks=(10**6,))
     with pytest.raises(DataError, match="more than 1 GiB unpacked or declared"):
         read_result(tmp_path / "result.h5")
+
+
+def test_what_a_long_series_filled_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond what any file may unpack to, a file may unpack to some times what it holds: it is no bomb."""
+    path, noise = tmp_path / "result.h5", np.random.default_rng(1).standard_normal(100_000)
+    write_result(path, "fibrefit/fit/1", {"fit": {"force": Variable(noise, ("time",))}}, PROVENANCE)
+    monkeypatch.setattr(allowance, "LARGEST", 1000)
+    np.testing.assert_array_equal(read_result(path)[0]["fit"]["force"].values, noise)
+    nothing = {"fit": {"force": Variable(np.zeros(5_000_000), ("time",))}}
+    write_result(path, "fibrefit/fit/1", nothing, PROVENANCE)
+    with pytest.raises(DataError, match="unpacked or declared"):
+        read_result(path)
 
 
 def test_names_with_slashes_are_names(tmp_path: Path) -> None:

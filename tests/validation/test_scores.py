@@ -241,7 +241,7 @@ def test_work_is_ended_after_its_time_and_the_rest_goes_on() -> None:
     # A number is no command: the process dies of it.
     jobs = ["sleep 100", "echo a", 5, "echo b"]
     began = time.perf_counter()
-    done = {one.job: one.result for one in carried_out(subprocess.getstatusoutput, jobs, 2, 10.0)}
+    done = {one.job: one.result for one in carried_out(subprocess.getstatusoutput, jobs, 2, 5.0)}
     assert done == {"sleep 100": None, "echo a": (0, "a"), 5: None, "echo b": (0, "b")}
     assert time.perf_counter() - began < 100.0
 

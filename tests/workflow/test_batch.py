@@ -7,6 +7,7 @@ import gc
 import json
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +27,7 @@ from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSumma
 from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, _error_line, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified, outcome_of
-from fibrefit.workflow.batches.jobs import jobs_of, origins_of
+from fibrefit.workflow.batches.jobs import copies_of, jobs_of, origins_of
 from fibrefit.workflow.batches.run import batch as batch_command
 from fibrefit.workflow.batches.shards import part_of, parts_of, shard_of
 from fibrefit.workflow.growing import growing_folder
@@ -44,6 +45,18 @@ def series(tmp_path: Path) -> Path:
     made.study(where)
     made.write(where, made.records(share=0.5, seed=3))
     return where
+
+
+@pytest.fixture
+def drawn() -> None:
+    """Asked for by a test that looks at figures."""
+
+
+@pytest.fixture(autouse=True)
+def _undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures take longer than all else; most tests do not look at them."""
+    if "drawn" not in request.fixturenames:
+        monkeypatch.setattr("fibrefit.plots.save.save_figures", lambda *of, **how: [])
 
 
 @pytest.fixture
@@ -94,6 +107,7 @@ def test_a_failed_case_does_not_stop_the_rest(series: Path, asked: list[str], tm
     assert isinstance(read_summary(tmp_path / "out" / "items" / "a"), FitSummary)
 
 
+@pytest.mark.usefixtures("drawn")
 def test_the_files_are_for_programs_and_spreadsheets(series: Path, asked: list[str], tmp_path: Path) -> None:
     carried_out(jobs(series, "a", "bad, it is"), tmp_path / "out")
     content = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
@@ -343,6 +357,7 @@ def of_records(series: Path) -> list[Job]:
     return jobs_of(origins_of([str(series)], None, ()), "record", 4, 0)
 
 
+@pytest.mark.usefixtures("drawn")
 def test_a_batch_says_what_its_records_say_together(lifted: Path, tmp_path: Path) -> None:
     found = carried_out(of_records(lifted), tmp_path / "out")
     summary = found.summary()
@@ -448,8 +463,39 @@ def test_several_studies_give_a_job_each(series: Path, tmp_path: Path) -> None:
     assert [job.name for job in twice] == ["x", "x (2)"]
 
 
+def test_no_two_jobs_have_one_name(tmp_path: Path) -> None:
+    folders = [tmp_path / year / name for year, name in (("2023", "rope"), ("2024", "rope"), ("2025", "rope (2)"))]
+    for folder in (*folders, tmp_path / "2026" / "rope"):
+        made_again(folder)
+    words = [str(folder) for folder in (*folders, folders[0])]
+    names = [job.name for job in jobs_of(origins_of(words, None, ()), None, 4, 0)]
+    assert names == ["rope", "rope (2)", "rope (2) (2)", "rope (3)"]
+
+
+def test_two_gauges_of_one_file_are_two_measurements(lifted: Path) -> None:
+    plain = of_records(lifted)
+    copies, name = copies_of(plain), plain[3].name
+    assert len(copies) == len(plain) - 1  # all files are empty
+    text = (lifted / "study.toml").read_text(encoding="utf-8")
+    channels = 'channels = { force = "force 2 [N]" }'
+    (lifted / "study.toml").write_text(text.replace(f'"{name}"', f'"{name}"\n{channels}'), encoding="utf-8")
+    assert set(copies) - set(copies_of(of_records(lifted))) == {name}
+
+
+def test_parts_are_gathered_whatever_their_items_are_called(lifted: Path, tmp_path: Path) -> None:
+    """Long names are cut, and numbered where they are alike then: in a part by itself and in the whole differently."""
+    work = [replace(job, name=f"{'a rope of the laboratory/' * 5}{n}") for n, job in enumerate(of_records(lifted))]
+    parts = [tmp_path / f"part {n}" for n in (1, 2)]
+    for part, folder in enumerate(parts):
+        batch_studies("part", work[part::2], folder)
+    found = batch_studies("whole", work, (tmp_path / "whole", *parts))
+    assert found.taken_up == len(work)
+    whole = batch_studies("anew", work, tmp_path / "anew")
+    assert found.items == whole.items
+
+
 def made_again(folder: Path) -> None:
-    folder.mkdir()
+    folder.mkdir(parents=True)
     made.study(folder)
     made.write(folder, made.records(share=0.5, seed=4))
 

@@ -49,7 +49,8 @@ def asked(
     origin = Provenance(
         created="", versions={}, inputs={p.as_posix(): sha256_of(p) for p in paths}, resolved_study=""
     )  # fmt: skip
-    summary = PosteriorSummary.model_construct(provenance=origin, status=status)  # type: ignore[arg-type]
+    known: dict = {record.label: {} for record in others.records}
+    summary = PosteriorSummary.model_construct(provenance=origin, status=status, records=known)  # type: ignore[arg-type]
     labels = np.array([record.label for record in others.records], dtype=object)
     groups = {
         "cross_validation": {
@@ -67,6 +68,15 @@ def test_records_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.
     study = a_study(tmp_path / "here", a="first", b="second")
     renamed = a_study(tmp_path / "renamed", b="first", c="second")
     np.testing.assert_array_equal(asked(study, renamed, monkeypatch).blocks, [1.0, 2.0])
+
+
+def test_a_posterior_of_further_records_is_refused_before_anything_is_sampled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = a_study(tmp_path / "here", a="first", b="second")
+    more = a_study(tmp_path / "more", a="first", b="second", c="third")
+    with pytest.raises(UsageError, match="a posterior of 3 records; expected one of 2, as here"):
+        asked(study, more, monkeypatch)
 
 
 def test_the_same_names_in_the_same_order_are_no_order_of_records(

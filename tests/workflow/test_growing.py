@@ -41,6 +41,12 @@ def test_a_finished_run_goes_on_in_a_copy(tmp_path: Path) -> None:
         assert (directory.path / CHAINS).read_bytes() == b"more"
 
 
+def test_to_go_on_and_to_begin_anew_at_once_is_refused(tmp_path: Path) -> None:
+    both = growing_folder(tmp_path / "out", KEPT, force=True, resume=True)
+    with pytest.raises(UsageError, match="--resume beside it; expected one of the two"), both:
+        pass
+
+
 def test_a_run_refused_before_its_chains_leaves_nothing(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with pytest.raises(StudyError), growing_folder(out, KEPT) as directory:

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fibrefit.fitting.evaluate import _gaps
 from fibrefit.fitting.predictive import Freedom
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.study.summaries.prediction import PredictedChannel
@@ -115,9 +116,24 @@ def test_error_bars_of_readings_are_those_of_the_values_at_any_noise() -> None:
     found: Any = SimpleNamespace(
         problem=problem, values=np.ones(1), covariance=np.array([[1e-4]]), gap={"force": SimpleNamespace(unit="N")}
     )  # fmt: skip
-    error = reading_errors(found)["force_error"].values[0]
+    told = reading_errors(found)
+    error, noise = (told[f"force_{what}"].values[0] for what in ("error", "noise"))
     np.testing.assert_allclose(error[:-1], 0.03)
     assert np.isnan(error[-1])
+    np.testing.assert_allclose(noise[:-1], GROWING[:-1])
+    assert noise[-1] == pytest.approx(QUIET)
+
+
+def test_a_perfect_model_has_a_gap_of_one_at_any_noise() -> None:
+    """Each reading is as far off as its own noise has it."""
+    problem = a_problem(GROWING)
+    problem.observations.measured["force"][0] = GROWING * np.random.default_rng(4).standard_normal(NUMBER)
+    problem.model.pieces = None
+    task: Any = SimpleNamespace(problem=problem, units={"force": "N"})
+    gap, of_records = _gaps(task, {"force": np.zeros((1, NUMBER))})
+    for one in (gap["force"], of_records["r.csv"]["force"]):
+        assert one.ratio == pytest.approx(1.0, abs=0.05)
+        assert one.noise == pytest.approx(np.sqrt(np.mean(GROWING[:-1] ** 2)))
 
 
 def test_what_a_short_record_is_filled_up_with_is_no_prediction() -> None:

@@ -22,7 +22,7 @@ from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.prediction.files import _says
 from fibrefit.workflow.prediction.known import known_from, known_of
-from fibrefit.workflow.prediction.predict import Prediction, _with_values, predict_study
+from fibrefit.workflow.prediction.predict import Prediction, _refuse_other_constants, _with_values, predict_study
 from tests.fitting import made
 from tests.workflow import axis
 
@@ -194,6 +194,32 @@ def test_a_result_that_was_handed_on_is_predicted_from(saved: Path, predicted: P
     assert handed.parameters == known_from(saved).parameters
     assert handed.digests == known_from(saved).digests
     assert run(("predict", str(alone), str(predicted.study.source), "--out", str(tmp_path / "out"))) == 0
+
+
+def test_a_result_that_is_not_there_is_told_with_its_neighbour(
+    saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Though there is a result in the folder it would lie in."""
+    series(tmp_path / "new")
+    wrong = saved / "sumary.json"
+    assert run(("predict", str(wrong), str(tmp_path / "new"), "--out", str(tmp_path / "out"))) == 3
+    assert f'{wrong}: no such file or folder; expected the folder of a result. Did you mean "summary.json"?' in (
+        capsys.readouterr().err
+    )
+
+
+def test_a_constant_that_is_stated_otherwise_is_refused(predicted: Prediction) -> None:
+    """What was found of one mass is nothing that another record has."""
+    unsure = predicted.known.study.model_copy(update={"parameters": {"weight_mass": None}})
+    assert unsure.found_constants == {"weight_mass": made.MASS}
+    known = replace(predicted.known, study=unsure)
+    study = predicted.known.study
+    _refuse_other_constants(study, known)
+    rig = study.rig.model_copy(update={"weight_mass": 5.0})
+    with pytest.raises(StudyError, match="another value than in .*, where it is a parameter of the model") as told:
+        _refuse_other_constants(study.model_copy(update={"rig": rig}), known)
+    assert told.value.where.endswith("rig.weight_mass")
+    _refuse_other_constants(study.model_copy(update={"rig": rig}), predicted.known)  # nothing of it was found
 
 
 def test_the_result_that_is_predicted_from_is_not_replaced(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import jsonschema
 import numpy as np
@@ -31,6 +32,7 @@ from fibrefit.study import load_study
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.workflow.outcome.stored import load_result
 from fibrefit.workflow.together.series import SeriesResult, series_study
+from fibrefit.workflow.together.words import _constant
 from tests.fitting import made
 
 LIFTS = (5e-3, 1e-2, 1.6e-2, 2e-2)
@@ -196,6 +198,27 @@ def test_what_is_not_to_be_asked_is_refused(tmp_path: Path, more: str, match: st
     made.write(tmp_path, made.records(LIFTS, seed=1))
     with pytest.raises(StudyError, match=match):
         series_study(study)
+
+
+@pytest.mark.parametrize(
+    ("log", "says"),
+    [
+        (2.0, "has a logarithm of the Bayes factor of 2; it would need 5."),
+        (12.0, "of 12; but it predicts records left out no better: their log density changes by -1.5."),
+    ],
+)
+def test_the_reason_why_no_law_is_preferred_is_the_one_that_decided(log: float, says: str) -> None:
+    rows = np.array([[0.1, 0.2, 0.3]])
+    elpd = {"constant": [4.0, 2.0], "speed_law": [3.0, 1.5]}
+    found = SimpleNamespace(
+        speeds={"damping": rows},
+        models=SimpleNamespace(law=SimpleNamespace(effects=(DampingSpeedExponent,))),
+        gaps={"constant": 1.0},
+        left_out={name: SimpleNamespace(gap=1.0, elpd=np.array(values)) for name, values in elpd.items()},
+        logs={"speed_law": log},
+        populations={},
+    )
+    assert says in _constant(found, 5)  # type: ignore[arg-type]
 
 
 def test_two_records_are_no_series(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,17 @@ def test_a_mass_added_to_a_drop_is_one_more_part_of_its_weight(tmp_path: Path) -
         file.write_text(f'{heading}{rig}kind = "fibre_mass"\ninclination = "60 deg"\n{VALUES}{record}')
         found.append(simulate_study(load_study(file)).readings["force"])
     np.testing.assert_array_equal(*found)
+
+
+def test_times_of_a_logger_that_has_run_for_days_stay_apart(tmp_path: Path) -> None:
+    study = made.study(tmp_path / "late", more=VALUES)
+    late = [dataclasses.replace(one, time=one.time + 250_000.0) for one in made.records(share=0.5, seed=3)]
+    made.write(tmp_path / "late", late)
+    out = simulate_study(study).save(tmp_path / "out")
+    for one, file in zip(late, sorted((out / "simulated").iterdir(), key=lambda file: len(file.name)), strict=True):
+        times = np.loadtxt(file, delimiter=",", skiprows=1, usecols=0)
+        np.testing.assert_allclose(np.diff(times), 1.0 / made.RATE, rtol=1e-6)
+        assert times[0] == pytest.approx(one.time[0], abs=1e-9)
 
 
 def test_files_hold_the_readings_at_the_records_own_samples(stated: Study, tmp_path: Path) -> None:

@@ -184,37 +184,37 @@ def view_of_search(result: Result) -> Records | None:
     models = [CourseModel("final", "final model" if summary.added else "model", "final", True, final)]
     if summary.added:
         first = simulated(groups, "predictions_before")
-        models = [CourseModel("first", "first model", "first", True, first), *_between(summary, groups, gaps), *models]
+        models = [CourseModel("first", "first model", "first", True, first), *_between(summary, groups), *models]
     said = f"95 % interval of a new measurement by the {models[-1].label}: noise and errors of the values"
     return records_block(Sight(groups, gaps, models, fit_bands(groups, final, gaps), said, summary.places))
 
 
-def _between(summary: DiscoverySummary, groups: Groups, gaps: dict[str, Gap]) -> list[CourseModel]:
-    """Models of the rounds, and candidates that were not added; from what they leave."""
+def _between(summary: DiscoverySummary, groups: Groups) -> list[CourseModel]:
+    """Models of the rounds, and candidates that were not added; from what they leave.
+
+    Results of earlier versions do not say of what noise that is a multiple.
+    """
     rounds = groups.get("rounds", {})
-    if "left" not in rounds:
+    if "left" not in rounds or "noise" not in rounds:
         return []
     found = []
     for number, left in zip(rounds["round"].values.astype(int), rounds["left"].values, strict=True):
         if number > 1:
             added = summary.rounds[number - 2].added
             label = f"after round {number - 1}: {added}"
-            found.append(CourseModel(f"round{number - 1}", label, "round", False, _readings(left, groups, gaps)))
+            found.append(CourseModel(f"round{number - 1}", label, "round", False, _readings(left, groups)))
     looks = enumerate(summary.rounds, 1)
     gaining = {(n, one.effect) for n, look in looks for one in look.ranking if one.evidence >= LEAST_LISTED}
     for i, (number, effect) in enumerate(zip(rounds["tried_in"].values, rounds["effect"].values, strict=True)):
         if summary.rounds[int(number) - 1].added != effect and (int(number), effect) in gaining:
             label = f"round {number} with {effect} instead"
             left = rounds["left_with"].values[i]
-            found.append(CourseModel(f"tried{i}", label, "tried", False, _readings(left, groups, gaps)))
+            found.append(CourseModel(f"tried{i}", label, "tried", False, _readings(left, groups)))
     return found
 
 
-def _readings(left: np.ndarray, groups: Groups, gaps: dict[str, Gap]) -> dict[str, np.ndarray]:
-    """Simulated readings from residuals ``(n_record, n_channel, n_time)`` in units of the noise."""
-    observed, channels = groups["observed_data"], groups["rounds"]["channel"].values
-    found = {}
-    for i, channel in enumerate(map(str, channels)):
-        noise = np.array([gaps[str(name)].channels[channel].noise for name in observed["record"].values], dtype=float)
-        found[channel] = observed[channel].values + left[:, i] * noise[:, None]
-    return found
+def _readings(left: np.ndarray, groups: Groups) -> dict[str, np.ndarray]:
+    """Simulated readings from residuals ``(n_record, n_channel, n_time)`` in units of the noise of each reading."""
+    observed, rounds = groups["observed_data"], groups["rounds"]
+    apart = left * rounds["noise"].values
+    return {name: observed[name].values + apart[:, i] for i, name in enumerate(map(str, rounds["channel"].values))}

@@ -114,8 +114,9 @@ def fit_bands(groups: Groups, readings: Mapping[str, np.ndarray], gaps: Mapping[
     for channel, values in readings.items():
         error = groups["predictions"].get(f"{channel}_error")
         spread = np.zeros_like(values) if error is None else np.nan_to_num(error.values)
-        noise = np.array([_of_gap(gaps.get(name), channel) or np.nan for name in names])
-        half = Z_95 * np.hypot(noise[:, None], spread)
+        own = groups["predictions"].get(f"{channel}_noise")  # none in results of earlier versions
+        noise = np.array([_of_gap(gaps.get(name), channel) or np.nan for name in names])[:, None]
+        half = Z_95 * np.hypot(noise if own is None else own.values, spread)
         found[channel] = Band(values - half, values + half)
     return found
 

@@ -208,10 +208,10 @@ def batch_studies(
     names = file_names([job.name for job in jobs])
     places = {job: folder / ITEMS / name for job, name in zip(jobs, names, strict=True)}
     # Of what is done a process that goes through ten thousand records keeps how many there are; all else is on disk.
-    errors, todo, counts = dict(refused or {}), list[Job](), Counter[str]()
+    errors, todo, counts, elsewhere = dict(refused or {}), list[Job](), Counter[str](), _kept_in(others)
     counts[NOT_POSSIBLE] += len(errors)
     for job in [job for job in jobs if job.name not in errors]:
-        known = _resumed(places[job], job) or _from_other_part(places[job], job, others)
+        known = _resumed(places[job], job) or _from_other_part(places[job], job, elsewhere)
         if known is None:
             todo.append(job)
         else:
@@ -311,11 +311,20 @@ def _parsed(kept: Mapping[str, Any], place: Path) -> KeptItem:
     return KeptItem(item, looks, {str(name): str(digest) for name, digest in kept.get("inputs", {}).items()})
 
 
-def _from_other_part(place: Path, job: Job, folders: Sequence[Path]) -> KeptItem | None:
+def _kept_in(folders: Sequence[Path]) -> dict[str, Path]:
+    """Places of what parts of the batch found, by digest: names of places are numbered in each part by itself."""
+    found: dict[str, Path] = {}
+    for file in (file for folder in folders for file in sorted((folder / ITEMS).glob(f"*/{ITEM}"))):
+        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+            found.setdefault(str(json.loads(file.read_text(encoding="utf-8"))["digest"]), file.parent)
+    return found
+
+
+def _from_other_part(place: Path, job: Job, elsewhere: Mapping[str, Path]) -> KeptItem | None:
     """What another part of the batch found, copied to its place."""
-    for folder in folders:
-        source = folder / ITEMS / place.name
-        if (known := _resumed(source, job)) is not None:
+    with suppress(OSError, KeyError, FibrefitError):
+        source = elsewhere[job.digest()] if elsewhere else place
+        if source != place and (known := _resumed(source, job)) is not None:
             place.mkdir(parents=True, exist_ok=True)
             for name in (NAME, ITEM):
                 write_whole(place / name, (source / name).read_bytes())

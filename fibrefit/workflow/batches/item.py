@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from fibrefit.core.environment import versions
-from fibrefit.core.errors import FibrefitError, StudyError
+from fibrefit.core.errors import DataError, FibrefitError, StudyError
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.report.checks import quantity_of
@@ -93,7 +93,7 @@ class Job:
 
         Raises
         ------
-        OSError
+        DataError
             If a file cannot be read.
         """
         study = self.study
@@ -213,7 +213,7 @@ def _digest_of(job: Job) -> str:
     """Digest of a job; of one whose files cannot be read none, so that reading them says which."""
     try:
         return job.digest()
-    except OSError:
+    except DataError:
         return ""
 
 

@@ -115,8 +115,11 @@ def jobs_of(origins: Sequence[Origin], each: Each | None, starts: int, seed: int
     taken: dict[str, int] = {}
     jobs = []
     for name, origin, record in named:
-        taken[name] = taken.get(name, 0) + 1
-        unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
+        unique, number = name, taken.get(name, 1)
+        while unique in taken:
+            number += 1
+            unique = f"{name} ({number})"
+        taken |= {name: number, unique: 1}
         says = "" if record is None else said_of(loaded(origin), record)
         jobs.append(Job(unique, origin, record, starts, seed, robust, says))
     return jobs
@@ -145,7 +148,7 @@ def _named(origin: Origin, each: Each, several: bool) -> list[tuple[str, Origin,
 
 
 def copies_of(jobs: Sequence[Job]) -> dict[str, str]:
-    """Why records are not identified that hold the same bytes as one before them: copies are no further evidence.
+    """Why records are not identified that hold the same bytes as one before them, read alike: copies are no evidence.
 
     Returns
     -------
@@ -159,8 +162,10 @@ def copies_of(jobs: Sequence[Job]) -> dict[str, str]:
             continue
         with suppress(FibrefitError, OSError):  # what cannot be read says so as an item
             study = job.study
-            held = tuple(sha256_of(study.path_of(file)) for file in study.records[0].files)
-            other = first.setdefault(held, job.name)
+            (record,) = study.records
+            held = tuple(sha256_of(study.path_of(file)) for file in record.files)
+            # Two gauges of one file are two measurements.
+            other = first.setdefault((*held, repr(study.reading(record))), job.name)
             if held and other != job.name:
                 copies[job.name] = _copy_of(job.name, other)
     return copies

@@ -39,15 +39,24 @@ def _rounds(finding: Finding) -> Group:
     if not kept:
         return {}
     tried = [(number, c.effect, left) for number, found in kept for c, left in _traced(found)]
-    doc = "Simulated minus measured over the noise"
+    doc, noise = "Simulated minus measured over the noise", _noise_of_readings(finding.before)
     return {
         **_coordinates(finding.before),
+        "noise": Variable(noise, GRID, doc="Noise of each reading in SI units; NaN where nothing counts, or in steps."),
         "round": Variable(np.array([number for number, _ in kept]), ("round",), doc="Counted from 1."),
         "left": Variable(_rounded([found.residuals for _, found in kept]), ("round", *GRID), doc=f"{doc}, before."),
         "tried_in": Variable(np.array([n for n, *_ in tried], dtype=int), ("tried",), doc="Round it was tried in."),
         "effect": Variable(np.array([name for _, name, _ in tried], dtype=object), ("tried",)),
         "left_with": Variable(_rounded([left for *_, left in tried]), ("tried", *GRID), doc=f"{doc}, with the effect."),
     }
+
+
+def _noise_of_readings(found: Identification) -> np.ndarray:
+    """What residuals are in units of; those of readings in coarse steps say nothing of what is inside a step."""
+    data, channels = found.problem.observations, found.problem.model.rig.channels
+    weights = np.stack([np.asarray(data.weight[channel], dtype=float) for channel in channels], axis=1)
+    told = np.array([data.steps.get(channel) is None for channel in channels])[:, None] & (weights > 0.0)
+    return np.divide(1.0, weights, out=np.full_like(weights, np.nan), where=told)
 
 
 def _traced(step: TracedRound) -> list:

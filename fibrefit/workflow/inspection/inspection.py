@@ -76,11 +76,19 @@ class Inspection(Shown):
         File by file.
     study : Study or None
         None where bare files were inspected.
+    bare : tuple of pathlib.Path
+        Those.
     """
 
     name: str
     seen: tuple[Seen, ...]
     study: Study | None = None
+    bare: tuple[Path, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """Every file that was read."""
+        return self.bare if self.study is None else tuple(self.study.input_files())
 
     @property
     def tables(self) -> dict[str, Table]:
@@ -141,7 +149,7 @@ class Inspection(Shown):
         Raises
         ------
         UsageError
-            If the folder exists and may not be replaced.
+            If the folder exists and may not be replaced, or holds what was read.
 
         Examples
         --------
@@ -151,8 +159,9 @@ class Inspection(Shown):
         from fibrefit.plots.save import save_figures
         from fibrefit.store.directory import ResultDirectory
         from fibrefit.store.files import write_whole
+        from fibrefit.store.run import Run
 
-        with ResultDirectory(Path(out), force=force) as directory:
+        with ResultDirectory(Path(out), force=force, run=Run(self.inputs)) as directory:
             write_whole(directory.path / "inspection.json", self.content())
             write_whole(directory.path / "inspection.txt", self.report() + "\n")
             if self.drawn:
@@ -213,7 +222,7 @@ def inspect(
 
         study = load_study(paths[0], overrides)
         return Inspection(study.name, _records_of(study), study)
-    return Inspection(printable(paths[0].stem), _bare(paths, overrides))
+    return Inspection(printable(paths[0].stem), _bare(paths, overrides), bare=tuple(paths))
 
 
 def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import read_plain_file
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.study.files.reading import reading_of
 from fibrefit.study.written import Understood, split_overrides, study_text
@@ -51,6 +53,8 @@ def write_study(
         raise UsageError(where, "a study given", "bare records", "Copy the study instead.")
     if path.is_dir():
         raise UsageError(where, "it is a folder", "a file", f"Name one in it, such as {path / 'study.toml'}.")
+    if path.exists() and not _is_study(path):
+        raise UsageError(where, "a file that is no study", "the name of the study to write", "Such as study.toml.")
     if path.exists() and not force:
         raise UsageError(where, "it exists already", "a new name", "Use --force to replace it.")
     unusable = next((one for one in found.seen if one.verdict != "understood"), None)
@@ -66,6 +70,15 @@ def write_study(
     except OSError as error:
         raise UsageError(where, error.strerror or "cannot be written", "a file that can be written") from None
     return study.unstated
+
+
+def _is_study(path: Path) -> bool:
+    """Whether what stands there may be replaced by a study: measured data may not."""
+    try:
+        content = tomllib.loads(read_plain_file(path, "a study", UsageError).decode())
+    except (UsageError, ValueError):
+        return False
+    return "rig" in content or "schema" in content
 
 
 def _refused(unusable: Seen, where: str) -> UsageError:

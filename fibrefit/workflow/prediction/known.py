@@ -16,7 +16,7 @@ from fibrefit.core.paths import sha256_of
 from fibrefit.problem.formulate.formulate import parameter_slots
 from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups, Variable, needed_group, read_result
-from fibrefit.store.summary import files_of_result, read_summary
+from fibrefit.store.summary import files_of_result, folder_of_result, read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import (
@@ -134,7 +134,7 @@ def known_from(folder: Path) -> Known:
     DataError
         If it is none.
     """
-    folder = folder if folder.is_dir() else folder.parent
+    folder = folder_of_result(folder)
     files = {file.as_posix(): sha256_of(file) for file in files_of_result(folder)}
     summary, name = read_summary(folder), folder.as_posix()
     if not isinstance(summary, HOLD_VALUES):

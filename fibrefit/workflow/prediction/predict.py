@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -30,6 +31,9 @@ from fibrefit.workflow.prediction.known import Difference, HasValues, Known, as_
 from fibrefit.workflow.prediction.predicted import Predicted, noise_of_readings
 from fibrefit.workflow.prepare import model_of, read_records, refuse_places
 from fibrefit.workflow.saved import FoundResult
+
+SAME_STATED = 1e-6
+"""Relative difference of two values that are the same one, stated with as many digits."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,8 +86,8 @@ def predict_study(
     Raises
     ------
     StudyError
-        If the rig is of another kind than that of the result, or another variant of it; if the model goes by the places
-        of the records it was found from.
+        If the rig is of another kind than that of the result, or another variant of it; if it states another value of
+        a constant that was found with the model; if the model goes by the places of the records it was found from.
     UsageError
         If the result holds no values that can be relied on.
     DataError
@@ -100,6 +104,7 @@ def predict_study(
     known = as_known(result)
     model = model_of(known.study)
     _refuse_another_rig(study, known)
+    _refuse_other_constants(study, known)
     do = "Fit without it; or, for an effect of single records, fit the others."
     refuse_places(model.effects, known.name, do)  # new records have other places
     tell("reading records", None)
@@ -122,6 +127,19 @@ def _refuse_another_rig(study: Study, known: Known) -> None:
         alike = "a rig that is measured and driven alike" if study.kind == known.study.kind else "the same kind of rig"
         do = f"Predict records of {alike}, or fit such a study."
         raise StudyError(str(study.source), f"a {_rig_in_words(study)}", expected, do)
+
+
+def _refuse_other_constants(study: Study, known: Known) -> None:
+    """Refuse records of which a constant is stated otherwise than where it was found: what was found is not of them."""
+    tables = {"rig": study.rig} | {f"records[{i}]": record for i, record in enumerate(study.records)}
+    for name, stated in known.study.found_constants.items():
+        alike = (stated, known.parameters[name].value if name in known.parameters else stated)
+        for place, table in tables.items():
+            value = getattr(table, name, None)
+            if value is not None and not any(math.isclose(value, one, rel_tol=SAME_STATED) for one in alike):
+                got = f"another value than in {known.name}, where it is a parameter of the model"
+                do = f"State {name} without an uncertainty in the study of the result, and fit it again."
+                raise StudyError(study.place_of(f"{place}.{name}"), got, "the value that is stated there", do)
 
 
 def _rig_in_words(study: Study) -> str:

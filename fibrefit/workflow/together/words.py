@@ -75,10 +75,14 @@ def _constant(found: Verdict, number: int) -> str:
     best = found.models.law
     tried = parameter_of(best.effects[0])
     gap = f"gap {found.gaps['constant']:.2f}, and {found.left_out['constant'].gap:.2f} where each is left out in turn"
+    needs = f"it would need {PREFERRED:.0f}"
+    if found.logs["speed_law"] > PREFERRED:
+        gained = float(found.left_out["speed_law"].elpd.sum() - found.left_out["constant"].elpd.sum())
+        needs = f"but it predicts records left out no better: their log density changes by {gained:.2g}"
     return (
         f"One set of parameters serves all {number} records, at speeds from {slow:.2g} to {fast:.2g} m/s ({gap}). "
         f"The best law of speed, of {tried} ({best.effects[0].name}), has a logarithm of the Bayes factor of "
-        f"{found.logs['speed_law']:.2g}; it would need {PREFERRED:.0f}.{_scatter(found)}"
+        f"{found.logs['speed_law']:.2g}; {needs}.{_scatter(found)}"
     )
 
 
