@@ -51,8 +51,8 @@ first.plot().only("record drop_20mm_90deg.csv")
 # %% [markdown]
 # ## The search
 #
-# Every effect of the catalogue that makes sense on this rig is added in turn and everything is fitted again. An
-# effect is named only if the logarithm of its Bayes factor exceeds 5, where records may differ a little in their base
+# Of every effect that is looked for on this rig the gain is predicted; those that promise enough are added, and everything
+# is fitted again. An effect is named only if the logarithm of its Bayes factor exceeds 5, where records may differ a little in their base
 # parameters; how probable as much is by chance for the best of so many stands beside it. It takes two minutes; `seconds` leaves it as long as it
 # needs on a machine that is busy.
 

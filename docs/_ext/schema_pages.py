@@ -123,7 +123,8 @@ def result_page(folder: Path) -> str:
         "# Files of a result",
         "",
         "A result is a folder: `summary.json` for programs, `result.h5` with everything (HDF5, groups named as ArviZ "
-        "names them), `figures/`, and `study.toml`, the study it was made from. The schemas in `data_schemas/` hold "
+        "names them; not of `plan`, `distinguish` and `batch`), `figures/`, and `study.toml`: the study it was made "
+        "from, of `discover` and `series` the final model with its values. The schemas in `data_schemas/` hold "
         "all of `summary.json`; these are its topmost keys.",
         "",
     ]

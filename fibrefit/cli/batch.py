@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import check_trust, result_options, trust_option
+from fibrefit.cli.options import FileName, check_trust, result_options, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 from fibrefit.core.allowance import MOST_STARTS
@@ -14,7 +14,7 @@ from fibrefit.core.errors import UsageError
 
 
 @click.command("batch")
-@click.argument("series", metavar="SERIES...", nargs=-1, required=True)
+@click.argument("series", metavar="SERIES...", nargs=-1, required=True, type=FileName())
 @click.option("--rig", metavar="KIND", help="Kind of rig, for bare records: fibre_mass, pulley_drive, ...")
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change every study, repeatable.")
 @click.option(

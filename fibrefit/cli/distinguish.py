@@ -15,8 +15,10 @@ from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude: tuple[str, ...]) -> int:
     """Say which effects the records of STUDY can distinguish, and the detection limit of each.
 
-    The records may be measured, or only planned: then each has a name, a sampling_rate and a duration, and the base
-    parameters have initial values.
+    The records may be measured, or only planned: then each has a name, a sampling_rate, a duration and what makes it
+    move (lift of a drop; excitation, amplitude and rate of a driven weight; amplitude and frequency of an inverted
+    pendulum), the base parameters have initial values, and [noise] states that of the gauges. Of a guided_mass they are
+    refused: its force has to be measured.
     """
     from fibrefit.workflow.design.distinguish import distinguish_study
 

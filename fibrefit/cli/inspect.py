@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fibrefit.cli.options import is_study, study_from
+from fibrefit.cli.options import FileName, is_study, study_from
 from fibrefit.cli.terminal import Terminal, as_typed, with_terminal
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.roles import ROLES
@@ -37,7 +37,7 @@ _IN_FILES = ("sampling_rate", "delimiter", "decimal", "columns", "header")
 
 
 @click.command("inspect")
-@click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True)
+@click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName())
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Such as units.force=kN, repeatable.")
 @click.option("--force", is_flag=True, help="Replace an earlier inspection in DIR, or the study at --write.")
 @click.option(

@@ -16,6 +16,8 @@ from fibrefit.core.allowance import LARGEST_SEED
 from fibrefit.core.paths import is_folder, is_plain_file, nearest_file, shown_path
 
 if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
     from fibrefit.study import Study
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -60,13 +62,25 @@ def trust_option(command: Command) -> Command:
     return option(command)
 
 
+class FileName(click.ParamType):
+    """Name of a file or a folder: shells complete it; whether it is there, and what it is, a command says itself."""
+
+    name = "path"
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """What the shell knows of files."""
+        from click.shell_completion import CompletionItem
+
+        return [CompletionItem(incomplete, type="file")]
+
+
 def study_options(command: Command) -> Command:
     """Give a command its files, ``--rig``, ``--set`` and ``--trust``."""
     for option in (
         trust_option,
         click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable."),
         click.option("--rig", metavar="KIND", help="Kind of rig, for bare records: fibre_mass, pulley_drive, ..."),
-        click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True),
+        click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName()),
     ):
         command = option(command)
     return command

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.options import Request, is_study, result_options, study_from, trust_option
+from fibrefit.cli.options import FileName, Request, is_study, result_options, study_from, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
 from fibrefit.core.paths import is_plain_file
 
 
 @click.command("sweep")
-@click.argument("study", metavar="STUDY")
+@click.argument("study", metavar="STUDY", type=FileName())
 @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable.")
 @trust_option
 @result_options

@@ -44,7 +44,7 @@ def read_table(path: str | Path, options: ReadOptions | None = None) -> Table:
     Parameters
     ----------
     path : str or Path
-        Text of any logger, LVM, MATLAB, TDMS or MDF4.
+        Text of any logger, LVM, MATLAB, TDMS, MDF4, UFF 58, JSON, Excel, Parquet, HDF5 or NumPy, also compressed.
     options : ReadOptions, optional
         What the file does not say itself.
 
@@ -82,7 +82,7 @@ def read_record(
     Parameters
     ----------
     path : str or Path
-        Text of any logger, LVM, MATLAB, TDMS or MDF4.
+        Text of any logger, LVM, MATLAB, TDMS, MDF4, UFF 58, JSON, Excel, Parquet, HDF5 or NumPy, also compressed.
     channels : mapping of str to (str or mapping), optional
         Heading by role, ``{"force": "F_Seil [N]"}``, or ``"column 2"``, or a table with ``column``, ``unit`` and
         ``scale``: ``{"force": {"column": "U1", "unit": "V", "scale": "-200 N/V"}}``.

@@ -7,8 +7,10 @@ import time
 from pathlib import Path
 
 import pytest
+from click.shell_completion import ShellComplete
 
 from fibrefit.cli import progress
+from fibrefit.cli.main import group
 from fibrefit.cli.options import study_from
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import Terminal
@@ -102,3 +104,11 @@ def test_progress_does_not_go_to_files(capsys: pytest.CaptureFixture[str]) -> No
     with shown_progress(Terminal()) as follow:
         follow("fitting", 0.5)
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    "command", ["fit", "sample", "discover", "plan", "inspect", "batch", "sweep", "show", "report"]
+)
+def test_shells_complete_the_names_of_files(command: str) -> None:
+    completes = ShellComplete(group, {}, "fibrefit", "_FIBREFIT_COMPLETE")
+    assert [(one.type, one.value) for one in completes.get_completions([command], "co")] == [("file", "co")]

@@ -256,9 +256,9 @@ class AnyResult(Shown, ABC):
         -------
         xarray.DataTree
             ``posterior``, ``sample_stats``, ``log_likelihood``, ``observed_data`` and so on; of a fit ``estimate``,
-            ``observed_data``, ``predictions``, ``residuals``. A posterior is thinned to the draws whose likelihood is
-            known; ``draws`` and ``result.h5`` hold the others too. Its samples of a record are the dimension
-            ``instant``: what ArviZ calls ``sample`` is a chain and draw.
+            ``observed_data``, ``predictions``, ``residuals`` (simulated minus measured, over the noise). A posterior is
+            thinned to the draws whose likelihood is known; ``draws`` and ``result.h5`` hold the others too. Its samples
+            of a record are the dimension ``instant``: what ArviZ calls ``sample`` is a chain and draw.
 
         Raises
         ------
