@@ -17,6 +17,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import fit_sentence
+from fibrefit.rigs.signals.rest import rests
 from tests.fitting import made
 
 SAMPLES = 8000
@@ -112,3 +113,16 @@ def test_noise_grows_with_the_load_from_what_is_stated(
     noise = 1.0 / weight[:, :SAMPLES]
     assert noise.min() == pytest.approx(made.NOISE["force"], rel=0.01)
     assert noise.max() == pytest.approx(2.0 * made.NOISE["force"], rel=0.01)
+
+
+def test_what_rests_show_has_grown_with_their_load(
+    drops: list[made.Made], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A weight that hangs at rest: readings there are as noisy as they are, and those without load less."""
+    monkeypatch.setattr(formulate, "growth_with_load", lambda traces, channel: 1.0)
+    task = made.task(tmp_path, drops)
+    weight = np.asarray(task.problem.observations.weight["force"])
+    still = [1.0 / weight[r, : len(t.times)][rest] for r, t in enumerate(task.traces) for rest in rests(t)]
+    seen = task.noise["force"].rms(task.traces[0].duration, task.traces[0].rate)
+    assert np.sqrt(np.mean(np.concatenate(still) ** 2)) == pytest.approx(seen, rel=1e-6)
+    assert 1.0 / weight.max() < 0.99 * seen

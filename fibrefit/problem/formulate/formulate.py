@@ -27,6 +27,7 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.records.thresholds import SAME_RATE
 from fibrefit.rigs.rig import Starting
+from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 from fibrefit.simulation.windows import WindowedModel
@@ -83,7 +84,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     rms = {channel: _rms(study, noise, given, channel, traces) for channel in model.rig.channels}
     found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms}
     return Task(
-        problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms))),
+        problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms, given))),
         traces=tuple(traces),
         start=_start(layout, declared, settings, starting),
         spread=_spread(declared, settings, starting),
@@ -212,11 +213,11 @@ def _rms(
 
 
 def _by_reading(
-    model: Model, traces: Sequence[Trace], rms: Mapping[str, Sequence[float]]
+    model: Model, traces: Sequence[Trace], rms: Mapping[str, Sequence[float]], given: Sequence[str]
 ) -> dict[str, list[np.ndarray]]:
     """Noise of each reading in SI units, ``(n_time,)`` for each record: that of a force may grow with the load.
 
-    What is stated is what a force without load has, as what a rest shows is.
+    What is stated is what a force without load has; what rests show, where a weight may hang, has grown with theirs.
     """
     found = {
         channel: [np.full(len(t.times), size) for t, size in zip(traces, rms[channel], strict=True)] for channel in rms
@@ -227,8 +228,16 @@ def _by_reading(
         if growth := growth_with_load(traces, channel):
             largest = largest_load(traces, channel)
             louder = [louder_under_load(trace, channel, growth, largest) for trace in traces]
+            if channel not in given:
+                louder = [more / _at_rests(traces, louder) for more in louder]
             found[channel] = [size * more for size, more in zip(found[channel], louder, strict=True)]
     return found
+
+
+def _at_rests(traces: Sequence[Trace], louder: Sequence[np.ndarray]) -> float:
+    """Root of the mean square of a factor over the readings of all rests; over all readings where there is none."""
+    still = [more[rest] for trace, more in zip(traces, louder, strict=True) for rest in rests(trace)]
+    return float(np.sqrt(np.mean(np.concatenate(still or list(louder)) ** 2)))
 
 
 def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:
