@@ -24,7 +24,7 @@ GARBAGE = (100_000, 50, 50)
 
 
 def pytest_collection_finish() -> None:
-    """What was collected, and the trees of all code, stay to the end: they are never looked through for garbage."""
+    """What was collected stays to the end: it is never looked through for garbage."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(*GARBAGE)

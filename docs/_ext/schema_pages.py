@@ -123,9 +123,9 @@ def result_page(folder: Path) -> str:
         "# Files of a result",
         "",
         "A result is a folder: `summary.json` for programs, `result.h5` with everything (HDF5, groups named as ArviZ "
-        "names them; not of `plan`, `distinguish` and `batch`), `figures/`, and `study.toml`: the study it was made "
-        "from, of `discover` and `series` the final model with its values. The schemas in `data_schemas/` hold "
-        "all of `summary.json`; these are its topmost keys.",
+        "names them), `figures/`, and `study.toml`: the study it was made from, of `discover` and `series` the final "
+        "model with its values. `plan`, `distinguish` and `batch` have neither of the two. The schemas in "
+        "`data_schemas/` hold all of `summary.json`; these are its topmost keys.",
         "",
     ]
     for path in sorted(folder.glob("*.schema.json")):

@@ -89,13 +89,16 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
     """Readings at rest of each channel whose noise was taken from there, and their rates in Hz.
 
     Where the study states the noise, they are as much larger as it is: rests tell its colour, and the study its size.
+    Where noise grows with the load they are taken back to the quietest reading of their record, as residuals are.
     """
     found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in task.problem.model.rig.channels}
-    for trace in task.traces:
+    for r, trace in enumerate(task.traces):
         rate = trace.rate
         for rest in rests(trace):
             for channel in found:
-                values = trace.channels[channel][rest]
+                weight = np.asarray(task.problem.observations.weight[channel])[r]
+                own = weight[: len(trace.times)][rest]
+                values = trace.channels[channel][rest] * np.where(own > 0.0, own / weight.max(), 1.0)
                 if task.noise[channel].samples and np.isfinite(values).all():
                     found[channel].append((values * task.stated_over_rest.get(channel, 1.0), rate))
     return found

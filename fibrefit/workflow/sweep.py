@@ -118,7 +118,8 @@ def sweep_study(study: Study | str | Path, *, progress: Progress | None = None) 
         raise UsageError(str(study.source), f"a study of the rig {study.kind}", f"one of {KIND}", "")
     began, model = time.perf_counter(), model_of(study)
     _refuse_what_changes(study, model)
-    values, curves = _values(study, model), _conditions(study, model)
+    values = _values(study, model)
+    curves = _conditions(study, model, values)
     on_progress = (lambda share: progress("sweeping", share)) if progress else None
     if progress:
         progress("sweeping", 0.0)
@@ -159,19 +160,20 @@ def _values(study: Study, model: Model) -> dict[str, float]:
     return values
 
 
-def _conditions(study: Study, model: Model) -> list[Conditions]:
+def _conditions(study: Study, model: Model, values: Mapping[str, float]) -> list[Conditions]:
     rig = study.rig
     curves = study.sweep.curves or (None,)  # type: ignore[attr-defined]
     found = []
     for curve in curves:
         name = study.name if curve is None else curve.name
         said = {key: getattr(curve, key, None) for key in type(rig).model_fields}
-        for key in study.found_constants:
-            if said[key] is not None:
+        for key, stated in study.found_constants.items():
+            if said[key] not in (None, stated):
                 got = f"another {key} than under [rig], where it is a parameter"
                 do = f"Leave it out here, or state {key} without an uncertainty."
                 raise StudyError(f'{study.source}, curve "{name}"', got, "one value for all curves", do)
         known = {key: getattr(rig, key) if value is None else value for key, value in said.items()}
+        known |= {key: values[key] for key in study.found_constants}
         for key in ("amplitude", *type(rig).needed()):
             if known[key] is None:
                 where = f"{study.source}, rig" if curve is None else f'{study.source}, curve "{name}"'

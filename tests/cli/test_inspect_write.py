@@ -94,9 +94,11 @@ def test_a_study_of_forces_alone_says_that_no_position_was_measured(written: Run
 def test_no_study_is_written_of_what_is_not_understood(written: Run) -> None:
     done = written("inspect", "no_units.csv", "--write", "study.toml")
     assert done.code == 2
-    assert done.err.endswith(
-        "no_units.csv cannot be used as a record yet; expected files that are understood. What to do is said above.\n"
-    )
+    assert "no_units.csv cannot be used as a record yet (" in done.err
+    assert "; expected files that are understood. " in done.err
+    told = written("inspect", "no_units.csv", "--write", "study.toml", "--json").document["error"]
+    assert told["got"].startswith("no_units.csv cannot be used as a record yet (")
+    assert "units.force" in told["do"] or "under [units]" in told["do"]
     assert not Path("study.toml").exists()
 
 

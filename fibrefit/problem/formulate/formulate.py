@@ -229,7 +229,8 @@ def _by_reading(
             largest = largest_load(traces, channel)
             louder = [louder_under_load(trace, channel, growth, largest) for trace in traces]
             if channel not in given:
-                louder = [more / _at_rests(traces, louder) for more in louder]
+                still = _at_rests(traces, louder)
+                louder = [more / still for more in louder]
             found[channel] = [size * more for size, more in zip(found[channel], louder, strict=True)]
     return found
 

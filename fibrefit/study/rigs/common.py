@@ -200,7 +200,7 @@ class Channels(StudyTable):
 class NoiseLevels(StudyTable):
     """Standard deviation of each channel's noise.
 
-    Where absent it is estimated from the records; of planned ones 0.4 N, 0.02 mm, 0.1 mm/s and 1 mrad are assumed.
+    Where absent it is estimated from the records; of planned ones 0.4 N and 0.02 mm are assumed.
     """
 
     force: ForceNoise | None = None

@@ -34,7 +34,7 @@ def write_study(
     overrides : sequence of str
         What the command line said: it goes into the study.
     force : bool
-        Whether an earlier file may be replaced.
+        Whether an earlier study may be replaced.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def write_study(
     Raises
     ------
     UsageError
-        If a study was inspected, the file exists, or a file cannot be used as a record yet.
+        If a study was inspected, the file exists or is no study, or a file cannot be used as a record yet.
     """
     from fibrefit.store.files import write_whole
 
@@ -76,7 +76,7 @@ def _is_study(path: Path) -> bool:
     """Whether what stands there may be replaced by a study: measured data may not."""
     try:
         content = tomllib.loads(read_plain_file(path, "a study", UsageError).decode())
-    except (UsageError, ValueError):
+    except (UsageError, ValueError, RecursionError):
         return False
     return "rig" in content or "schema" in content
 
@@ -86,9 +86,10 @@ def _refused(unusable: Seen, where: str) -> UsageError:
     file = unusable.understood["file"]
     if unusable.missing and unusable.asked is not None:
         return UsageError(where, f'no file "{file}"', "files that are there", unusable.asked.do)
-    return UsageError(
-        where, f"{file} cannot be used as a record yet", "files that are understood", "What to do is said above."
-    )
+    got, do = f"{file} cannot be used as a record yet", "What to do is said above."
+    if unusable.asked is not None:  # a program is told nothing else
+        got, do = f"{got} ({unusable.asked.got})", unusable.asked.do or do
+    return UsageError(where, got, "files that are understood", do)
 
 
 def _understood(table: Table, given: bool) -> Understood:

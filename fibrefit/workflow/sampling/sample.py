@@ -56,8 +56,9 @@ class Sampled(Findings, Predicts):
     """The posterior of a study, to be read, drawn and saved."""
 
     def inputs(self) -> list[Path]:
-        """Files of the study, and of the posteriors it is compared with."""
-        return [*super().inputs(), *files_compared(self.options)]
+        """Files of the study, and of the posteriors it was compared with, which may be gone by now."""
+        there = tuple(one for one in self.options.compare if Path(one).exists())
+        return [*super().inputs(), *files_compared(replace(self.options, compare=there))]
 
     def summary(self) -> PosteriorSummary:
         """Content of ``summary.json``."""
