@@ -9,6 +9,7 @@ import numpy as np
 
 from fibrefit.fitting.result import Gap
 from fibrefit.problem.diagnose.phases import Motion, motion_of_fit
+from fibrefit.problem.noise.spectrum import unbroken
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.rest import rests
@@ -99,6 +100,6 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
                 weight = np.asarray(task.problem.observations.weight[channel])[r]
                 own = weight[: len(trace.times)][rest]
                 values = trace.channels[channel][rest] * np.where(own > 0.0, own / weight.max(), 1.0)
-                if task.noise[channel].samples and np.isfinite(values).all():
+                if task.noise[channel].samples and len(values := unbroken(values)):
                     found[channel].append((values * task.stated_over_rest.get(channel, 1.0), rate))
     return found

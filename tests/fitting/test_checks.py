@@ -232,6 +232,20 @@ def test_a_tone_is_seen_in_the_spectrum(clean: ResidualSet) -> None:
     assert states.passed
 
 
+@pytest.mark.parametrize(("tone", "passed"), [(0.0, True), (0.6, False)])
+def test_half_of_the_samples_tell_as_much_of_the_spectrum(clean: ResidualSet, tone: float, passed: bool) -> None:
+    """Masked samples are zero: they take power from noise and tone alike, and are no excuse."""
+    random, noise = np.random.default_rng(8), Noise(1.0 / (0.5 * RATE), 0.0, 0.0, 4000)
+    seen = random.random(clean.residuals.shape) < 0.5
+    wave = tone * np.sin(2.0 * np.pi * 130.0 * np.arange(SAMPLES) / RATE)
+    data = clean.problem.observations
+    weight = {channel: 1.0 * seen[:, c] for c, channel in enumerate(CHANNELS)}
+    problem: Any = SimpleNamespace(observations=data._replace(weight=weight), model=clean.problem.model)
+    residuals = seen * (random.standard_normal(seen.shape) + wave)
+    each = dict.fromkeys(CHANNELS, noise)
+    assert _spectrum(ResidualSet(problem, residuals, clean.motion, each, each)).passed is passed
+
+
 def test_a_phase_that_is_explained_badly_is_named(clean: ResidualSet) -> None:
     slow = 1.5 * np.sin(2.0 * np.pi * 20.0 * np.arange(SAMPLES) / RATE)
     _, phases, _ = changed(clean, 0, np.where(clean.motion.phase == UNLOADING, slow, 0.0))

@@ -121,10 +121,11 @@ def _octaves(residual_set: ResidualSet, channel: int) -> list[tuple[float, float
     """Of each octave: lower edge [Hz], power over that at rest, and what this ratio is by chance."""
     name = residual_set.channels[channel]
     fitted, known = residual_set.fitted[name], residual_set.noise[name]
-    pieces = [
-        (residual_set.residuals[r, channel, :count] * residual_set.sigma[r, channel], float(residual_set.rates[r]))
-        for r, count in enumerate(residual_set.counts)
-    ]
+    pieces = []
+    for r, count in enumerate(residual_set.counts):
+        # Masked samples are zero and bring no power.
+        scale = residual_set.sigma[r, channel] * np.sqrt(count / max(residual_set.counted[r, channel].sum(), 1))
+        pieces.append((residual_set.residuals[r, channel, :count] * scale, float(residual_set.rates[r])))
     moving, resting = _shares(pieces, fitted), _shares(residual_set.rests.get(name, ()), fitted)
     found = []
     for edge in _edges(float(residual_set.rates.max())):
