@@ -93,13 +93,14 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
     Where noise grows with the load they are taken back to the quietest reading of their record, as residuals are.
     """
     found: dict[str, list[tuple[np.ndarray, float]]] = {channel: [] for channel in task.problem.model.rig.channels}
+    weights = {channel: np.asarray(task.problem.observations.weight[channel]) for channel in found}
     for r, trace in enumerate(task.traces):
         rate = trace.rate
         for rest in rests(trace):
             for channel in found:
-                weight = np.asarray(task.problem.observations.weight[channel])[r]
-                own = weight[: len(trace.times)][rest]
-                values = trace.channels[channel][rest] * np.where(own > 0.0, own / weight.max(), 1.0)
+                own = weights[channel][r, : len(trace.times)][rest]
+                quieter = np.where(own > 0.0, own / weights[channel][r].max(), 1.0)
+                values = trace.channels[channel][rest] * quieter
                 if task.noise[channel].samples and len(values := unbroken(values)):
                     found[channel].append((values * task.stated_over_rest.get(channel, 1.0), rate))
     return found

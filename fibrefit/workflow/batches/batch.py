@@ -322,9 +322,11 @@ def _kept_in(folders: Sequence[Path]) -> dict[str, Path]:
 
 def _from_other_part(place: Path, job: Job, elsewhere: Mapping[str, Path]) -> KeptItem | None:
     """What another part of the batch found, copied to its place."""
+    if not elsewhere:
+        return None
     with suppress(OSError, KeyError, FibrefitError):
-        source = elsewhere[job.digest()] if elsewhere else place
-        if source != place and (known := _resumed(source, job)) is not None:
+        source = elsewhere[job.digest()]
+        if (known := _resumed(source, job)) is not None:
             place.mkdir(parents=True, exist_ok=True)
             for name in (NAME, ITEM):
                 write_whole(place / name, (source / name).read_bytes())
