@@ -22,8 +22,7 @@ from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_i
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
 from fibrefit.problem.estimate.evidence import (
     MarginalLikelihood,
-    as_far_as_told,
-    further_in,
+    as_finely_as_told,
     laplace,
     laplace_evidence,
 )
@@ -204,7 +203,7 @@ def _seen(task: Task, found: GlsEstimate) -> View:
 def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
-    evidence = as_far_as_told(evidence)
+    evidence = as_finely_as_told(evidence)
     places, sizes = places_of(layout, unknowns)
     shared = np.array([record is None for _, record in layout.entries])
     slopes = np.concatenate([unknowns.slope(evidence.mean), np.ones(covariance_size(unknowns) - len(unknowns.shared))])
@@ -245,7 +244,7 @@ def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
     found = evidence.mode
     view = seen.through(whitening_of(seen.problem, noise))
     there = replace(found, normal=arrowhead(found.unknowns, found.place, view.gram(found.unknowns)))
-    return replace(evidence, mode=there, covariance=laplace(there, further_in(evidence.grid)).covariance)
+    return replace(evidence, mode=there, covariance=laplace(there, evidence.axes).covariance)
 
 
 def _expected_gap(residuals: np.ndarray) -> float:

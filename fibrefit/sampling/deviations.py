@@ -11,9 +11,8 @@ import numpy as np
 
 from fibrefit.problem.estimate.evidence import (
     MarginalLikelihood,
-    as_far_as_told,
+    as_finely_as_told,
     laplace_evidence,
-    prior_of_grid,
 )
 from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at, hausman_with_input_errors
@@ -112,7 +111,7 @@ def gls_deviations(seen: View, where: Deviations) -> Deviations | None:
         except np.linalg.LinAlgError:
             return None
     sound = np.isfinite(found.log) and np.isfinite(found.spread).all()
-    return Deviations(where.unknowns, found.mode.local, as_far_as_told(found)) if sound else None
+    return Deviations(where.unknowns, found.mode.local, as_finely_as_told(found)) if sound else None
 
 
 def random_effects_of(
@@ -159,7 +158,7 @@ def random_effects_of(
         follow=jnp.asarray(_follow(curvature, evidence.grid[kept])),
         where=_mixture(evidence, kept),
         sigma=jnp.asarray(evidence.grid[kept]),
-        log_prior=jnp.asarray(prior_of_grid(evidence.grid)[kept]),
+        log_prior=jnp.asarray(evidence.prior[kept]),
         places=tuple(layout.free_names.index(name) for name in names),
         columns=tuple(int(column) for column in columns),
         bend=jnp.asarray(bend),

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from fibrefit.problem.estimate.evidence import FURTHER, LEVELS, MarginalLikelihood, as_far_as_told, end_told, grid_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, as_far_as_told, end_told
 from fibrefit.problem.estimate.population import between, differ_within, quantiles
+from fibrefit.problem.estimate.sigma_grid import FURTHER, LEVELS, grid_over, usual_axes
 from fibrefit.report.sentences.fit import fit_checks
 from fibrefit.study.summaries.check import Check, status_by
 from tests.problem.test_population import RECORDS, weighed
@@ -52,8 +53,8 @@ def test_records_that_differ_as_usual_keep_the_grid_of_a_search(sd: float) -> No
 
 
 def test_records_that_say_nothing_leave_the_last_level_what_it_was() -> None:
-    grid, prior = grid_of(3, (1,))
-    said: Any = SimpleNamespace(grid=grid, weight=np.exp(prior))
+    grid, prior = grid_over(usual_axes(3, (1,)))
+    said: Any = SimpleNamespace(grid=grid, weight=np.exp(prior), prior=prior)
     np.testing.assert_allclose(end_told(said), 1.0)
     assert grid.max(axis=0).tolist() == [LEVELS[-1], FURTHER[-1], LEVELS[-1]]
 

@@ -14,11 +14,6 @@ from scipy.stats import norm
 
 from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.evidence import (
-    AGREE,
-    ALONE,
-    FEW_LEVELS,
-    LEVELS,
-    MANY,
     MarginalLikelihood,
     _inside_bounds,
     _over_grid,
@@ -28,6 +23,7 @@ from fibrefit.problem.estimate.evidence import (
 )
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode, Unknowns, arrowhead
+from fibrefit.problem.estimate.sigma_grid import AGREE, ALONE, FEW_LEVELS, LEVELS, MANY, UNIFORM_TO
 from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -77,7 +73,7 @@ def test_a_model_without_parameters_that_deviate_has_an_evidence() -> None:
 def prior(sigma: np.ndarray) -> float:
     """Probability beforehand of a point of the grid."""
     some = np.array(LEVELS[1:])
-    each = np.gradient(np.log(some)) * np.minimum(some / weighing.USUAL, 1.0)
+    each = np.gradient(np.log(some)) * np.minimum(some / UNIFORM_TO, 1.0)
     each = dict(zip(LEVELS, [ALONE, *((1.0 - ALONE) * each / each.sum())], strict=True))
     apart = np.prod([each[float(level)] for level in sigma]) / (1.0 - ALONE ** len(sigma))
     return float((1.0 - AGREE) * apart) if sigma.any() else AGREE

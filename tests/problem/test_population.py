@@ -24,13 +24,13 @@ ERROR = 1e-5
 """Error of the logarithm in each record: as good as none beside how they differ."""
 
 
-def unknowns() -> Unknowns:
+def unknowns(records: int = RECORDS) -> Unknowns:
     nothing = np.zeros(0, dtype=int)
     return Unknowns(
         names=("stiffness",),
         shared=np.array([0]),
         each=nothing,
-        free=np.zeros((RECORDS, 0), dtype=bool),
+        free=np.zeros((records, 0), dtype=bool),
         scattering=np.array([0]),
         log=np.array([True]),
         reference=np.array([1.0]),
@@ -51,8 +51,8 @@ def weighed(logs: np.ndarray) -> weighing.MarginalLikelihood:
         rows = np.stack([slopes, (np.log(local[:, 0]) - logs) / ERROR], axis=-1)
         return rows[:, :, None] * rows[:, None, :]
 
-    start = place_of(unknowns(), np.ones((RECORDS, 1)))
-    return weighing.laplace_evidence(unknowns(), start, gram)
+    of = unknowns(len(logs))
+    return weighing.laplace_evidence(of, place_of(of, np.ones((len(logs), 1))), gram)
 
 
 def test_a_mixture_of_one_is_normal_and_of_two_lies_between() -> None:
@@ -89,7 +89,7 @@ def test_records_that_agree_are_said_to() -> None:
 def test_of_records_that_tell_nothing_the_prior_says_how_much_a_new_one_may_differ() -> None:
     """Half of it lies where they agree, and the median with it."""
     found = weighed(ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]))
-    prior = np.exp(weighing.prior_of_grid(found.grid))
+    prior = np.exp(found.prior)
     told = between(replace(found, weight=prior))["stiffness"]
     assert told.agree == pytest.approx(0.5)
     assert told.sd == 0.0

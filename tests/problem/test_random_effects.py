@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fibrefit.problem.estimate.evidence import grid_of
+from fibrefit.problem.estimate.sigma_grid import grid_over, usual_axes
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import White
 from fibrefit.problem.posterior.random_effects import Mixture, RandomEffects, drawn_deviations
@@ -21,7 +21,7 @@ EXACT = 1e-9
 def linear(eta: np.ndarray, random: np.random.Generator) -> tuple[RandomEffects, np.ndarray, np.ndarray]:
     """A scatter of linear records, its slopes, and residuals without deviations."""
     slopes = 30.0 * random.standard_normal((RECORDS, 1, SAMPLES, NUMBER))
-    grid, log_prior = grid_of(NUMBER)
+    grid, log_prior = grid_over(usual_axes(NUMBER))
     random_effects = RandomEffects(
         slopes=jnp.asarray(slopes),
         products=jnp.einsum("rcti,rctj->rcij", slopes, slopes),

@@ -17,6 +17,7 @@ from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_che
 from fibrefit.problem.diagnose.phases import moves
 from fibrefit.problem.estimate import evidence, hausman, population, unknowns
 from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
+from fibrefit.problem.estimate.sigma_grid import FURTHER, grid_over, usual_axes
 from fibrefit.problem.formulate import traces
 from fibrefit.problem.inputs import corners, error_signals, smoothing
 from fibrefit.problem.noise import growth, rounding, spectrum, whittle
@@ -293,13 +294,14 @@ MASS = Slot("mass", "kg", Range(0.0, np.inf, 1.0))
 
 def ending(told: float) -> evidence.MarginalLikelihood:
     """Evidence of records that make the last level so many times as probable as beforehand, of three parameters."""
-    grid, prior = evidence.grid_of(3, (0,))
-    last = grid[:, 0] == evidence.FURTHER[-1]
+    axes = usual_axes(3, (0,))
+    grid, prior = grid_over(axes)
+    last = grid[:, 0] == FURTHER[-1]
     share = np.exp(prior)[last].sum()
     logs = prior + np.where(last, np.log(told * (1.0 - share) / (1.0 - told * share)), 0.0)
     columns: Any = SimpleNamespace(names=("stiffness", "damping", "friction"), scattering=np.arange(3))
     mode: Any = SimpleNamespace(unknowns=columns)
-    return evidence._over_grid(mode, grid, logs, np.zeros((len(grid), 1)), np.zeros((len(grid), 1, 1)))
+    return evidence._over_grid(mode, grid, logs, np.zeros((len(grid), 1)), np.zeros((len(grid), 1, 1)), axes)
 
 
 def within(told: float) -> bool:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from fibrefit.fitting.result import Starts
 from fibrefit.plots import overview
-from fibrefit.problem.estimate.evidence import grid_of
 from fibrefit.problem.estimate.population import _level_at
+from fibrefit.problem.estimate.sigma_grid import grid_over, usual_axes
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failures, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
@@ -206,7 +206,7 @@ def test_error_bars_are_said_to_allow_for_a_gap_only_where_they_do() -> None:
 
 def test_records_that_tell_nothing_of_their_differences_are_not_told_to_agree() -> None:
     """What the prior alone leaves is an upper end, and no finding; it is a small one that is."""
-    grid, prior = grid_of(1)
+    grid, prior = grid_over(usual_axes(1))
     _, _, top = (_level_at(grid[:, 0], np.exp(prior), share) for share in (0.025, 0.5, 0.975))
     assert top == pytest.approx(10.0 * SMALL_DIFFERENCE, rel=0.05)
     nothing = s.BetweenRecordsSummary(sd=0.0, interval_95=(0.0, top), agree=0.51)

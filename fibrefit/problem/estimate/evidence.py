@@ -4,22 +4,18 @@ Law
 ---
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that
 of the priors, and Q what was found there, not what slopes predict beyond; ``Z`` is the mean of that over a grid of the
-standard deviations between records. With probability one half records agree in all parameters. What makes them differ
-in one hardly leaves the others alone: each standard deviation is else zero with a probability of one in ten, or
-anything up to eight percent (six where many parameters may differ), uniform to one percent and log-uniform beyond: a
-prior that is log-uniform throughout lets few records that happen to agree say that all would. All points of the grid
-share the slopes found at the mode: that is algebra on small matrices.
+standard deviations between records. All points of the grid share the slopes found at the mode: that is algebra on small
+matrices.
 
 Source
 ------
-Tierney and Kadane, J. Am. Stat. Assoc. 81 (1986); Gelman, Bayesian Anal. 1 (2006) on priors of such deviations.
+Tierney and Kadane, J. Am. Stat. Assoc. 81 (1986).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -27,25 +23,21 @@ from fibrefit.problem.estimate.gauss_newton import EVERYTHING, MODE_TOLERANCE, E
 from fibrefit.problem.estimate.gram import Gram
 from fibrefit.problem.estimate.normal_equations import RIGID, Place, PosteriorMode, Unknowns, own_precision
 from fibrefit.problem.estimate.schur import eliminated, inverses, log_determinant, solved
+from fibrefit.problem.estimate.sigma_grid import (
+    MOST_POINTS,
+    SigmaAxis,
+    finest_step,
+    grid_over,
+    usual_axes,
+)
 from fibrefit.problem.statement.arrays import RAN_AWAY
 from fibrefit.problem.thresholds import END_TOLD
 
-LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
-"""Standard deviations between records, as shares of a parameter."""
-FEW_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
-"""The same where many parameters deviate."""
-FURTHER = (0.2, 0.5)
-"""Levels beyond the last one, of parameters that the records of a fit make differ by that: see `end_told`."""
-MANY = 3
-AGREE = 0.5
-"""Probability, before the records speak, that they agree in all parameters."""
-ALONE = 0.1
-"""Probability that they agree in one where they do not in all."""
-USUAL = 0.01
-"""Standard deviation up to which any is as probable as another."""
 FIRST_SIGMA = 0.004
 """Standard deviation a search begins with."""
 ROUNDS = 4
+NOWHERE = -100.0
+"""Nats of a point that is left out of a grid, where that goes on to another."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +59,8 @@ class MarginalLikelihood:
     z : (n_grid, n_shared)
         Best shared coordinates of each.
     covariance : (n_grid, n_shared, n_shared)
+    axes : tuple of SigmaAxis
+        Of the grid, one for each parameter that may deviate.
     """
 
     mode: PosteriorMode
@@ -76,6 +70,12 @@ class MarginalLikelihood:
     weight: np.ndarray
     z: np.ndarray
     covariance: np.ndarray
+    axes: tuple[SigmaAxis, ...] = ()
+
+    @property
+    def prior(self) -> np.ndarray:
+        """Logarithms of the probabilities beforehand of the points of the grid, ``(n_grid,)``."""
+        return grid_over(self.axes)[1]
 
     @property
     def mean(self) -> np.ndarray:
@@ -161,7 +161,7 @@ def _as_seen(
     z, covariance = evidence.z.copy(), evidence.covariance.copy()
     for i, there in seen.items():
         logs[i], z[i], covariance[i] = there.logs[i], there.z[i], there.covariance[i]
-    return _over_grid(evidence.mode, evidence.grid, logs, z, covariance)
+    return _over_grid(evidence.mode, evidence.grid, logs, z, covariance, evidence.axes)
 
 
 def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
@@ -171,16 +171,17 @@ def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
 
 
 @RAN_AWAY
-def laplace(found: PosteriorMode, further: Collection[int] = ()) -> MarginalLikelihood:
+def laplace(found: PosteriorMode, axes: Sequence[SigmaAxis] | None = None) -> MarginalLikelihood:
     """MarginalLikelihood from the matrices at a mode; none where a motion is lost, of which there are no numbers.
 
     Parameters
     ----------
-    further : collection of int
-        Of `grid_of`.
+    axes : sequence of SigmaAxis, optional
+        Of the grid; that on which models are compared, if not given.
     """
     unknowns, place, normal = found.unknowns, found.place, found.normal
-    grid, prior = grid_of(len(unknowns.scattering), further)
+    axes = usual_axes(len(unknowns.scattering)) if axes is None else tuple(axes)
+    grid, prior = grid_over(axes)
     n = len(unknowns.each)
     # Deviations are counted from zero, so that none of them is large beside a small standard deviation.
     eta = np.concatenate([np.zeros((len(place.eta), n)), place.eta], axis=1)
@@ -203,19 +204,20 @@ def laplace(found: PosteriorMode, further: Collection[int] = ()) -> MarginalLike
     log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
     inside = kept_inside(unknowns, place.z + dz, inverse)
     log = log + 0.5 * float(log_determinant(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
-    return _over_grid(found, grid, log + prior, inside, inverse)
+    return _over_grid(found, grid, log + prior, inside, inverse, axes)
 
 
 def _over_grid(
-    found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray
-) -> MarginalLikelihood:
+    found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray,
+    axes: tuple[SigmaAxis, ...] = (),
+) -> MarginalLikelihood:  # fmt: skip
     logs = np.where(np.isnan(logs), -np.inf, logs)
     peak = logs.max()
     if np.isneginf(peak):
-        return MarginalLikelihood(found, peak, grid, logs, np.full(len(grid), 1.0 / len(grid)), z, covariance)
+        return MarginalLikelihood(found, peak, grid, logs, np.full(len(grid), 1.0 / len(grid)), z, covariance, axes)
     weight = np.exp(logs - peak)
     whole = float(peak + np.log(weight.sum()))
-    return MarginalLikelihood(found, whole, grid, logs, weight / weight.sum(), z, covariance)
+    return MarginalLikelihood(found, whole, grid, logs, weight / weight.sum(), z, covariance, axes)
 
 
 def kept_inside(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -273,53 +275,13 @@ def _log_share(below: np.ndarray, above: np.ndarray) -> np.ndarray:
     return np.asarray(whole + np.log(-np.expm1(beyond)))
 
 
-def grid_of(number: int, further: Collection[int] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """Standard deviations ``(n_grid, number)`` and the logarithms of their probabilities beforehand.
-
-    Parameters
-    ----------
-    further : collection of int
-        Parameters, of `number`, whose standard deviations go on to those of `FURTHER`.
-    """
-    usual = LEVELS if number <= MANY else FEW_LEVELS
-    each = [(*usual, *FURTHER) if i in further else usual for i in range(number)]
-    points = list(product(*each))
-    grid = np.array(points, dtype=float).reshape(len(points), number)
-    if not number:
-        return grid, np.zeros(1)
-    shares = [_of_levels(levels)[np.searchsorted(levels, column)] for levels, column in zip(each, grid.T, strict=True)]
-    alike = np.all(grid == 0.0, axis=1)
-    share = np.prod(shares, axis=0)
-    return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE**number)))
-
-
-def _of_levels(levels: tuple[float, ...]) -> np.ndarray:
-    """Probabilities ``(n_level,)`` of standard deviations of one parameter, where records do not agree in all."""
-    some = np.array(levels[1:])
-    size = np.gradient(np.log(some)) * np.minimum(some / USUAL, 1.0)
-    return np.concatenate([[ALONE], (1.0 - ALONE) * size / size.sum()])
-
-
-def further_in(grid: np.ndarray) -> list[int]:
-    """Parameters whose standard deviations in a grid ``(n_grid, number)`` go on to those of `FURTHER`."""
-    return np.flatnonzero(grid.max(axis=0, initial=0.0) >= FURTHER[-1]).tolist()
-
-
-def prior_of_grid(grid: np.ndarray) -> np.ndarray:
-    """Logarithms of the probabilities beforehand, ``(n_grid,)``, of a grid of standard deviations ``(n_grid, number)``.
-
-    Of `grid_of`, however far its parameters go.
-    """
-    return grid_of(grid.shape[1], further_in(grid))[1]
-
-
 def end_told(evidence: MarginalLikelihood) -> np.ndarray:
     """How many times as probable as beforehand records make the last level of each parameter, ``(n_scattering,)``.
 
     Where they say nothing that is one, however much the prior leaves there.
     """
     grid = evidence.grid
-    prior, last = np.exp(prior_of_grid(grid)), grid == grid.max(axis=0)
+    prior, last = np.exp(evidence.prior), grid == grid.max(axis=0)
     return np.asarray(evidence.weight @ last / (prior @ last))
 
 
@@ -334,5 +296,55 @@ def as_far_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
     As it is where they do not. Its logarithm stays that over the grid that all models have alike.
     """
     further = beyond_levels(evidence)
-    wide = replace(laplace(evidence.mode, further), log=evidence.log) if further else evidence
-    return wide if np.isfinite(wide.spread).all() else evidence
+    return _weighed_over(usual_axes(len(evidence.axes), further), evidence, evidence) if further else evidence
+
+
+def as_finely_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
+    """The evidence at the same mode over a grid as fine as so many records tell how much they differ.
+
+    As far as `as_far_as_told` goes. Its logarithm stays that over the grid that all models have alike. Where slopes at
+    the mode promised more than was found, what they promise between the points of the grid is not asked.
+    """
+    found, step = as_far_as_told(evidence), finest_step(len(evidence.mode.place.eta))
+    while not np.isneginf(evidence.logs).any():
+        axes = tuple(axis.halved(found.levels(i)[1], step) for i, axis in enumerate(found.axes))
+        same = all(one is other for one, other in zip(axes, found.axes, strict=True))
+        if same or np.prod([len(axis.levels) for axis in axes]) > MOST_POINTS:
+            return found
+        finer = _weighed_over(axes, evidence, found)
+        if finer is found:
+            return found
+        found = finer
+    return found
+
+
+def _weighed_over(
+    axes: Sequence[SigmaAxis], evidence: MarginalLikelihood, otherwise: MarginalLikelihood
+) -> MarginalLikelihood:
+    """Evidence at its mode over another grid, what was found at points of its own carried on; `otherwise` if none."""
+    wide = laplace(evidence.mode, axes)
+    logs = wide.logs + _carried_on(_unforeseen(evidence), evidence.axes, axes)
+    found = replace(_over_grid(wide.mode, wide.grid, logs, wide.z, wide.covariance, wide.axes), log=evidence.log)
+    return found if np.isfinite(found.spread).all() else otherwise
+
+
+def _unforeseen(evidence: MarginalLikelihood) -> np.ndarray:
+    """What was found at points of the grid over what slopes at the mode predict, in nats, ``(n_grid,)``."""
+    with np.errstate(invalid="ignore"):
+        beyond = evidence.logs - laplace(evidence.mode, evidence.axes).logs
+    return np.maximum(np.nan_to_num(beyond, nan=0.0, neginf=NOWHERE), NOWHERE)
+
+
+def _carried_on(values: np.ndarray, axes: Sequence[SigmaAxis], to: Sequence[SigmaAxis]) -> np.ndarray:
+    """Values at the points of a grid at those of another, linear in the logarithm of each standard deviation."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    if not values.any():
+        return np.zeros(1)
+    places = [np.arange(len(axis.levels), dtype=float) for axis in axes]
+    there = [
+        np.append(0.0, np.interp(np.log(axis.levels[1:]), np.log(own.levels[1:]), place[1:]))
+        for axis, own, place in zip(to, axes, places, strict=True)
+    ]
+    between = RegularGridInterpolator(places, values.reshape([len(place) for place in places]))
+    return np.asarray(between(np.stack([at.ravel() for at in np.meshgrid(*there, indexing="ij")], axis=1)))

@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from fibrefit.problem.estimate.evidence import FURTHER, MarginalLikelihood, end_told, further_in
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, end_told
 from fibrefit.problem.estimate.normal_equations import held_places, own_precision, shared_coordinates
 from fibrefit.problem.estimate.schur import inverses
+from fibrefit.problem.estimate.sigma_grid import FURTHER, further_in
 from fibrefit.problem.thresholds import END_TOLD
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
@@ -42,7 +43,7 @@ def between(evidence: MarginalLikelihood) -> dict[str, BetweenRecordsSummary]:
 
 def differ_within(evidence: MarginalLikelihood) -> list[Check]:
     """Whether the records differ by no more than is looked for at the most; nothing where nobody has to ask."""
-    further = further_in(evidence.grid)
+    further = further_in(evidence.axes)
     if not further:
         return []
     told, unknowns = end_told(evidence), evidence.mode.unknowns
