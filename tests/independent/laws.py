@@ -145,7 +145,7 @@ CATALOGUE: dict[str, Hidden] = {
     "sensor.force_lag": Hidden({"time_constant": 5e-4}, most=20.0),
     "sensor.gauge_resonance": Hidden({"period": 5e-3}, {"damping_ratio": (0.03, 0.3)}, most=6.0),
     "sensor.position_gain": Hidden({"gain": 0.005}, signed=True, null=1.0, most=20.0),
-    "sensor.dial_gauge_force": Hidden({"gauge_force": 0.8, "gauge_spring": 20.0}, most=10.0),
+    "sensor.dial_gauge_force": Hidden({"gauge_force": 0.8}, {"gauge_travel": (0.02, 0.08)}, most=10.0),
     "study.inclination": Hidden({"error": 0.005}, signed=True, most=10.0),
 }
 
@@ -230,6 +230,8 @@ def values_at(name: str, strength: float, shape: Mapping[str, float], stiffness:
     ):
         if inverse in values:
             values[direct] = 1.0 / values.pop(inverse)
+    if "gauge_travel" in values:
+        values["gauge_spring"] = values["gauge_force"] / values.pop("gauge_travel")
     if "kink_load" in values:
         values["kink_stretch"] = values.pop("kink_load") * NOMINAL_WEIGHT / stiffness
     return values

@@ -16,7 +16,7 @@ one at which the fibre becomes taut are left out, since the force jumps there. E
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -40,6 +40,8 @@ FIRST = (1e-4, 1e-3, 1e-3)
 FIRST_OWN = {DROP: 1e-6, DRIVE: 1e-3}
 """Of what a record has for itself: s by which it is released later; N by which the fibre carries more at the start."""
 FIRST_STRENGTH = 1e-3
+TURN = 0.1
+"""Share by which a shape parameter is changed to see how a direction turns."""
 SMALL, LARGE = 0.05, 1.0
 """Range of the largest change of a reading, in units of the noise, from which a difference is taken."""
 SINGULAR = 1e-3
@@ -241,8 +243,18 @@ class Ideal:
             return self._derivative(change, 10.0 * SINGULAR, from_size=SINGULAR, least=SINGULAR)
         return self._derivative(change, FIRST_STRENGTH)
 
+    def _turned(self, known: Hidden) -> Iterator[list[Projected]]:
+        """How the direction of an effect turns as each of its shape parameters grows."""
+        here = self.direction(known)
+        for name, value in known.shape.items():
+            there = self.direction(known._replace(shape={**known.shape, name: value * (1.0 + TURN)}))
+            turned = [Projected(*(b - a for a, b in zip(*pair, strict=True))) for pair in zip(here, there, strict=True)]
+            # A shape that changes nothing here, as a speed that no record reaches, frees nothing.
+            if any(np.any(one.rows) for one in turned):
+                yield turned
+
     def noncentrality(self, hidden: Sequence[Hidden], known: Sequence[Hidden] = ()) -> float:
-        """Gain in twice the log likelihood over a model that has the `known` effects only, of free strength.
+        """Gain in twice the log likelihood over a model that has the `known` effects only, of free strength and shape.
 
         Parameters
         ----------
@@ -252,7 +264,8 @@ class Ideal:
         if not hidden:
             return 0.0
         own = 1 + 3 * (self.scatter > 0.0)
-        columns = [*self._slopes[:3], *(self.direction(one) for one in known), self._slopes[3]]
+        free = [column for one in known for column in (self.direction(one), *self._turned(one))]
+        columns = [*self._slopes[:3], *free, self._slopes[3]]
         shared, count = len(columns) - 1, len(self.plans)
         normal, gradient, length = np.zeros((shared + own * count,) * 2), np.zeros(shared + own * count), 0.0
         for r in range(count):

@@ -301,6 +301,15 @@ def test_each_of_several_effects_has_its_noncentrality_beside_the_others() -> No
         assert found.noncentralities[one.name] >= 0.9 * 200.0
 
 
+def test_effects_that_undo_each_other_at_some_shape_are_not_hidden_together() -> None:
+    """A dial gauge presses on the weight one way, as an asymmetric friction does; its spring is a shape of its own."""
+    ideal = short(DROP)
+    one = Hidden("guide.asymmetric_friction", -0.15, {})
+    for travel in (0.02, 0.08):
+        beside = Hidden("sensor.dial_gauge_force", 1.0, {"gauge_travel": travel})
+        assert ideal.noncentrality([one], known=[beside]) < 0.05 * ideal.noncentrality([one])
+
+
 def test_a_case_is_made_of_its_name_alone() -> None:
     case = next(cases("r", "faint", DROP))
     one, two = case.make(), case.make()
