@@ -154,8 +154,10 @@ def reported(
         if not failed:
             why = Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
             return replace(found, why=why, checks=checks)
-        if plain.input_errors and found.sound.converged.passed and found.sound.like_noise and found.may_be_noise:
-            # Plain least squares would take for errors of the inputs what a rest does not show of the noise.
+        several = bool(plain.input_errors) or gls.records_differ
+        if several and found.sound.converged.passed and found.sound.like_noise and found.may_be_noise:
+            # Plain least squares would take what a rest does not show of the noise for errors of the inputs, and
+            # records that differ for alike. Error bars are those of the noise that is left, however loud rests are.
             return replace(found, why=Why("louder", failed=failed), checks=checks)
         if plain.input_errors and ended is not None and ended.differ:
             # There is no estimate of values that all share: what is plain lies at those of each record.

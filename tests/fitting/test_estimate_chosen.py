@@ -88,13 +88,13 @@ def test_records_by_themselves_are_taken_where_less_is_held_against_them(
         assert (found is own) is taken
 
 
-def likelihood(sound: Sound, ratio: float, inputs: bool, monkeypatch: pytest.MonkeyPatch) -> str:
+def likelihood(sound: Sound, ratio: float, inputs: bool, monkeypatch: pytest.MonkeyPatch, differ: bool = False) -> str:
     """Why what is reported, of a likelihood that leaves records with such a gap."""
     seen = SimpleNamespace(record_gaps={"a": gap(1.0), "b": gap(ratio)}, gap=gap(ratio))
     of_gls: Any = reported.Reported(
-        None, None, None, None, SimpleNamespace(records_differ=False), seen, sound, {}, {}, 1.0  # type: ignore[arg-type]
+        None, None, None, None, SimpleNamespace(records_differ=differ), seen, sound, {}, {}, 1.0  # type: ignore[arg-type]
     )  # fmt: skip
-    monkeypatch.setattr(reported, "gls_estimate", lambda *of: SimpleNamespace(records_differ=False))
+    monkeypatch.setattr(reported, "gls_estimate", lambda *of: SimpleNamespace(records_differ=differ))
     monkeypatch.setattr(reported, "_of_gls", lambda *of: of_gls)
     monkeypatch.setattr(reported, "_of_plain", lambda *of: of_gls)
     monkeypatch.setattr(reported, "_compared", lambda *of: ())
@@ -108,6 +108,9 @@ def test_noise_that_is_louder_than_at_rest_lets_the_likelihood_stand(monkeypatch
     assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.2, True, monkeypatch) == "louder"
     # Of exact inputs there are no errors that plain least squares would take it for.
     assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.2, False, monkeypatch) == "not_noise"
+    # Records that differ it would take for alike.
+    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.2, False, monkeypatch, differ=True) == "louder"
+    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, BAD)), 1.2, False, monkeypatch, differ=True) != "louder"
     # Nor where a record leaves more, where it has the structure of no noise, whatever its size, or without a mode.
     assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.3, True, monkeypatch) == "not_noise"
     assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, BAD)), 1.2, True, monkeypatch) == "not_noise"

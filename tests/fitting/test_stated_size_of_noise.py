@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from fibrefit.fitting.misfit.structure import _spectrum
 from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.formulate import formulate
+from fibrefit.problem.noise.growth import largest_load, louder_under_load
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task
@@ -126,3 +129,34 @@ def test_what_rests_show_has_grown_with_their_load(
     seen = task.noise["force"].rms(task.traces[0].duration, task.traces[0].rate)
     assert np.sqrt(np.mean(np.concatenate(still) ** 2)) == pytest.approx(seen, rel=1e-6)
     assert 1.0 / weight.max() < 0.99 * seen
+
+
+def _slow(values: np.ndarray) -> float:
+    """Standard deviation of means over 25 ms."""
+    return float(values[: len(values) // 50 * 50].reshape(-1, 50).mean(axis=1).std())
+
+
+def test_rests_under_a_load_are_taken_back_to_no_load_without_the_load_itself(tmp_path: Path) -> None:
+    """A load is read with noise: a factor that follows the readings and acts on the load too takes slow noise away."""
+    task = made.task(tmp_path, made.records(seed=4, samples=SAMPLES))
+    largest = largest_load(task.traces, "force")
+    louder = [louder_under_load(trace, "force", 2.0, largest) for trace in task.traces]
+    weight = np.zeros_like(np.asarray(task.problem.observations.weight["force"]))
+    for row, more in zip(weight, louder, strict=True):
+        row[: len(more)] = 1.0 / more
+    growing: Any = SimpleNamespace(
+        traces=task.traces, noise=task.noise, stated_over_rest={},
+        problem=SimpleNamespace(model=task.problem.model, observations=SimpleNamespace(
+            weight={**task.problem.observations.weight, "force": weight})),
+    )  # fmt: skip
+    whole = [(trace.channels["force"][rest], more[rest]) for trace, more in zip(task.traces, louder, strict=True)
+             for rest in rests(trace)]  # fmt: skip
+    found = readings_at_rest(growing)["force"]
+    loaded = [(values, more, here) for (values, more), (here, _) in zip(whole, found, strict=True) if values.mean() > 5]
+    assert loaded
+    for values, more, here in loaded:
+        assert here.mean() == pytest.approx(0.0, abs=0.05 * here.std())
+        assert here.std() == pytest.approx(values.std() / more.mean(), rel=0.02)
+        slow, quieter, with_load = (_slow(one) for one in (values / more.mean(), here, values / more))
+        assert quieter == pytest.approx(slow, rel=0.05)
+        assert with_load < 0.8 * slow  # the control
