@@ -55,6 +55,17 @@ def test_clean_series_are_not_suspected(rows: list[Fitted]) -> None:
     assert np.mean([row.status == "ok" for row in rows]) >= 0.95 - 2.0 * SPREAD
 
 
+@pytest.mark.parametrize(("noise", "scatter", "index"), [("slow", 0.005, 1), ("load", 0.01, 0)])
+def test_a_short_rest_that_does_not_show_all_of_the_noise_makes_no_fit_suspect(
+    noise: str, scatter: float, index: int
+) -> None:
+    """Two series whose records differ and which were suspected: the rest is quieter than the motion, or has a load."""
+    case = next(itertools.islice(interval_cases("2026-11-30b", DROP, noise, scatter), index, None))
+    rows = carry_out(case)
+    assert {row.status for row in rows} == {"ok"}, rows[0].failed
+    assert all(row.holds for row in rows)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("index", range(3))
 def test_series_that_hide_a_strong_effect_are_suspected(index: int) -> None:
