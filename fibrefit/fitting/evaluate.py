@@ -101,8 +101,8 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
                 own = weights[channel][r, : len(trace.times)][rest]
                 quieter = np.where(own > 0.0, own / weights[channel][r].max(), 1.0)
                 values = trace.channels[channel][rest]
-                # The load itself is no noise: a factor that follows its readings would make some of it.
-                values = (values - np.nanmean(values)) * quieter
+                # The load itself is no noise: a factor that follows its readings would take slow noise off with it.
+                values = (values - values[np.isfinite(values)].sum() / max(np.isfinite(values).sum(), 1)) * quieter
                 if task.noise[channel].samples and len(values := unbroken(values)):
                     found[channel].append((values * task.stated_over_rest.get(channel, 1.0), rate))
     return found

@@ -304,8 +304,9 @@ def error_of_objective(gls: GlsEstimate, index: int) -> float:
     Records differ there as is most probable, and readings tell of errors of inputs what they do in the end: what is
     reported of the value knows less.
     """
-    evidence = gls.evidence
-    found, layout = evidence.mode, gls.seen.problem.layout
+    found, layout = gls.evidence.mode, gls.seen.problem.layout
+    # What is reported may be summed over a grid without that of the mode, which is one of the usual levels.
+    evidence = laplace(found)
     place = places_of(layout, found.unknowns)[0][index]
     row = int(np.flatnonzero(np.all(evidence.grid == found.sigma, axis=1))[0])
     return float(np.sqrt(evidence.covariance[row][place, place]) * abs(found.unknowns.slope(found.place.z)[place]))

@@ -296,7 +296,8 @@ def as_far_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
     As it is where they do not. Its logarithm stays that over the grid that all models have alike.
     """
     further = beyond_levels(evidence)
-    return _weighed_over(usual_axes(len(evidence.axes), further), evidence, evidence) if further else evidence
+    axes = usual_axes(len(evidence.axes), further)
+    return _weighed_over(axes, evidence, _unforeseen(evidence), evidence) if further else evidence
 
 
 def as_finely_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
@@ -305,13 +306,13 @@ def as_finely_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
     As far as `as_far_as_told` goes. Its logarithm stays that over the grid that all models have alike. Where slopes at
     the mode promised more than was found, what they promise between the points of the grid is not asked.
     """
-    found, step = as_far_as_told(evidence), finest_step(len(evidence.mode.place.eta))
+    found, step, unforeseen = as_far_as_told(evidence), finest_step(len(evidence.mode.place.eta)), _unforeseen(evidence)
     while not np.isneginf(evidence.logs).any():
         axes = tuple(axis.halved(found.levels(i)[1], step) for i, axis in enumerate(found.axes))
         same = all(one is other for one, other in zip(axes, found.axes, strict=True))
         if same or np.prod([len(axis.levels) for axis in axes]) > MOST_POINTS:
             return found
-        finer = _weighed_over(axes, evidence, found)
+        finer = _weighed_over(axes, evidence, unforeseen, found)
         if finer is found:
             return found
         found = finer
@@ -319,11 +320,11 @@ def as_finely_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
 
 
 def _weighed_over(
-    axes: Sequence[SigmaAxis], evidence: MarginalLikelihood, otherwise: MarginalLikelihood
+    axes: Sequence[SigmaAxis], evidence: MarginalLikelihood, unforeseen: np.ndarray, otherwise: MarginalLikelihood
 ) -> MarginalLikelihood:
     """Evidence at its mode over another grid, what was found at points of its own carried on; `otherwise` if none."""
     wide = laplace(evidence.mode, axes)
-    logs = wide.logs + _carried_on(_unforeseen(evidence), evidence.axes, axes)
+    logs = wide.logs + _carried_on(unforeseen, evidence.axes, axes)
     found = replace(_over_grid(wide.mode, wide.grid, logs, wide.z, wide.covariance, wide.axes), log=evidence.log)
     return found if np.isfinite(found.spread).all() else otherwise
 

@@ -32,6 +32,7 @@ FEW_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
 FURTHER = (0.2, 0.5)
 """Levels beyond the last one, of parameters that the records of a fit make differ by that: see `end_told`."""
 MANY = 3
+"""Parameters that may deviate at the most for the finer of these levels."""
 AGREE = 0.5
 """Probability, before the records speak, that they agree in all parameters."""
 ALONE = 0.1
