@@ -21,12 +21,11 @@ from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.effort import COMPARED, LINEARISED_ANEW, settles, side_search_time
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import (
-    APART,
     BEYOND_DOUBT,
     CARRIED,
     NAMED,
 )
-from fibrefit.discovery.exchange import best_exchange
+from fibrefit.discovery.exchange import is_better, rivals_beside, rivals_of, with_exchanges
 from fibrefit.discovery.mistakes import mistaken
 from fibrefit.discovery.model.finding import TracedRound
 from fibrefit.discovery.model.law import ProposedLaw
@@ -43,7 +42,13 @@ from fibrefit.discovery.search.inputs import (
 )
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, slowdown, time_to_use
-from fibrefit.discovery.unnamed import Unnamed, law_before_effects, law_beside_choice, law_without_choice
+from fibrefit.discovery.unnamed import (
+    Unnamed,
+    effects_as_good,
+    law_before_effects,
+    law_beside_choice,
+    law_without_choice,
+)
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.residuals import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
@@ -195,7 +200,7 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         except OutOfTimeError:
             return replace(at, cut_short=True), False
         if law is not None:
-            return _ended_by(law, at), False
+            return _ended_unless_known(law, at, single, before, limits)
     missing = True
     if found.chosen is None and limits.choose is None:
         unknown: tuple[bool, Sequence[FittedCurve] | None] = True, None
@@ -205,15 +210,9 @@ def _further(at: Selection, before: Identification, limits: Limits) -> tuple[Sel
         law, came = in_time(partial(law_without_choice, at.search, at.best, before, curves), None)
         at = at.took("law", came)
         if law is not None:
-            return _ended_by(law, at), False
-    exchanged: Believed | None = None
+            return _ended_unless_known(law, at, single, before, limits)
     if found.chosen is not None and at.best.effects and limits.choose is None:
-        better, came = in_time(partial(best_exchange, single, found.comparison, found.chosen), None)
-        at = at.took("exchange", came)
-        if better is not None:
-            exchanged = believed(replace(better, untried=found.comparison.untried, seconds=found.comparison.seconds))
-    if exchanged is not None and _is_another(exchanged, found):
-        found = exchanged
+        at, found = _exchanged(at, found, single)
     elif found.chosen is None and (missing or _doubtful(at)):
         at, found = _together(at, found, single, limits)
     if found.chosen is not None:
@@ -257,6 +256,19 @@ def _settled_there(at: Selection) -> Selection:
 def _ended_by(law: Unnamed, at: Selection) -> Selection:
     """A selection that ends with a law of no name."""
     return replace(at, search=law.search, best=law.parent, curves=law.curves, law=law.law)
+
+
+def _ended_unless_known(
+    law: Unnamed, at: Selection, single: Comparison, before: Identification, limits: Limits
+) -> tuple[Selection, bool]:
+    """A selection that ends with a law of no name, or has an effect added that makes the records as probable."""
+    known, _ = in_time(partial(effects_as_good, law), None, side_search_time(time_left()))
+    found = None if known is None else believed(known)
+    if known is None or found is None or found.chosen is None:
+        return _ended_by(law, at), False
+    there = replace(at, search=known.search, best=known.parent)
+    # What a round at effects one by one said was of readings that it saw: here others are seen.
+    return _grown(there, found, single if at.best.effects else known, before, limits), True
 
 
 def _where_it_is(at: Selection, found: Believed) -> tuple[Selection, Believed]:
@@ -304,10 +316,19 @@ def _together(at: Selection, found: Believed, single: Comparison, limits: Limits
     return replace(at.took("pairs", came), paired=came), found if together.chosen is None else together
 
 
-def _is_another(exchanged: Believed, found: Believed) -> bool:
-    """Whether an exchange led to other effects."""
+def _exchanged(at: Selection, found: Believed, single: Comparison) -> tuple[Selection, Believed]:
+    """What was found, or with some of its effects exchanged, and rivals of all but the last beside that one."""
     assert found.chosen is not None
-    return exchanged.chosen is not None and set(exchanged.chosen.names) != set(found.chosen.names)
+    models, came = in_time(partial(with_exchanges, single, found.comparison, found.chosen, at.rivals), None)
+    at = at.took("exchange", came)
+    if models is None:
+        return at, found
+    at = replace(at, rivals=rivals_beside(at.rivals, models, found.chosen))
+    if not is_better(models, found.chosen):
+        return at, found
+    others = believed(replace(models, untried=found.comparison.untried, seconds=found.comparison.seconds))
+    another = others.chosen is not None and set(others.chosen.names) != set(found.chosen.names)
+    return at, others if another else found
 
 
 def _doubtful(at: Selection) -> bool:
@@ -337,17 +358,6 @@ def _grown(at: Selection, found: Believed, single: Comparison, before: Identific
             about=best,
             gained=(*at.gained, comparison.gain(chosen)),
         )
-
-
-def rivals_of(comparison: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
-    """What was added, and each effect that would have explained the records as well in its place."""
-    pairs: dict[tuple[str, str], Rivals] = {}
-    for other in comparison.found:
-        mine = [name for name in best.names if name not in other.names]
-        theirs = [name for name in other.names if name not in best.names]
-        if abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
-            pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (best, other)))
-    return tuple(pairs.values())
 
 
 def _round(comparison: Comparison, before: Identification, chosen: LaplaceFit) -> TracedRound:

@@ -186,6 +186,21 @@ def law_without_choice(
     return found
 
 
+def effects_as_good(found: Unnamed) -> Comparison | None:
+    """Effects beside the parent of a law, where one makes the records as probable as that does; None where none does.
+
+    A law that was found about itself was found in other noise, and of other readings, than effects were asked in: of a
+    friction that grows with the tension the law was told, and the effect, of the same law, had been predicted nothing.
+
+    Parameters
+    ----------
+    found : Unnamed
+    """
+    effects = found.search.swift_extensions(found.parent)
+    tried = _tried_against(found, found.parent, effects, PROMISING)
+    return in_one_noise(found.search, found.parent, tried) if _does_as_well(found, tried) else None
+
+
 def _law_in_place(
     search: Search, best: LaplaceFit, rest: tuple[type[Effect], ...], before: Identification, port: str, left: float
 ) -> Unnamed | None:
@@ -216,8 +231,9 @@ def _predicted_beyond(
     gain = comparison.gain(chosen.undivided)
     gain = gain if seen is None else max(gain, seen.gain + seen.found.divided_off)
     looks = look_at(search, parent, before, tuple(PORTS))
-    # A law pays for the places and forms that were looked at, and not for the places once more.
-    curve = looks.promise + looks.price - PRICE_OF_LOOKS - NAMED
+    # A law pays for the places and forms that were looked at, and not for the places once more. A curve over what an
+    # effect depends on holds all that the effect does and a little more, which is no sign of another law.
+    curve = looks.promise + looks.price - PRICE_OF_LOOKS - max(NAMED, LIKENESS * gain)
     if curve > gain and curve > min(_predicted_of(search, parent, chosen), gain / PROMISING):
         return curve - gain
     return 0.0

@@ -11,11 +11,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import time_left
+from fibrefit.core.time_limit import in_time, time_left
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, interval_of_shared
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
@@ -108,10 +109,16 @@ def _relinearised(task: Task, bars: ErrorBars, found: GlsEstimate | None, search
         # Another look takes as long as the last one.
         if time_left() <= took or not _tells_more(linearisations, searched):
             break
-        began, mode = time.monotonic(), found.evidence.mode
-        found = _at_mode(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
+        began = time.monotonic()
+        # One that the time ends on the way takes nothing from those before it.
+        found, _ = in_time(partial(_next_look, task, bars, found), None)
         took = time.monotonic() - began
     return min(linearisations, key=lambda one: one.left).found if linearisations else found
+
+
+def _next_look(task: Task, bars: ErrorBars, found: GlsEstimate) -> GlsEstimate | None:
+    mode = found.evidence.mode
+    return _at_mode(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
 
 
 def _linearisation(task: Task, found: GlsEstimate) -> _Linearisation:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from fibrefit.core.paths import name_of_several, nearest_file, path_from, record_stems
+from fibrefit.core.errors import DataError
+from fibrefit.core.paths import name_of_several, nearest_file, path_from, read_plain_file, record_stems, sha256_of
 from fibrefit.store.files import write_whole
 
 
@@ -66,3 +70,19 @@ def test_a_file_on_another_drive_is_named_whole(tmp_path: Path, monkeypatch: pyt
 
     monkeypatch.setattr("os.path.relpath", refused)
     assert path_from(tmp_path / "here", tmp_path / "there" / "a.csv") == (tmp_path / "there" / "a.csv").as_posix()
+
+
+@pytest.mark.parametrize("read", [lambda path: read_plain_file(path, "a file", DataError), sha256_of])
+def test_a_file_that_may_not_be_read_is_told_as_data_that_are_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
+) -> None:
+    """Permissions are nothing to root: the system says it here whoever asks."""
+    file = tmp_path / "drop.csv"
+    file.write_text("t,F\n")
+
+    def refused(*of: object) -> int:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(file))
+
+    monkeypatch.setattr("fibrefit.core.paths.os.open", refused)
+    with pytest.raises(DataError, match=r"drop\.csv: Permission denied; expected a file"):
+        read(file)

@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from fibrefit.core.programs.side_by_side import for_each
 from fibrefit.core.time_limit import Budget, OutOfTimeError, beyond_limits, check_time, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
 
@@ -38,6 +39,16 @@ def test_a_limit_holds_in_the_threads_of_a_search() -> None:
     with time_limit(0.0):
         assert fit_all([lambda: 1, lambda: 2], lambda done: None) == [None, None]
     assert fit_all([lambda: 1, lambda: 2], lambda done: None) == [1, 2]
+
+
+def test_a_limit_holds_in_the_threads_that_share_out_records() -> None:
+    def asks(record: int) -> int:
+        check_time()
+        return record
+
+    with time_limit(0.0), pytest.raises(OutOfTimeError):
+        for_each(asks, range(8))
+    assert for_each(asks, range(8)) == list(range(8))
 
 
 def test_jobs_that_began_in_time_and_ask_are_ended() -> None:

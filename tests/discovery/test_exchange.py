@@ -11,9 +11,9 @@ import pytest
 
 from fibrefit.discovery import exchange
 from fibrefit.discovery.comparison import Comparison
+from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import FAR_BEHIND
-from fibrefit.discovery.engine.thresholds import NAMED
-from fibrefit.discovery.exchange import best_exchange
+from fibrefit.discovery.engine.thresholds import APART, NAMED
 from tests.discovery.test_pairs import EFFECTS, GAINS, Model, floors, in_one_noise, round_of
 
 A, B, C, D, E = EFFECTS[:5]
@@ -33,6 +33,7 @@ def exchanged(
     last: dict[Any, float] | None = None,
     found: tuple[Any, ...] = (A, E),
     from_both: float = 60.0,
+    rivals: Sequence[Rivals] = (),
 ) -> Comparison | None:
     """What takes the place of A, which was found first, beside E: 300 nats together; what is left of both has 60."""
     single = round_of(gains, together, asked)
@@ -41,7 +42,8 @@ def exchanged(
     )
     beside = tuple(Model((*found[:-1], effect), gain) for effect, gain in (last or {found[-1]: 60.0}).items())
     round_before = Comparison(single.search, Model(found[:-1], 0.0), beside)  # type: ignore[arg-type]
-    return best_exchange(single, round_before, cast(Any, Model(found, 300.0)))
+    models = exchange.with_exchanges(single, round_before, cast(Any, Model(found, 300.0)), rivals)
+    return models if models is not None and exchange.is_better(models, cast(Any, Model(found, 300.0))) else None
 
 
 def names(found: Comparison | None, number: int = 1) -> list[set[str]]:
@@ -133,3 +135,28 @@ def test_where_inputs_have_errors_near_ones_are_told_about_themselves(
 def test_an_exchange_that_makes_one_needless_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exchange, "pruned", lambda inference, best: replace(best, effects=best.effects[:1]))
     assert exchanged({(E, C): 304.0}, []) is None
+
+
+def as_well(found: tuple[Any, ...], instead: tuple[Any, ...]) -> Rivals:
+    (mine,), (theirs,) = set(found) - set(instead), set(instead) - set(found)
+    return Rivals((mine.name, theirs.name), cast(Any, (Model(found, 100.0), Model(instead, 99.0))))
+
+
+def test_what_the_last_round_found_and_what_did_as_well_before_is_tried_in_its_place() -> None:
+    """An effect may do as well as another only beside those that came later, whatever it gained by itself."""
+    asked: list[Any] = []
+    exchanged({}, asked, gains={A: 240.0, B: 200.0}, last={E: 60.0, F: 55.0, C: NAMED}, rivals=[as_well((A,), (D,))])
+    assert asked == [(E, B), (E, F), (E, D)]
+
+
+@pytest.mark.parametrize(("log", "there"), [(300.0 - APART + 0.1, True), (300.0 - APART - 0.1, False)])
+def test_rivals_are_those_beside_all_effects(log: float, there: bool) -> None:
+    """D did as well as A before E was there, and C does now; what was not held beside both stays a rival."""
+    single = round_of(GAINS, {(E, C): log, (E, D): 200.0}, [])
+    single.search.inference = SimpleNamespace(without=lambda one, kept: Model(kept, 60.0), again=lambda one: one)  # type: ignore[misc]
+    whole: Any = Model((A, E), 300.0)
+    models = exchange.with_exchanges(single, single, whole)
+    assert models is not None
+    before = [as_well((A,), (D,)), as_well((A,), (E,)), as_well((A,), (EFFECTS[10],))]
+    found = {rival.names for rival in exchange.rivals_beside(before, models, whole)}
+    assert found == {(A.name, EFFECTS[10].name)} | ({(A.name, C.name)} if there else set())

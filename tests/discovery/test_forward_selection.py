@@ -32,7 +32,7 @@ from fibrefit.discovery.search.cross_validation import cv_residuals, held_out
 from fibrefit.discovery.search.effect_sizes import of_interest
 from fibrefit.discovery.search.followed import extended
 from fibrefit.discovery.search.inputs import residuals_left
-from fibrefit.discovery.search.screen import Elsewhere, Screen
+from fibrefit.discovery.search.screen import Elsewhere, Screen, per_unit
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search, set_up
 from fibrefit.fitting.checks import CONVERGED
@@ -183,6 +183,12 @@ def with_effect(made: Case, parent: LaplaceFit, effect: type[Effect]) -> Laplace
     )
 
 
+def beside(made: Case, supermodel: Any) -> Elsewhere:
+    """The model a case begins with, as slopes are taken in it by a supermodel."""
+    local = transferred(supermodel, made.base.supermodel, made.base.local)
+    return Elsewhere(supermodel, local, (), per_unit(made.base, made.search.inference.slopes(made.base)))
+
+
 @pytest.mark.parametrize(("parent", "effect"), [(VISCOUS, DRAG), (VISCOUS, DELAY), (DELAY, VISCOUS)])
 @pytest.mark.parametrize("coefficient", [FAINT, NEAR])
 def test_slopes_in_a_model_without_the_parent_s_effects_predict_what_those_beside_them_do(
@@ -192,18 +198,18 @@ def test_slopes_in_a_model_without_the_parent_s_effects_predict_what_those_besid
     search, first = made.search, with_effect(made, made.base, parent)
     assert slopes_tell(search.gap_left(made.base))
     slopes, lean = search.inference.slopes(first), search.supermodel_with((effect,))
-    near = Elsewhere(lean, transferred(lean, made.base.supermodel, made.base.local), ())
-    beside, without = (
+    near = beside(made, lean)
+    own, without = (
         Screen(search.inference, first, slopes, there).predicted(search.supermodel_with((parent, effect)), [effect])
         for there in (None, near)
     )
-    assert without[effect].gain == pytest.approx(beside[effect].gain, abs=0.3, rel=0.05)
-    for name, value in beside[effect].values.items():
+    assert without[effect].gain == pytest.approx(own[effect].gain, abs=0.3, rel=0.05)
+    for name, value in own[effect].values.items():
         typical = lean.declared[name].typical
         assert without[effect].values[name] == pytest.approx(value, rel=0.2, abs=0.05 * typical)
     # On the model the search began with they predict something else.
     alone = Screen(search.inference, made.base, search.inference.slopes(made.base)).predicted(lean, [effect])
-    assert abs(alone[effect].gain - beside[effect].gain) > 3.0
+    assert abs(alone[effect].gain - own[effect].gain) > 3.0
 
 
 def test_what_the_parent_adds_to_a_near_model_is_absent_where_slopes_are_taken(case: Callable[..., Case]) -> None:
@@ -212,12 +218,7 @@ def test_what_the_parent_adds_to_a_near_model_is_absent_where_slopes_are_taken(c
     search, first = made.search, with_effect(made, made.base, VISCOUS)
     slopes, whole = search.inference.slopes(first), search.supermodel_with((VISCOUS, DELAY))
     alone, together = (
-        Screen(
-            search.inference,
-            first,
-            slopes,
-            Elsewhere(lean, transferred(lean, made.base.supermodel, made.base.local), ()),
-        ).predicted(whole, [DELAY])[DELAY]
+        Screen(search.inference, first, slopes, beside(made, lean)).predicted(whole, [DELAY])[DELAY]
         for lean in (search.supermodel_with((DELAY,)), search.supermodel_with((VISCOUS, DELAY)))
     )
     assert together.gain == pytest.approx(alone.gain, rel=1e-6)
@@ -234,7 +235,7 @@ def test_beside_a_stiff_effect_slopes_of_a_whole_group_are_taken_without_it(task
     supermodel, local = search.base.supermodel, search.base.fit.local
     parent, near = (SimpleNamespace(effects=some, supermodel=supermodel, local=local) for some in ((first,), ()))
     for effect in memory:
-        screen, whole = search._screen(effect, cast(Any, parent), cast(Any, None), cast(Any, near))
+        screen, whole = search._screen(effect, cast(Any, parent), cast(Any, None), cast(Any, (near, None)))
         group = whole if screen.near is None else screen.near.supermodel
         assert group.holds(memory)
         assert whole.holds((*group.effects, first))

@@ -243,6 +243,7 @@ def after_a_look(
     law: Any = None,
     instead: Any = None,
     gained: float = math.inf,
+    known: Comparison | None = None,
 ) -> tuple[tuple[str, ...], bool]:
     """Effects after a round in which the best further one gains so much, and whether any are new."""
     nothing = Comparison(first.search, best, (Model((*best.effects, D), best.log + gain),))  # type: ignore[arg-type]
@@ -255,10 +256,12 @@ def after_a_look(
     monkeypatch.setattr(forward_selection, "law_before_effects", lambda *of: None)
     monkeypatch.setattr(forward_selection, "law_beside_choice", Mock(side_effect=[law]))
     monkeypatch.setattr(forward_selection, "law_without_choice", lambda *of: instead)
+    monkeypatch.setattr(forward_selection, "effects_as_good", lambda law: known)
     monkeypatch.setattr(forward_selection, "_round", lambda *of: SimpleNamespace(added=""))
     monkeypatch.setattr(forward_selection, "rivals_of", lambda *of: ())
     monkeypatch.setattr(forward_selection, "pruned", lambda inference, best: best)
-    monkeypatch.setattr(forward_selection, "best_exchange", lambda single, last, found: exchanged)
+    monkeypatch.setattr(forward_selection, "with_exchanges", lambda single, last, found, rivals: exchanged)
+    monkeypatch.setattr(forward_selection, "is_better", lambda models, found: True)
     at = Selection(first.search, best, singles=first, comparison=first, paired=paired, gained=(gained,))
     after, grown = forward_selection._further(at, SimpleNamespace(), Limits())  # type: ignore[arg-type]
     return after.best.names, grown
@@ -268,6 +271,21 @@ def test_a_law_of_no_name_ends_the_search_without_effects(monkeypatch: pytest.Mo
     first = round_of(GAINS, {(B, C): 290.0}, [])
     law = SimpleNamespace(search=first.search, parent=first.parent, curves=["curve"], law=("model", "told"))
     assert after_a_look(monkeypatch, first, first.found[0], True, gain=8.0, law=law) == ((), False)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_an_effect_that_makes_the_records_as_probable_as_a_law_is_added_in_its_place(
+    monkeypatch: pytest.MonkeyPatch, beside: bool
+) -> None:
+    """Beside a name, and in the place of one: what the law stands beside is what the effect is added to."""
+    first = round_of(GAINS, {(B, C): 290.0}, [])
+    parent: Any = first.found[0] if beside else first.parent
+    law = SimpleNamespace(search=first.search, parent=parent, curves=["curve"], law=("model", "told"))
+    as_good = Model((*parent.effects, E), parent.log + 60.0)
+    known = Comparison(first.search, parent, (as_good,), frozenset({as_good.names}))  # type: ignore[arg-type]
+    for how in ({"gain": 8.0, "law": law}, {"instead": law}):
+        found = after_a_look(monkeypatch, first, first.found[0], True, known=known, **how)
+        assert found == (as_good.names, True)
 
 
 def test_an_effect_is_not_added_where_the_time_ends_before_a_law_that_promises_more(

@@ -157,3 +157,27 @@ def test_errors_of_inputs_are_eliminated() -> None:
     expected = slopes.rows @ left @ np.swapaxes(slopes.rows, 1, 2)
     keep = [1, 2, 0]
     np.testing.assert_allclose(slopes.grams(bench.sensitivities), expected[:, keep][:, :, keep], rtol=1e-5, atol=1e-9)
+
+
+@pytest.mark.parametrize("pulled", [True, False])
+def test_what_unknowns_imitate_of_a_change_is_carried_over_to_where_they_are(pulled: bool) -> None:
+    """An effect leaves a thousandth of the unknowns' changes, and these are a tenth otherwise at the other place."""
+    random = np.random.default_rng(5)
+    here = random.normal(size=(3, 4, 200))
+    there = here + 0.1 * random.normal(size=here.shape)
+    # An unknown that cannot move changes nothing.
+    here[:, 2] = there[:, 2] = 0.0
+    share, own = random.normal(size=(3, 2, 4)), 1e-3 * random.normal(size=(3, 2, 200))
+    directions = random.normal(size=(200, 6))
+
+    def slopes(rows: np.ndarray) -> Slopes:
+        return Slopes(rows, list(rows @ directions) if pulled else None)
+
+    found = slopes(share @ there + own).carried_over(slopes(there), slopes(here))
+    # By least squares the unknowns take along what they imitate of the effect's own part, as they do where they are.
+    imitated = np.array([row @ np.linalg.pinv(of) for row, of in zip(own, there, strict=True)])
+    expected = share @ here + own + imitated @ (here - there)
+    np.testing.assert_allclose(found.rows, expected, atol=1e-7)
+    assert np.abs(share @ (there - here)).max() > 100.0 * np.abs(own).max()
+    if found.pulled is not None:
+        np.testing.assert_allclose(found.pulled, expected @ directions, atol=1e-6)

@@ -12,6 +12,7 @@ import pytest
 from fibrefit.core.time_limit import OutOfTimeError
 from fibrefit.discovery import complete_law, unnamed
 from fibrefit.discovery.comparison import Comparison
+from fibrefit.discovery.complete_law import Unnamed
 from fibrefit.discovery.curves.probes import COURSES, PROBES
 from fibrefit.discovery.engine.effort import HARDLY, PROMISING
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
@@ -20,7 +21,7 @@ from fibrefit.discovery.laws.told import HeldLaw
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.search.starts import little_is_missing
-from fibrefit.discovery.unnamed import law_before_effects, law_beside_choice
+from fibrefit.discovery.unnamed import effects_as_good, law_before_effects, law_beside_choice
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.ports import PORTS, port_of
 from tests.discovery.test_pairs import Model
@@ -231,6 +232,17 @@ def test_what_slopes_predict_of_a_curve_is_held_against_what_they_predict_of_the
     bench = Bench(monkeypatch)
     bench.predicted, bench.slopes[TOE] = curve + NAMED + PRICE_OF_LOOKS, effect
     assert (bench.asked(BASE, Model((TOE,), 17.0)) is not None) is fitted
+
+
+@pytest.mark.parametrize(("curve", "fitted"), [(1.09, False), (1.11, True)])
+def test_a_curve_that_promises_a_little_more_than_an_effect_is_no_sign_of_another_law(
+    monkeypatch: pytest.MonkeyPatch, curve: float, fitted: bool
+) -> None:
+    """It was drawn over the tension where a friction grew with that, 2 % better, and the time ended before a law."""
+    bench, gain = Bench(monkeypatch), 60.0 * NAMED
+    bench.predicted, bench.slopes[TOE] = curve * gain + PRICE_OF_LOOKS, gain
+    bench.asked(BASE, Model((TOE,), gain))
+    assert bool(bench.ports) is fitted
 
 
 @pytest.mark.parametrize(("further", "fitted"), [(PROMISING * 40.0, True), (PROMISING * 40.0 + 0.1, False)])
@@ -498,6 +510,25 @@ def test_a_law_is_not_lost_with_the_time_that_effects_against_it_need(monkeypatc
     found = law_before_effects(bench.search(), cast(Any, BASE), BEFORE)
     assert found is not None
     assert found[1].untried == [HARDENING]
+
+
+@pytest.mark.parametrize(
+    ("effect", "known"), [(WORTH - PRICE_OF_LOOKS - NAMED, True), (WORTH - PRICE_OF_LOOKS - NAMED - 0.1, False)]
+)
+def test_effects_are_asked_where_a_law_was_found_before_it_is_told(
+    monkeypatch: pytest.MonkeyPatch, effect: float, known: bool
+) -> None:
+    """Before the first bounces slopes predict nothing of an effect, the law of which is found in whole records."""
+    bench = Bench(monkeypatch)
+    bench.second = effect
+    parent, law_there = cast(Any, Model((TOE,), 10.0)), cast(Any, Model((TOE, LAW), WORTH))
+    law = Unnamed(bench.there, parent, (), (law_there, cast(Any, None)))
+    found = effects_as_good(law)
+    assert (found is not None) is known
+    assert bench.least == [pytest.approx(PROMISING * (WORTH - PRICE_OF_LOOKS - NAMED - 10.0))]
+    if found is not None:
+        assert found.search is bench.there
+        assert [one.names for one in found.found] == [(TOE.name, HARDENING.name)]
 
 
 @pytest.mark.parametrize(("left", "gap"), [(4.0, FAR), (60.0, 1.0)])

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import time_limit
+from fibrefit.core.time_limit import check_time, time_limit
 from fibrefit.fitting import gls
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
@@ -135,6 +135,14 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     assert kept(0.5) == "c"
     # A first one is tried in any case, unless there is no time at all.
     assert kept(0.0) == "a"
+
+    def late(*of: Any) -> Any:
+        now[0] += 2.0
+        check_time()
+
+    names = iter("b")
+    monkeypatch.setattr(gls, "_seen", lambda _, found: late() if found.name == "b" else None)
+    assert kept(1.0) == "b"
 
 
 @pytest.mark.parametrize("coarse", [True, False])

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.core.time_limit import OutOfTimeError, time_limit
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines, stacked_weights
 from fibrefit.problem.inputs.errors_in_variables import (
@@ -125,6 +126,18 @@ def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: di
     # Before anything is drawn it is the mean over all draws.
     assert known["drive"].rms == pytest.approx(np.sqrt(power), rel=0.1)
     assert rms[1] == pytest.approx(2.0 * rms[0], rel=1e-12)
+
+
+def test_records_are_linearised_one_by_one_as_long_as_there_is_time(
+    task: Task, known: dict[str, InputErrors], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr("fibrefit.problem.inputs.errors_in_variables._linear", lambda *of: asked.append(of[-1]))
+    with time_limit(0.0), pytest.raises(OutOfTimeError):
+        expanded(task.problem, known, task.start, no_errors(known))
+    assert not asked
+    expanded(task.problem, known, task.start, no_errors(known), [0])
+    assert asked == [0]
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import copy_context
 from typing import Any, TypeVar
 
 R = TypeVar("R")
@@ -26,7 +27,7 @@ def threads(number: int) -> Iterator[ThreadPoolExecutor]:
 
 
 def for_each(job: Callable[..., R], *of: Iterable[Any]) -> list[R]:
-    """Results of a job for each record, in their order.
+    """Results of a job for each record, in their order; a time limit around it holds in each of its threads.
 
     Parameters
     ----------
@@ -39,4 +40,4 @@ def for_each(job: Callable[..., R], *of: Iterable[Any]) -> list[R]:
     if THREADS == 1 or len(jobs) < 2:
         return [job(*each) for each in jobs]
     with threads(min(THREADS, len(jobs))) as pool:
-        return list(pool.map(lambda each: job(*each), jobs))
+        return list(pool.map(lambda context, each: context.run(job, *each), [copy_context() for _ in jobs], jobs))

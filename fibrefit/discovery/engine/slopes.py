@@ -62,6 +62,28 @@ class Slopes(NamedTuple):
         pulled = self.pulled and [part * by for part, by in zip(self.pulled, whole, strict=True)]
         return Slopes(self.rows * whole, pulled)
 
+    def carried_over(self, there: Slopes, here: Slopes) -> Slopes:
+        """Changes found at another place, what unknowns imitate of them there taken as these change readings here.
+
+        An effect is told from the unknowns by what they leave of it, often a thousandth: at another place both change
+        readings a little otherwise, and alike. By record, the unknowns' share is that of least squares.
+
+        Parameters
+        ----------
+        there, here : Slopes
+            Of the same unknowns, with no residuals.
+        """
+        products = there.rows @ np.swapaxes(there.rows, 1, 2)
+        size = np.sqrt(np.maximum(np.diagonal(products, axis1=1, axis2=2), TINY))
+        alike = products / (size[:, :, None] * size[:, None, :]) + RIDGE * np.eye(size.shape[1])
+        pull = there.rows @ np.swapaxes(self.rows, 1, 2) / size[:, :, None]
+        share = np.swapaxes(np.linalg.solve(alike, pull) / size[:, :, None], 1, 2)
+        pulled = None
+        if self.pulled is not None and there.pulled is not None and here.pulled is not None:
+            parts = zip(self.pulled, share, there.pulled, here.pulled, strict=True)
+            pulled = [own + of @ (after - before) for own, of, before, after in parts]
+        return Slopes(self.rows + share @ (here.rows - there.rows), pulled)
+
     def updated(self, residuals: Slopes, way: np.ndarray) -> Slopes:
         """Slopes that predict the residuals to which a step led.
 
@@ -82,6 +104,8 @@ class Slopes(NamedTuple):
 
 TINY = 1e-300
 """In place of the square of a step of nothing, along which nothing is corrected."""
+RIDGE = 1e-10
+"""Added to products of unknowns with themselves over their squares: what cannot move has a share of nothing."""
 
 
 def _broyden(old: np.ndarray, new: np.ndarray, way: np.ndarray, along: np.ndarray) -> np.ndarray:

@@ -25,12 +25,13 @@ from fibrefit.discovery.engine.screening import (
     starting_strength,
 )
 from fibrefit.discovery.engine.secant import Seed
+from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace
 from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import Unknowns, local_grams, place_of
+from fibrefit.problem.estimate.normal_equations import Unknowns, coordinate_steps, local_grams, place_of
 from fibrefit.problem.estimate.score_test import score_test
 
 
@@ -43,11 +44,14 @@ class Elsewhere(NamedTuple):
     local : (n_record, n_local) in SI units
     effects : tuple of Effect classes
         That are there.
+    slopes : Seed
+        Of the model's own unknowns, see `per_unit`.
     """
 
     supermodel: Supermodel
     local: np.ndarray
     effects: tuple[type[Effect], ...]
+    slopes: Seed
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,7 @@ class Screen:
         """Where slopes are taken, for the journal: names and values of another model, none where it is the parent's."""
         if self.near is None:
             return ()
-        supermodel, local, effects = self.near
+        supermodel, local, effects, _ = self.near
         return tuple(effect.name for effect in effects), supermodel.names, local
 
     def gram(self, supermodel: Supermodel) -> Gram:
@@ -166,7 +170,22 @@ class Screen:
             here, own = local[:, places], np.array([within[column] for column in columns[number:].tolist()], dtype=int)
             if near is not None:
                 here[:, fitted] = near.local[:, fitted]
-            further = seen.slopes(here, own, targets[:, number:], context.whole)
-            return known.beside(further.columns(np.arange(1, len(own) + 1))).grams(seen.sensitivities)
+            found = seen.slopes(here, own, targets[:, number:], context.whole)
+            further = found.columns(np.arange(1, len(own) + 1))
+            if near is not None:
+                further = further.carried_over(*_of_the_same(near.slopes, per_unit(self.parent, self.slopes)))
+            return known.beside(further).grams(seen.sensitivities)
 
         return gram
+
+
+def per_unit(fitted: LaplaceFit, slopes: Seed) -> Seed:
+    """Slopes of a model, see `LaplaceInference.slopes`, per unit of its coordinates."""
+    found = fitted.evidence.mode
+    return Seed(slopes.names, slopes.slopes.scaled(1.0 / coordinate_steps(found.unknowns, found.place)))
+
+
+def _of_the_same(*seeds: Seed) -> list[Slopes]:
+    """Slopes along the unknowns that all of some models have."""
+    names = [name for name in seeds[0].names if all(name in seed.names for seed in seeds)]
+    return [seed.slopes.columns(np.array([1 + seed.names.index(name) for name in names], dtype=int)) for seed in seeds]

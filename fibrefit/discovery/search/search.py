@@ -24,7 +24,7 @@ from fibrefit.discovery.search.base import SearchState
 from fibrefit.discovery.search.followed import extended
 from fibrefit.discovery.search.plain_squares import from_plain_squares
 from fibrefit.discovery.search.recurring import may_recur, predicted_recurrence
-from fibrefit.discovery.search.screen import Elsewhere, Screen
+from fibrefit.discovery.search.screen import Elsewhere, Screen, per_unit
 from fibrefit.discovery.search.starts import (
     EffectStart,
     is_left_to_follow,
@@ -55,16 +55,20 @@ class Search(SearchState):
     """A search that tries effects by what their slopes predict."""
 
     def _screen(
-        self, effect: type[Effect], parent: LaplaceFit, slopes: Seed, near: LaplaceFit | None
+        self, effect: type[Effect], parent: LaplaceFit, slopes: Seed, near: tuple[LaplaceFit, Seed] | None
     ) -> tuple[Screen, Supermodel]:
-        """Score tests of an effect and its group on a parent, and the supermodel that holds all of them."""
-        there = () if near is None else near.effects
+        """Score tests of an effect and its group on a parent, and the supermodel that holds all of them.
+
+        With slopes taken in a `near` model, if any, whose own are known.
+        """
+        there = () if near is None else near[0].effects
         known, screen = self.supermodel_for(effect, there), Screen(self.inference, parent, slopes)
         if known.holds(parent.effects):
             return screen, known
         whole = self.supermodel_for(effect, parent.effects)
         if near is not None and not effect.needs:
-            screen = replace(screen, near=Elsewhere(known, transferred(known, near.supermodel, near.local), there))
+            local = transferred(known, near[0].supermodel, near[0].local)
+            screen = replace(screen, near=Elsewhere(known, local, there, near[1]))
             # Beside a stiff effect groups are smaller.
             if not whole.holds(known.effects):
                 whole = self.supermodel_with((*parent.effects, *known.effects))
@@ -177,9 +181,10 @@ class Search(SearchState):
     ) -> dict[type[Effect], PredictedGain]:
         """What slopes predict of each effect, as far as the time goes: those of a supermodel together."""
         once, recurring = [one for one in effects if not one.recurs], [one for one in effects if one.recurs]
+        elsewhere = None if near is None else (near, per_unit(near, self.inference.slopes(near)))
         groups: dict[int, tuple[Screen, Supermodel, list[type[Effect]]]] = {}
         for effect in once:
-            screen, supermodel = self._screen(effect, parent, slopes, near)
+            screen, supermodel = self._screen(effect, parent, slopes, elsewhere)
             program = supermodel if screen.near is None else screen.near.supermodel
             groups.setdefault(id(program), (screen, supermodel, []))[2].append(effect)
         screens = list[Callable[[], Any]]()
@@ -190,7 +195,7 @@ class Search(SearchState):
             screens.append(self.recalled("screened", parent, about, test))
         found = fit_all(screens, lambda done: self.tell(what, 0.5 * done / max(len(screens), 1)))
         known = {effect: prediction for screen in found if screen is not None for effect, prediction in screen.items()}
-        more = {one: self._screen(one, parent, slopes, near) for one in recurring if may_recur(one, known)}
+        more = {one: self._screen(one, parent, slopes, elsewhere) for one in recurring if may_recur(one, known)}
         asked = [
             self.recalled(
                 "recurring", parent, (effect.name, screen.place),

@@ -120,7 +120,8 @@ def with_input_errors(
             view = _view(problem, known, near)
         else:
             at = _values(unknowns, problem, place)
-            known_rows = rows = _reactions(problem, known, at, waves, known_rows)
+            with beyond_limits():  # there is no alternative to the first, and time is left for each of the next
+                known_rows = rows = _reactions(problem, known, at, waves, known_rows)
             view = _seen_with(problem, known, at, waves, rows, roots)
         beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
         end = _descended(problem, unknowns, place, view)
@@ -267,6 +268,7 @@ def still_gains(shares: Sequence[np.ndarray | float], lefts: Sequence[np.ndarray
     return any(gains(number) for number in range(len(shares))[1:][-(IN_VAIN if bends else 1) :])
 
 
+@beyond_limits()  # there is no alternative to it
 def as_it_ended(
     problem: Problem,
     known: Mapping[str, InputErrors],

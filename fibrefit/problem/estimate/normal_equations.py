@@ -245,18 +245,23 @@ def local_grams(
     further : ((n_direction,) int, (n_direction,) in SI units), optional
         Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
     """
-    local = local_of(unknowns, place)
-    z = shared_coordinates(unknowns, place)
-    shared = np.where(unknowns.log, DIFFERENCE_STEP, DIFFERENCE_STEP * np.maximum(np.abs(place.z), STEADY_SIZE))
-    steps = np.repeat(shared[None], len(local), axis=0)
-    own = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE)
-    targets = np.concatenate([unknowns.value(z + steps), (place.own + own) * unknowns.size], axis=1)
-    columns, rate = unknowns.columns, np.concatenate([1.0 / steps, 1.0 / own], axis=1)
+    local, shared = local_of(unknowns, place), len(unknowns.shared)
+    columns, steps = unknowns.columns, coordinate_steps(unknowns, place)
+    there = unknowns.value(shared_coordinates(unknowns, place) + steps[:, :shared])
+    targets = np.concatenate([there, (place.own + steps[:, shared:]) * unknowns.size], axis=1)
+    rate = 1.0 / steps
     if further is not None:
         columns = np.concatenate([columns, further[0]])
         targets = np.concatenate([targets, np.repeat(further[1][None], len(local), axis=0)], axis=1)
     rate = np.concatenate([rate, np.ones((len(local), len(columns) - rate.shape[1] + 1))], axis=1)
     return gram(local, columns, targets) * rate[:, :, None] * rate[:, None, :]
+
+
+def coordinate_steps(unknowns: Unknowns, place: Place) -> np.ndarray:
+    """What slopes are differences over, ``(n_record, n_column)`` in units of the coordinates: shared ones first."""
+    shared = np.where(unknowns.log, DIFFERENCE_STEP, DIFFERENCE_STEP * np.maximum(np.abs(place.z), STEADY_SIZE))
+    own = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE)
+    return np.concatenate([np.repeat(shared[None], len(own), axis=0), own], axis=1)
 
 
 def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:

@@ -32,6 +32,7 @@ import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.programs.side_by_side import for_each
+from fibrefit.core.time_limit import check_time
 from fibrefit.problem.inputs.error_signals import (
     COSINES,
     InputErrors,
@@ -133,10 +134,20 @@ def expanded(
     list of (residuals, slopes, sensitivities)
         ``(n_channel, n_time)``, ``(n_local_free, n_channel * n_time)`` and ``(n_wave, n_channel * n_time)``,
         the coefficients of all inputs one after the other.
+
+    Raises
+    ------
+    OutOfTimeError
+        If the time is over before a record is begun: each takes a second, of a model that is stiff ten.
     """
     local = values_by_record(problem, values)
     asked = range(len(problem.layout.records)) if records is None else records
-    return for_each(lambda r: _linear(problem, known, local[r], coefficients, r), asked)
+
+    def of_record(r: int) -> tuple:
+        check_time()
+        return _linear(problem, known, local[r], coefficients, r)
+
+    return for_each(of_record, asked)
 
 
 def residuals(
