@@ -55,7 +55,9 @@ def test_clean_series_are_not_suspected(rows: list[Fitted]) -> None:
     assert np.mean([row.status == "ok" for row in rows]) >= 0.95 - 2.0 * SPREAD
 
 
-@pytest.mark.parametrize(("noise", "scatter", "index"), [("slow", 0.005, 1), ("load", 0.01, 0)])
+@pytest.mark.parametrize(
+    ("noise", "scatter", "index"), [pytest.param("slow", 0.005, 1, marks=pytest.mark.slow), ("load", 0.01, 0)]
+)
 def test_a_short_rest_that_does_not_show_all_of_the_noise_makes_no_fit_suspect(
     noise: str, scatter: float, index: int
 ) -> None:
