@@ -15,6 +15,7 @@ from fibrefit.fitting.misfit.lone_samples import LoneSamples
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
+from fibrefit.problem.statement.arrays import RAN_AWAY
 from fibrefit.problem.statement.layout import assembled, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import OTHERWISE, Check
@@ -108,6 +109,7 @@ def _bare(name: str) -> str:
     return name.partition("[")[0]
 
 
+@RAN_AWAY
 def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) -> Advice | None:
     menu = problem.model.rig.menu(problem.observations.experiment.conditions)
     shared = problem.layout.shared_places

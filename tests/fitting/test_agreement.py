@@ -11,6 +11,7 @@ import pytest
 
 from fibrefit.fitting.error_bars import error_bars
 from fibrefit.fitting.misfit import agreement
+from fibrefit.fitting.search.optimum import _predicted_reduction
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import Scores, newey_west_of
 from fibrefit.study.summaries.check import Check
@@ -87,3 +88,16 @@ def test_where_fewer_than_two_records_tell_a_value_nothing_is_said() -> None:
     assert check(scores) is not None
     assert check(replace(scores, slopes=silent)) is None
     assert check(fitted(1, 0)) is None
+
+
+@pytest.mark.parametrize("lost", [np.nan, 1e200])
+def test_a_record_whose_motion_ran_away_from_its_slopes_says_nothing_and_ends_nothing(lost: float) -> None:
+    """A friction that is a small power of the speed has no slope where a weight comes to rest."""
+    scores = fitted(5, 0)
+    slopes = scores.slopes.copy()
+    slopes[0, :, 300:, 1] = lost
+    scores = replace(scores, slopes=slopes)
+    with np.errstate(over="ignore", invalid="ignore"):
+        assert _predicted_reduction(scores, np.ones(scores.size, dtype=bool)) == np.inf
+        check(scores)
+    assert _predicted_reduction(fitted(5, 0), np.ones(scores.size, dtype=bool)) < 1e-6

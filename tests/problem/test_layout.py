@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.core.programs.described import fingerprint
-from fibrefit.problem.statement.layout import Layout, Slot, assembled, gathered
+from fibrefit.problem.statement.layout import Layout, Slot, assembled, gathered, least_squares
 from fibrefit.problem.statement.transform import Range
 
 RECORDS = ("a.csv", "b.csv", "c.csv")
@@ -97,3 +97,12 @@ def test_sums_of_a_motion_that_ran_away_warn_of_nothing() -> None:
         warnings.simplefilter("error")
         assert np.isnan(assembled(local, columns, 1)).all()
         assert np.isnan(gathered(local[..., 0], columns, 1)).all()
+
+
+@pytest.mark.parametrize("gone", ["normal", "right"])
+def test_equations_that_hold_no_numbers_have_no_solution_and_raise_nothing(gone: str) -> None:
+    """Slopes of a motion that the least change leads elsewhere are none: LAPACK would end the program for it."""
+    normal, right = np.diag([4.0, 9.0]), np.array([2.0, 3.0])
+    np.testing.assert_allclose(least_squares(normal, right), [0.5, 1.0 / 3.0])
+    {"normal": normal[0], "right": right}[gone][0] = np.nan
+    assert np.isnan(least_squares(normal, right)).all()

@@ -29,6 +29,7 @@ from fibrefit.fitting.misfit.structure import CELLS
 from fibrefit.fitting.thresholds import NO_FACTOR, VAGUE
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.phases import HELD, Motion
+from fibrefit.problem.statement.arrays import RAN_AWAY
 from fibrefit.problem.statement.layout import Layout, gathered
 from fibrefit.study.summaries.part import Z_95
 
@@ -134,6 +135,7 @@ def _cells(state: np.ndarray, motion: Motion, counts: np.ndarray) -> np.ndarray:
     return np.where(there, np.searchsorted(edges, state), -1)
 
 
+@RAN_AWAY
 def _clustered(scores: Scores, cells: np.ndarray) -> np.ndarray:
     """Variance of the score, ``(n_free, n_free)``, of residuals that are alike within a cell."""
     sums = np.zeros((CELLS, scores.size))

@@ -174,6 +174,8 @@ def _predicted_reduction(scores: uncertainty.Scores, moving: np.ndarray) -> floa
     normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
     if not moving.any():
         return 0.0
+    if not (np.isfinite(normal).all() and np.isfinite(gradient).all()):
+        return np.inf  # where a motion has no slopes, nothing says that the search has arrived
     scale = scale_of(normal)
     step = np.linalg.lstsq(normal / np.outer(scale, scale), gradient / scale, rcond=1e-10)[0]
     return float(step @ (gradient / scale) / max(scores.variance(), 1e-300))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.problem.statement.arrays import RAN_AWAY
+
 
 def half_weights(size: int) -> np.ndarray:
     """Weights ``(size // 2 + 1,)`` of the frequencies of a real transform of `size` samples in the mean over all."""
@@ -14,6 +16,7 @@ def half_weights(size: int) -> np.ndarray:
     return found
 
 
+@RAN_AWAY
 def products_of_spectra(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Real parts of the sums of ``conj(left[i]) right[j]`` over all but the first axis, ``(n_left, n_right)``."""
     # Real and imaginary parts as so many numbers: their products are the real part.

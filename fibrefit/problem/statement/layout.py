@@ -69,7 +69,12 @@ def scale_of(normal: np.ndarray) -> np.ndarray:
 
 
 def least_squares(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution ``(n,)`` of normal equations whose rows may have any units; the smallest where several solve them."""
+    """Solution ``(n,)`` of normal equations whose rows may have any units; the smallest where several solve them.
+
+    Not a number where the equations hold what is none, as slopes are of a motion that the least change leads elsewhere.
+    """
+    if not (np.isfinite(normal).all() and np.isfinite(right).all()):
+        return np.full(len(right), np.nan)
     scale = scale_of(normal)
     return np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-10)[0] / scale
 
