@@ -13,7 +13,7 @@ from fibrefit.discovery.engine.effort import PROMISING, is_near, is_partner
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import APART, NAMED
 from fibrefit.discovery.pairs import pruned
-from fibrefit.discovery.search.inputs import fitted_about
+from fibrefit.discovery.search.inputs import fitted_about, is_held_back
 from fibrefit.laws.law import Effect
 
 
@@ -137,7 +137,11 @@ def _instead(
     search, kept = single.search, tuple(effect for effect in whole.effects if effect is not gone)
     rest = _without(single, whole, kept)
     allowed, least = set(search.extensions(rest)), PROMISING * (whole.log - rest.log)
-    return search.tried(rest, [one for one in others if one in allowed], "trying others in its place", least).found
+    # Programs beside what stays would be made anew for every group of effects, those of the first round are at hand.
+    begun = single.parent
+    near = begun if not is_held_back(begun) and search.lacks_little(begun, rest.log - begun.log) else None
+    what = "trying others in its place"
+    return search.tried(rest, [one for one in others if one in allowed], what, least, near=near).found
 
 
 def _with_more(models: Comparison, more: Sequence[LaplaceFit]) -> Comparison:

@@ -13,7 +13,7 @@ from fibrefit.discovery import exchange
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import FAR_BEHIND
-from fibrefit.discovery.engine.thresholds import APART, NAMED
+from fibrefit.discovery.engine.thresholds import APART, BEYOND_DOUBT, NAMED
 from tests.discovery.test_pairs import EFFECTS, GAINS, Model, floors, in_one_noise, round_of
 
 A, B, C, D, E = EFFECTS[:5]
@@ -99,9 +99,9 @@ def test_they_are_fitted_in_the_noise_that_the_models_are_compared_in(monkeypatc
     fitted: list[tuple[str, ...]] = []
 
     def in_another(search: Any, parent: Any, found: Sequence[Any]) -> Comparison:
-        def tried(first: Any, *of: Any) -> Any:
+        def tried(first: Any, *of: Any, **how: Any) -> Any:
             fitted.append(first.names)
-            return search.tried(first, *of)
+            return search.tried(first, *of, **how)
 
         there = SimpleNamespace(**vars(search) | {"tried": tried})
         return Comparison(there, parent, tuple(sorted(found, key=lambda one: -one.log)))  # type: ignore[arg-type]
@@ -125,7 +125,7 @@ def test_where_inputs_have_errors_near_ones_are_told_about_themselves(
     monkeypatch: pytest.MonkeyPatch, log: float, there: bool
 ) -> None:
     """Readings linearised about the first model put a viscous friction 26 nats before the drag that was there."""
-    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities="some"))
+    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities=SimpleNamespace(far=False)))
     found = exchanged({(E, C): log}, [])
     assert (found is not None) is there
     if there:
@@ -160,3 +160,22 @@ def test_rivals_are_those_beside_all_effects(log: float, there: bool) -> None:
     before = [as_well((A,), (D,)), as_well((A,), (E,)), as_well((A,), (EFFECTS[10],))]
     found = {rival.names for rival in exchange.rivals_beside(before, models, whole)}
     assert found == {(A.name, EFFECTS[10].name)} | ({(A.name, C.name)} if there else set())
+
+
+@pytest.mark.parametrize(("from_both", "near"), [(60.0, True), (BEYOND_DOUBT + 150.0, False)])
+def test_slopes_are_taken_in_the_first_model_where_that_lacks_little(
+    monkeypatch: pytest.MonkeyPatch, from_both: float, near: bool
+) -> None:
+    """A program for every group of effects beside what stays takes seconds to make."""
+    places: list[Any] = []
+    single = round_of({A: 90.0, C: 80.0, E: 70.0}, {}, [])
+    own = single.search.tried
+
+    def tried(*of: Any, **how: Any) -> Any:
+        places.append(how["near"])
+        return own(*of, **how)
+
+    single.search.tried = tried  # type: ignore[method-assign]
+    single.search.inference = SimpleNamespace(without=lambda one, kept: Model(kept, from_both), again=lambda one: one)  # type: ignore[misc]
+    exchange.with_exchanges(single, single, cast(Any, Model((A, E), 300.0)))
+    assert places == [single.parent if near else None]

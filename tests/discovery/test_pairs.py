@@ -62,7 +62,7 @@ floors: dict[Any, float] = {}
 def round_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], asked: list[Any]) -> Comparison:
     """A first round in which effects gain so much one by one, and two together gain nothing beyond but as told."""
 
-    def tried(first: Model, effects: Sequence[Any], what: str, least: float = -math.inf) -> Tried:
+    def tried(first: Model, effects: Sequence[Any], what: str, least: float = -math.inf, near: Any = None) -> Tried:
         asked.extend((first.effects[0], effect) for effect in effects)
         floors[first.effects[0]] = least
         ends = [Model((*first.effects, e), together.get((first.effects[0], e), first.log - 4.0)) for e in effects]
@@ -72,7 +72,11 @@ def round_of(gains: dict[Any, float], together: dict[tuple[Any, Any], float], as
         return [effect for effect in EFFECTS if effect not in first.effects]
 
     search: Any = SimpleNamespace(
-        tried=tried, extensions=others, shares_a_program=EFFECTS[:9].__contains__, inference=None
+        tried=tried,
+        extensions=others,
+        shares_a_program=EFFECTS[:9].__contains__,
+        inference=None,
+        lacks_little=lambda parent, gained: gained <= BEYOND_DOUBT,
     )
     found = sorted((Model((effect,), gain) for effect, gain in gains.items()), key=lambda one: -one.log)
     return Comparison(search, Model((), 0.0), tuple(found))  # type: ignore[arg-type]
