@@ -62,6 +62,7 @@ class Slopes(NamedTuple):
         pulled = self.pulled and [part * by for part, by in zip(self.pulled, whole, strict=True)]
         return Slopes(self.rows * whole, pulled)
 
+    @RAN_AWAY
     def carried_over(self, there: Slopes, here: Slopes) -> Slopes:
         """Changes found at another place, what unknowns imitate of them there taken as these change readings here.
 

@@ -165,6 +165,7 @@ class Screen:
         # All that the two models fit is there as the near one has it: what the parent adds to that is absent.
         held = context.subset(dict.fromkeys((*(near.effects if near is not None else ()), *self.parent.effects)))
         fitted = [seen.names.index(name) for name in (*held.shared, *held.each) if name in seen.names]
+        both = [] if near is None else _of_the_same(near.slopes, per_unit(self.parent, self.slopes))
 
         def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             here, own = local[:, places], np.array([within[column] for column in columns[number:].tolist()], dtype=int)
@@ -172,9 +173,7 @@ class Screen:
                 here[:, fitted] = near.local[:, fitted]
             found = seen.slopes(here, own, targets[:, number:], context.whole)
             further = found.columns(np.arange(1, len(own) + 1))
-            if near is not None:
-                further = further.carried_over(*_of_the_same(near.slopes, per_unit(self.parent, self.slopes)))
-            return known.beside(further).grams(seen.sensitivities)
+            return known.beside(further.carried_over(*both) if both else further).grams(seen.sensitivities)
 
         return gram
 

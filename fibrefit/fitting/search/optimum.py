@@ -16,7 +16,7 @@ from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, without_input_errors
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.layout import scale_of
+from fibrefit.problem.statement.layout import least_squares
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.summaries import InputErrorSummary
@@ -174,8 +174,6 @@ def _predicted_reduction(scores: uncertainty.Scores, moving: np.ndarray) -> floa
     normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
     if not moving.any():
         return 0.0
-    if not (np.isfinite(normal).all() and np.isfinite(gradient).all()):
-        return np.inf  # where a motion has no slopes, nothing says that the search has arrived
-    scale = scale_of(normal)
-    step = np.linalg.lstsq(normal / np.outer(scale, scale), gradient / scale, rcond=1e-10)[0]
-    return float(step @ (gradient / scale) / max(scores.variance(), 1e-300))
+    found = float(least_squares(normal, gradient) @ gradient / max(scores.variance(), 1e-300))
+    # Where a motion has no slopes, nothing says that the search has arrived.
+    return np.inf if np.isnan(found) else found
