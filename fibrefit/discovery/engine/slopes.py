@@ -73,6 +73,10 @@ class Slopes(NamedTuple):
         ----------
         there, here : Slopes
             Of the same unknowns, with no residuals.
+
+        Source
+        ------
+        What unknowns leave of a column tells its coefficient: Frisch and Waugh, Econometrica 1 (1933) 387.
         """
         products = there.rows @ np.swapaxes(there.rows, 1, 2)
         size = np.sqrt(np.maximum(np.diagonal(products, axis1=1, axis2=2), TINY))
