@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.programs.side_by_side import in_background
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, in_time, time_limit
@@ -17,6 +18,7 @@ from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.engine.effort import FIRST_STARTS, first_fit_ends
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import AT_A_KINK
+from fibrefit.discovery.first_programs import first_programs
 from fibrefit.discovery.forward_selection import Limits, forward_select
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.search.inputs import linearised_where_records_differ
@@ -56,8 +58,17 @@ def discover(
     UsageError
         If the time is over before any start of the first fit has come anywhere.
     """
-    limits, tell = limits or Limits(), progress or quiet
+    limits = limits or Limits()
     budget = Budget.of(time_to_use(limits.seconds))
+    # Where inputs have errors a fit is shared out by records, and leaves no core idle.
+    with in_background(() if task.noisy_inputs else first_programs(task, effects)):
+        return _found(task, effects, limits, budget, progress)
+
+
+def _found(
+    task: Task, effects: Sequence[type[Effect]], limits: Limits, budget: Budget, progress: Progress | None
+) -> Finding:
+    tell = progress or quiet
     before = _first_fit(task, limits, budget, progress)
     if broken := _broken(before):
         return replace(_not_trusted(before, (), budget), broken=broken)

@@ -16,7 +16,7 @@ import pytest
 
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.programs import kept as programs
-from fibrefit.core.programs import longest
+from fibrefit.core.programs import longest, side_by_side
 from fibrefit.core.programs.described import NotDescribedError, fingerprint
 from fibrefit.core.programs.kept import KeptProgram
 from fibrefit.core.programs.side_by_side import threads
@@ -42,6 +42,17 @@ def fresh(traced: list[int]) -> KeptProgram[Any]:
 def told(monkeypatch: pytest.MonkeyPatch) -> None:
     """A function of a test has no stable name: its arguments are told alone."""
     monkeypatch.setattr(programs, "fingerprint", lambda value: fingerprint(value[1:]))
+
+
+@pytest.mark.usefixtures("told", "folder")
+def test_it_is_made_without_being_carried_out() -> None:
+    traced: list[int] = []
+    program = fresh(traced)
+    program.make(jnp.zeros(3), 2)
+    assert traced == [2]
+    assert len(program._programs) == 1
+    np.testing.assert_array_equal(program(jnp.arange(3.0), 2)["of"][0], [0.0, 1.0, 4.0])
+    assert traced == [2]
 
 
 @pytest.mark.usefixtures("told")
@@ -155,6 +166,49 @@ def test_the_time_of_all_programs_counts_no_part_twice(monkeypatch: pytest.Monke
     for event, seconds in [(trace, 1.0), (lower, 2.0), (compiling, 4.0), (compiling, 8.0), ("/jax/another", 64.0)]:
         longest._told(event, seconds)
     assert longest.all_compilations() == 14.0
+
+
+def test_programs_that_nothing_waits_for_take_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(longest, "_ALL", dict.fromkeys(longest._ALL, 0.0))
+    monkeypatch.setattr(side_by_side, "THREADS", 2)
+    compiling, done = list(longest._STAGES)[2], Event()
+
+    def make() -> None:
+        longest._told(compiling, 64.0)
+        done.set()
+
+    with side_by_side.in_background([make]):
+        assert done.wait(10.0)
+        longest._told(compiling, 8.0)
+    assert longest.all_compilations() == 8.0
+
+
+def test_beside_a_block_jobs_are_done_in_turn_and_fail_unheard(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(side_by_side, "THREADS", 2)
+    came, go_on, done = list[str](), Event(), Event()
+
+    def fails() -> None:
+        came.append("first")
+        raise ValueError
+
+    def waits() -> None:
+        came.append("second")
+        done.set()
+        go_on.wait(10.0)
+
+    with side_by_side.in_background([fails, waits, lambda: came.append("third")]):
+        assert done.wait(10.0)
+    # The block is left: what is at hand is finished, and nothing more is begun.
+    go_on.set()
+    assert came == ["first", "second"]
+
+
+def test_on_one_core_nothing_goes_on_beside_a_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(side_by_side, "THREADS", 1)
+    came = list[str]()
+    with side_by_side.in_background([lambda: came.append("first")]):
+        pass
+    assert came == []
 
 
 def test_every_stage_of_making_a_program_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.supermodel import residual_rows, supermodel_of
+from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.whittle import noise_of_residuals
@@ -48,7 +48,7 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
     shape = (len(local), 2, -1)
     fine = np.asarray(problem.residuals(values))
     np.testing.assert_allclose(
-        np.asarray(residual_rows(supermodel, local, coarse.counts[-1])).reshape(shape), fine, rtol=1e-6, atol=1e-9
+        np.asarray(supermodel.residuals(local, coarse.counts[-1])).reshape(shape), fine, rtol=1e-6, atol=1e-9
     )
     in_steps = steps_at(supermodel, local, coarse.counts[-1])
     assert in_steps is not None
@@ -56,7 +56,7 @@ def test_a_search_sees_both_readings_as_the_last_step_of_a_fit_does(coarse: Task
     for channel, known in whole.observations.steps.items():
         np.testing.assert_allclose(in_steps.steps[channel].noise, known.noise, rtol=1e-6)
     stepped = replace(supermodel, in_steps=in_steps)
-    seen = np.asarray(residual_rows(stepped, local, coarse.counts[-1])).reshape(shape)
+    seen = np.asarray(stepped.residuals(local, coarse.counts[-1])).reshape(shape)
     np.testing.assert_allclose(seen, np.asarray(whole.residuals(values)), rtol=1e-6, atol=1e-9)
     place = supermodel.names.index("friction")
     columns, targets = np.array([place]), local[:, [place]] * (1.0 + 1e-6)

@@ -21,7 +21,7 @@ from fibrefit.discovery.design.distinguish import best_split, confusion, detecta
 from fibrefit.discovery.design.grams import exactly, sizes_of, strengths_of
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.screening import directions, slightly
-from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE, Chance, false_alarm, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.screen import Screen
@@ -169,7 +169,7 @@ def test_planned_records_are_compared_as_the_model_says_that_they_read(
     seen, where = [], (laid.base.fit.local, laid.context.whole)
 
     def confused(supermodel: Supermodel, *_: Any) -> Any:
-        seen.append(residual_rows(supermodel, *where))
+        seen.append(supermodel.residuals(*where))
         return SimpleNamespace(pairs=lambda beyond: ())
 
     for name, given in {"is_planned": True, "task_of": None, "candidates_of": {}, "set_up": blank}.items():
@@ -177,7 +177,7 @@ def test_planned_records_are_compared_as_the_model_says_that_they_read(
     monkeypatch.setattr(workflow, "confusion", confused)
     distinguish_study(study)
     # Beside a jump a part of its height is left.
-    assert np.abs(seen[0]).max() < 0.05 * np.abs(residual_rows(unread(laid), *where)).max()
+    assert np.abs(seen[0]).max() < 0.05 * np.abs(unread(laid).residuals(*where)).max()
 
 
 def unread(laid: Search) -> Supermodel:

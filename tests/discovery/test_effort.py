@@ -78,7 +78,7 @@ def first_starts() -> int:
     """Starts that a search gives the fit of its first model."""
     stopped = Mock(side_effect=KeyboardInterrupt)
     with patch.object(discover, "identify", stopped), suppress(KeyboardInterrupt):
-        discover.discover(cast(Any, None), ())
+        discover.discover(cast(Any, SimpleNamespace(noisy_inputs=("drive",))), ())
     return int(stopped.call_args.args[1])
 
 

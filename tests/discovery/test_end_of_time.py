@@ -23,6 +23,7 @@ from fibrefit.fitting.search.multistart import NowhereYet
 from tests.discovery.made import CURVES
 
 NONE: Any = None
+DRIVEN: Any = SimpleNamespace(noisy_inputs=("drive",))
 
 
 @pytest.mark.parametrize("late", [True, False])
@@ -161,7 +162,7 @@ def test_a_search_that_ends_before_it_began_is_gone_on_with(monkeypatch: pytest.
     monkeypatch.setattr(module, "total", lambda gap: gap["force"])
     monkeypatch.setattr(module, "_started", late)
     effects: Any = [SimpleNamespace(name="a"), SimpleNamespace(name="b")]
-    found = module.discover(NONE, effects, Limits(seconds=60.0))
+    found = module.discover(DRIVEN, effects, Limits(seconds=60.0))
     assert found.verdict == "not_trusted"
     assert (found.untried, found.undone) == (("a", "b"), ("further",))
 
@@ -175,5 +176,5 @@ def test_a_time_in_which_no_start_comes_anywhere_is_refused_and_not_called_an_in
     monkeypatch.setattr(module, "identify", nowhere)
     says = "time: 2 s; expected enough for a start of the first fit to come anywhere"
     with pytest.raises(UsageError, match=says) as refused:
-        module.discover(NONE, [], Limits(seconds=2.0))
+        module.discover(DRIVEN, [], Limits(seconds=2.0))
     assert "--time" in str(refused.value)

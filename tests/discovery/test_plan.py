@@ -40,7 +40,6 @@ from fibrefit.discovery.design.plan import (
     options_of,
     worths,
 )
-from fibrefit.discovery.engine.supermodel import residual_rows
 from fibrefit.discovery.engine.thresholds import APART, PRICE
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
@@ -475,8 +474,8 @@ def test_a_rival_refitted_to_a_further_record_misses_what_another_solver_finds(c
 
     def residuals(x: np.ndarray) -> np.ndarray:
         of_all = local(x)
-        at_hand = residual_rows(contest.at_hand, of_all[:2], samples[:2])
-        further = residual_rows(there, np.repeat(of_all[2:], 2, axis=0), samples[[2, 2]])[:1]
+        at_hand = contest.at_hand.residuals(of_all[:2], samples[:2])
+        further = there.residuals(np.repeat(of_all[2:], 2, axis=0), samples[[2, 2]])[:1]
         return np.concatenate([np.ravel(at_hand), np.ravel(further), x[-3:]])
 
     ends = least_squares(residuals, np.zeros(len(shared) + 3 * len(each) + 3), method="dogbox", diff_step=1e-6)

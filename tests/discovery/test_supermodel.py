@@ -20,7 +20,6 @@ from fibrefit.discovery.engine.supermodel import (
     STRETCHES,
     Supermodel,
     change_products,
-    residual_rows,
     simulation_groups,
     stretch_products,
     supermodel_of,
@@ -140,11 +139,11 @@ def changes(
     supermodel: Supermodel, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, whole: np.ndarray
 ) -> np.ndarray:
     """Changes of the residuals and the residuals ``(n_column + 1, n_record, n_channel * n_time)``, one by one."""
-    here, rows = np.asarray(residual_rows(supermodel, local, whole)), []
+    here, rows = np.asarray(supermodel.residuals(local, whole)), []
     for column, target in zip(columns, targets.T, strict=True):
         moved = local.copy()
         moved[:, column] = target
-        rows.append(np.asarray(residual_rows(supermodel, moved, whole)) - here)
+        rows.append(np.asarray(supermodel.residuals(moved, whole)) - here)
     return np.array([*rows, here])
 
 
@@ -184,7 +183,7 @@ def test_the_change_from_one_place_to_another_is_one_row(drops: Task) -> None:
     other[:, columns] = targets
     products = change_products(common_noise.whitened(supermodel), local, other, whole)
     assert products.shape == (2, STRETCHES, 2, 2)
-    here, there = (np.asarray(residual_rows(supermodel, values, whole)) for values in (local, other))
+    here, there = (np.asarray(supermodel.residuals(values, whole)) for values in (local, other))
     rows = whitened(common_noise.whitening, np.array([there - here, here]))
     expected = np.einsum("irt,jrt->rij", rows, rows)
     np.testing.assert_allclose(products.sum(axis=1), expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
@@ -199,7 +198,7 @@ def test_errors_of_inputs_are_eliminated_from_whitened_rows(task: Task) -> None:
     slow = tuple(Noise(of.white, of.pink, 0.0, 1000, slow=((8.0, 0.3 * of.rms(1.0, 2000.0) ** 2),)) for of in noise)
     common_noise = common_noise_of(supermodel, slow)
     local = np.asarray(task.problem.layout.local(task.start * 1.0002))
-    left = whitened(common_noise.whitening, np.asarray(residual_rows(supermodel, local, whole))[None])[0, 0]
+    left = whitened(common_noise.whitening, np.asarray(supermodel.residuals(local, whole))[None])[0, 0]
     directions = plain.records[0]
     every = directions.imitated(np.eye(len(directions.rows)), left.size)
     rows = whitened(common_noise.whitening, every[:, None])[:, 0]
@@ -251,7 +250,7 @@ def test_effects_simulated_in_groups_are_those_of_one_model(task: Task) -> None:
     assert rows.shape == expected.shape
     assert np.all(np.abs(rows - expected).max(axis=-1) <= DIFFERENCES * np.abs(expected).max(axis=-1))
     np.testing.assert_allclose(
-        np.asarray(residual_rows(apart, local, counts)), np.asarray(residual_rows(whole, local, counts)), atol=1e-9
+        np.asarray(apart.residuals(local, counts)), np.asarray(whole.residuals(local, counts)), atol=1e-9
     )
 
 
@@ -277,7 +276,7 @@ def test_more_columns_than_a_program_has_are_simulated_in_parts(monkeypatch: pyt
 
     expected = rows()
     assert np.ptp(expected, axis=1).max() > 1.0
-    monkeypatch.setattr("fibrefit.discovery.engine.supermodel.WIDTHS", (2, 4))
+    monkeypatch.setattr("fibrefit.discovery.engine.supermodel.WIDTH", 2)
     found = rows()
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 

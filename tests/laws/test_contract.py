@@ -16,8 +16,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.programs.described import fingerprint
 from fibrefit.core.units import expression
 from fibrefit.laws.catalogue import CATALOGUE, find_effect, select_effects, suits
+from fibrefit.laws.families import members
+from fibrefit.laws.fibre.point_masses import point_masses
 from fibrefit.laws.law import (
     DriveLaw,
     Effect,
@@ -204,6 +207,17 @@ def test_name_finds_its_effect_again(effect: type[Effect]) -> None:
     for kind in rigs_of(effect):
         names = [parameter.name for parameter in Model(RIGS[kind], (effect,)).parameters]
         assert [f"{effect.name}.{p.name}" for p in effect.parameters] == names[-len(effect.parameters) :]
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_programs_with_an_effect_are_kept(effect: type[Effect]) -> None:
+    """They are found again by what is in them; those with a mass of the fibre were traced each time."""
+    everywhere = members(effect, 3)
+    assert len({fingerprint(one) for one in everywhere}) == len(everywhere)
+
+
+def test_a_number_of_point_masses_has_programs_of_its_own() -> None:
+    assert fingerprint(point_masses(1)) != fingerprint(point_masses(3)) == fingerprint(point_masses(3))
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

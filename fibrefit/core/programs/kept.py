@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import MethodType
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
 import equinox as eqx
@@ -32,6 +32,7 @@ import jax
 import numpy as np
 
 from fibrefit.core.environment import own_folder, versions
+from fibrefit.core.programs.calls import Call, parted
 from fibrefit.core.programs.described import NotDescribedError, fingerprint, resolved, source_digest
 
 R = TypeVar("R")
@@ -45,33 +46,6 @@ SETTLED_SECONDS = 3600.0
 """Time after which code that has not changed is taken to be in use."""
 
 Program = Callable[[Sequence[Any]], Any]
-
-
-class Call(NamedTuple):
-    """Arguments of a call but for the values of its arrays.
-
-    Parameters
-    ----------
-    fixed : list
-        Leaves of the arguments; None in the place of each array.
-    tree : PyTreeDef
-    places : list of int
-        Of the arrays among the leaves.
-    shapes : tuple
-        Shape, type and weakness of the type of each array.
-    """
-
-    fixed: list[Any]
-    tree: Any
-    places: list[int]
-    shapes: tuple[Any, ...]
-
-    def with_(self, arrays: Sequence[Any]) -> Any:
-        """The arguments with other arrays."""
-        leaves = list(self.fixed)
-        for place, array in zip(self.places, arrays, strict=True):
-            leaves[place] = array
-        return jax.tree.unflatten(self.tree, leaves)
 
 
 class KeptProgram(Generic[R]):
@@ -97,17 +71,19 @@ class KeptProgram(Generic[R]):
 
     def __call__(self, *args: Any, **kwargs: Any) -> R:
         """As the function."""
-        leaves, tree = jax.tree.flatten(args)
-        places = [i for i, leaf in enumerate(leaves) if eqx.is_array(leaf)]
-        arrays = [leaves[i] for i in places]
+        call, arrays = parted(args)
         if kwargs or any(isinstance(array, jax.core.Tracer) for array in arrays) or _setting("disable_jit"):
             return self._traced(*args, **kwargs)
-        shapes = tuple(map(_shape, arrays))
-        fixed = [None if eqx.is_array(leaf) else leaf for leaf in leaves]
-        key = (tree, tuple(fixed), tuple(places), shapes)
-        program = self._programs.get(key) or self._made(key, Call(fixed, tree, places, shapes), arrays)
-        found: R = program(arrays)
+        found: R = self._program_of(call, arrays)(arrays)
         return found
+
+    def make(self, *args: Any) -> None:
+        """Make the program of a call, or take it up, without carrying it out: what arrays hold does not matter."""
+        self._program_of(*parted(args))
+
+    def _program_of(self, call: Call, arrays: list[Any]) -> Program:
+        key = (call.tree, tuple(call.fixed), tuple(call.places), call.shapes)
+        return self._programs.get(key) or self._made(key, call, arrays)
 
     def _made(self, key: Any, call: Call, arrays: list[Any]) -> Program:
         """The program of a call; one thread makes it, while others make others: compilers run side by side."""
@@ -179,10 +155,6 @@ def programs_folder() -> Path | None:
     if not os.environ.get("JAX_COMPILATION_CACHE_DIR"):
         return None
     return own_folder("programs")
-
-
-def _shape(array: Any) -> tuple[Any, ...]:
-    return array.shape, array.dtype, getattr(array, "weak_type", False)
 
 
 @functools.cache

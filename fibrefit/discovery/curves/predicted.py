@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
-from fibrefit.laws.catalogue import suits
+from fibrefit.laws.catalogue import HasCapabilities, suits
 from fibrefit.laws.ports import port_of
 
 WALKS = (0.03, 0.3)
@@ -77,11 +77,9 @@ def look_at(
         by side.
     """
     ranges = {variable: range_of(variable, values) for variable, (values, _) in in_motion(found).items()}
-    rig = found.problem.model.rig
     # Where a variable keeps its value nearly always, as the speed of a drive that rests, there is no curve over it.
     ranges = {variable: (low, high) for variable, (low, high) in ranges.items() if high > low}
-    fits = lambda one: one.variable in ranges and suits(one, rig) and port_of(one) in ports  # noqa: E731
-    sets = [probes for some in asked or (PROBES,) if (probes := list(filter(fits, some)))]
+    sets = probe_sets(found.problem.model.rig, ranges, ports, asked or (PROBES,))
     jobs = []
     for probes in sets:
         supermodel = supermodel_of(search.task, (*parent.effects, *probes), parent.supermodel.sensitivities)
@@ -91,6 +89,14 @@ def look_at(
     in_turns = [job for turn in zip_longest(*jobs) for job in turn if job is not None]
     predicted = fit_all(in_turns, lambda done: None)
     return Looks(list(chain(*sets)), [one for one in predicted if one is not None], ranges)
+
+
+def probe_sets(
+    rig: HasCapabilities, variables: Collection[str], ports: Collection[str], asked: Sequence[Sequence[type[Curve]]]
+) -> list[list[type[Curve]]]:
+    """Those of each of some sets of probes that suit a rig, over some variables and at some ports."""
+    fits = lambda one: one.variable in variables and suits(one, rig) and port_of(one) in ports  # noqa: E731
+    return [probes for some in asked if (probes := list(filter(fits, some)))]
 
 
 def _predicted(

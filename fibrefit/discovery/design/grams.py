@@ -19,7 +19,7 @@ from fibrefit.discovery.design.beside import Beside, relative_changes
 from fibrefit.discovery.design.menu import batches, records_of
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext
 from fibrefit.discovery.engine.refit import difference_steps
-from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import UNIQUE
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
@@ -190,7 +190,7 @@ def as_simulated(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) 
     counts : (n_record,) int
     """
     data, channels = supermodel.problem.observations, supermodel.problem.model.rig.channels
-    rows = np.asarray(residual_rows(supermodel, local, counts)).reshape(len(local), len(channels), -1)
+    rows = np.asarray(supermodel.residuals(local, counts)).reshape(len(local), len(channels), -1)
     measured = dict(data.measured)
     for c, channel in enumerate(channels):
         weight = np.asarray(data.weight[channel])

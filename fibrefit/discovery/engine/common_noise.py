@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.discovery.engine.journal import digest
-from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel, residual_rows
+from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel
 from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood, step_likelihood
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
@@ -103,6 +103,6 @@ def steps_at(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> S
     """
     if not (known := supermodel.task.steps):
         return None
-    rows, problem = np.asarray(residual_rows(supermodel, local, counts)), supermodel.problem
+    rows, problem = np.asarray(supermodel.residuals(local, counts)), supermodel.problem
     weights = problem.observations.weight
     return step_likelihood(problem.model.rig.channels, known, rows, weights, supermodel.sensitivities)

@@ -14,7 +14,6 @@ import numpy as np
 
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.supermodel import residual_rows
 from fibrefit.discovery.engine.thresholds import ALARM
 from fibrefit.problem.estimate.normal_equations import local_grams
 from fibrefit.problem.estimate.population import roots_of_posterior
@@ -66,7 +65,7 @@ def residuals_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarr
     draws of what is not known of them. Elsewhere there is one, whatever `draws` is.
     """
     supermodel, number = common_noise.unwhitened(fitted.supermodel), len(common_noise.noise)
-    rows = residual_rows(supermodel, fitted.local, counts)
+    rows = supermodel.residuals(fitted.local, counts)
     shape = (len(rows), number, -1)
     sensitivities = common_noise.sensitivities
     if sensitivities is None or supermodel.sensitivities is None:

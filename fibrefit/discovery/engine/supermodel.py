@@ -7,7 +7,7 @@ search over effects and pairs of effects then compiles a few programs; only the 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import jax
@@ -30,9 +30,9 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 
-WIDTHS = (12, 24, 64, 256)
-"""Numbers of columns programs are compiled for; the smallest that holds all active ones is used."""
-
+WIDTH = 12
+"""Columns a program varies; more take several runs, each with one more of the residuals. To make a wider program
+takes seconds, and each of its runs, of one column too, fills as many rows: with 256 columns 84 MB."""
 
 BUCKET = 4
 """Rows are whitened and multiplied in multiples of this."""
@@ -56,8 +56,6 @@ class Supermodel:
         Of the residuals, and of the sensitivities, before their products are taken; none by default.
     in_steps : StepLikelihood, optional
         Of channels whose readings are taken for what coarse steps say of them.
-    compiled : set of int
-        Numbers of columns its programs were compiled for.
     groups : tuple of tuple of Effect classes
         Effects that are simulated together, apart from all others, see `simulation_groups`; none where all are.
     """
@@ -66,7 +64,6 @@ class Supermodel:
     sensitivities: InputSensitivities | None = None
     whitening: BlockFilter | None = None
     in_steps: StepLikelihood | None = None
-    compiled: set[int] = field(default_factory=lambda: {WIDTHS[0]}, compare=False)
     groups: tuple[tuple[type[Effect], ...], ...] = ()
 
     @property
@@ -161,28 +158,50 @@ class Supermodel:
 
         Parameters and errors as `grams`.
         """
-        check_time()
         if self.groups:
             return self._rows_by_group(local, columns, targets, counts)
+        runs = list[jax.Array]()
+        for i in range(0, max(len(columns), 1), WIDTH):
+            check_time()
+            found = self._of_some(local, columns[i : i + WIDTH], targets[:, i : i + WIDTH], counts)
+            runs.append(found[:, 1:] if runs else found)
+        return self.seen(runs[0] if len(runs) == 1 else jnp.concatenate(runs, axis=1))
+
+    def residuals(self, local: np.ndarray, counts: np.ndarray) -> jax.Array:
+        """Residuals of each record, ``(n_record, n_channel * n_time)``, those of noisy inputs without their errors.
+
+        Parameters
+        ----------
+        local : (n_record, n_local) in SI units
+        counts : (n_record,) int
+        """
+        if self.groups:
+            part, places = self.parts[0]
+            return part.residuals(local[:, places], counts)
+        nothing = np.zeros(0, dtype=np.int32), np.zeros((len(local), 0))
+        return self.seen(self._of_some(local, *nothing, counts))[:, 0]
+
+    def _of_some(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> jax.Array:
+        """Rows of at most `WIDTH` columns, of readings taken for fine ones."""
+        rows = _rows(*self._called(local, columns, targets, counts), self._offset)
+        return rows[:, : 1 + -(-len(columns) // BUCKET) * BUCKET]
+
+    def _called(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> tuple:
+        """What the program of its rows is called with, before what these are counted from."""
         active = len(columns)
-        if active > WIDTHS[-1]:
-            first, *others = (
-                self.rows(local, columns[i : i + WIDTHS[-1]], targets[:, i : i + WIDTHS[-1]], counts)
-                for i in range(0, active, WIDTHS[-1])
-            )
-            return jnp.concatenate([first, *(rows[:, 1:] for rows in others)], axis=1)
-        # A program of its own for fewer columns takes longer to compile than the wider one to run.
-        width = max(next(width for width in WIDTHS if width >= active), *self.compiled)
-        self.compiled.add(width)
-        padded = np.zeros(1 + width, dtype=np.int32)
+        padded = np.zeros(1 + WIDTH, dtype=np.int32)
         padded[1 : 1 + active] = columns
-        values = np.zeros((len(local), 1 + width))
-        values[:, 0] = local[:, 0]
+        # The first row is of the values as they are: the first of them goes to where it is.
+        values = np.repeat(local[:, :1], 1 + WIDTH, axis=1)
         values[:, 1 : 1 + active] = targets
         varied = jnp.asarray(padded), jnp.asarray(values), jnp.asarray(1 + active, dtype=jnp.int32)
-        horizon = jnp.asarray(counts, dtype=jnp.int32)
-        rows = _rows(self._bare, jnp.asarray(local), varied, horizon, self._offset)
-        return self.seen(rows[:, : 1 + -(-active // BUCKET) * BUCKET])
+        return self._bare, jnp.asarray(local), varied, jnp.asarray(counts, dtype=jnp.int32)
+
+    def make_program(self) -> None:
+        """Make the program of its rows, or take it up; errors of inputs are not in it."""
+        nothing = np.zeros((len(self.problem.layout.records), 0))
+        local, counts = np.zeros((len(nothing), len(self.names))), np.zeros(len(nothing))
+        _rows.make(*self._called(local, np.zeros(0, dtype=np.int32), nothing, counts), None)
 
     @cached_property
     def parts(self) -> tuple[tuple[Supermodel, np.ndarray], ...]:
@@ -266,27 +285,6 @@ def _products_by_stretch(supermodel: Supermodel, slopes: Slopes) -> np.ndarray:
     parts = parts.reshape(*parts.shape[:3], channels * size)
     products: np.ndarray = parts @ np.swapaxes(parts, 2, 3)
     return products
-
-
-def residual_rows(supermodel: Supermodel, local: np.ndarray, counts: np.ndarray) -> jax.Array:
-    """Residuals of each record, ``(n_record, n_channel * n_time)``, those of noisy inputs without their errors.
-
-    Parameters
-    ----------
-    supermodel : Supermodel
-    local : (n_record, n_local) in SI units
-    counts : (n_record,) int
-    """
-    if supermodel.groups:
-        part, places = supermodel.parts[0]
-        return residual_rows(part, local[:, places], counts)
-    width = 1 + max(supermodel.compiled)
-    # The first row is of the values as they are: the first of them goes to where it is.
-    targets = np.repeat(local[:, :1], width, axis=1)
-    varied = jnp.zeros(width, dtype=jnp.int32), jnp.asarray(targets), jnp.asarray(1, dtype=jnp.int32)
-    horizon = jnp.asarray(counts, dtype=jnp.int32)
-    rows = _rows(supermodel._bare, jnp.asarray(local), varied, horizon, supermodel._offset)
-    return supermodel.seen(rows[:, :1])[:, 0]
 
 
 def is_quick(effect: type[Effect]) -> bool:

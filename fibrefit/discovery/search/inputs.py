@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.linearisation import Linearisation, Reactions, linearised_at
 from fibrefit.discovery.engine.refit import Refit, refit
-from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, OBJECTS, occam
 from fibrefit.discovery.search.linearised import About, linearised_once, search_about
 from fibrefit.discovery.search.search import Search
@@ -31,7 +31,7 @@ def coefficients_of(search: Search, fitted: LaplaceFit) -> InputCoefficients | N
     """
     if (sensitivities := fitted.supermodel.sensitivities) is None:
         return None
-    left = np.asarray(residual_rows(fitted.supermodel, fitted.local, search.context.whole))[:, None]
+    left = np.asarray(fitted.supermodel.residuals(fitted.local, search.context.whole))[:, None]
     return sensitivities.named([-record.best(own)[0] for record, own in zip(sensitivities.records, left, strict=True)])
 
 
@@ -46,7 +46,7 @@ def residuals_left(search: Search, fitted: LaplaceFit) -> np.ndarray:
             coefficients=coefficients, downweight=np.ones_like(seen.downweight), offset=np.zeros_like(seen.offset)
         )
         supermodel = supermodel_of(search.task, supermodel.effects, whole)
-    rows = np.asarray(residual_rows(supermodel, fitted.local, search.context.whole))
+    rows = np.asarray(supermodel.residuals(fitted.local, search.context.whole))
     return rows.reshape(len(rows), len(search.task.problem.model.rig.channels), -1)
 
 
@@ -130,7 +130,7 @@ def _sensitivities_about(
     if known is not None and counts is None and not (far or known.far):
         as_before = known.about(coefficients)
         models = supermodel_of(search.task, supermodel.effects, as_before), supermodel
-        left, predicted = (np.asarray(residual_rows(one, plain.fit.local, search.context.whole)) for one in models)
+        left, predicted = (np.asarray(one.residuals(plain.fit.local, search.context.whole)) for one in models)
         if reacts_alike(left, predicted).all():
             return as_before, search.linearisation.about(local, coefficients)
     reactions = Reactions(local, coefficients, far, counts)

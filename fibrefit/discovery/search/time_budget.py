@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.discovery.engine.supermodel import Supermodel, residual_rows
+from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.search import Search
 
 CONCLUDING = 0.1, 0.35
@@ -67,7 +67,7 @@ def _seconds(search: Search, supermodel: Supermodel, local: np.ndarray) -> float
     times = []
     for _ in range(1 + RUNS):
         began = time.perf_counter()
-        np.asarray(residual_rows(supermodel, local, search.context.whole))
+        np.asarray(supermodel.residuals(local, search.context.whole))
         times.append(time.perf_counter() - began)
     # The first may have compiled.
     return max(min(times[1:]), 1e-6)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 
@@ -50,5 +50,6 @@ def point_masses(number: int) -> type[PointMasses]:
     class Points(PointMasses):
         __doc__ = PointMasses.__doc__
         points: ClassVar[int] = number
+        _made_of: ClassVar[tuple[Any, ...]] = (PointMasses, number)
 
     return Points
