@@ -211,7 +211,7 @@ def test_name_finds_its_effect_again(effect: type[Effect]) -> None:
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_programs_with_an_effect_are_kept(effect: type[Effect]) -> None:
-    """They are found again by what is in them; those with a mass of the fibre were traced each time."""
+    """They are found again by what is in them; a class made by a function says in `_made_of` what that is."""
     everywhere = members(effect, 3)
     assert len({fingerprint(one) for one in everywhere}) == len(everywhere)
 

@@ -31,8 +31,8 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 
 WIDTH = 12
-"""Columns a program varies; more take several runs, each with one more of the residuals. To make a wider program
-takes seconds, and each of its runs, of one column too, fills as many rows: with 256 columns 84 MB."""
+"""Columns a program varies; more take several runs, each with one more of the residuals, a twelfth of the work. To make
+a wider program takes seconds, and each of its runs, of one column too, fills as many rows: with 256 columns 84 MB."""
 
 BUCKET = 4
 """Rows are whitened and multiplied in multiples of this."""
