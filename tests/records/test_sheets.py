@@ -176,6 +176,28 @@ def test_a_table_on_a_hidden_sheet_is_left_out_and_told(write: Callable) -> None
     assert 'Tables on hidden sheets are left out: "old".' in record.history
 
 
+@pytest.mark.parametrize("chunk", [1 << 20, 100])
+def test_rows_that_a_filter_hides_are_read_and_told(
+    chunk: int, write: Callable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fibrefit.records.files.sheets.workbook._CHUNK", chunk)
+
+    def filtered(sheet: Any) -> None:
+        sheet.row_dimensions[1].hidden = True  # no row of the table: its headings
+        for number in (5, 9, N + 40):
+            sheet.row_dimensions[number].hidden = True
+
+    record = read_record(write(book(HEAD, filtered), "a.xlsx"))
+    np.testing.assert_array_equal(record.channels["force"], FORCE)
+    told = [note for note in record.history if "hides" in note]
+    assert told == [
+        "2 rows that the sheet hides are read like the others, the first in line 5. "
+        "Where a filter took out what is not to count, delete these rows."
+    ]
+    whole = read_record(write(book(HEAD, lambda sheet: None), "b.xlsx"))
+    assert not any("hides" in note for note in whole.history)
+
+
 def test_a_format_that_changes_its_unit_is_refused(write: Callable) -> None:
     def change(sheet: Any) -> None:
         for i, row in enumerate(sheet.iter_rows(min_row=2)):

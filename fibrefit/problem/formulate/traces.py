@@ -60,12 +60,9 @@ def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> 
     conditions = conditions_of(record.name, rig, stated)
     for name in rig.measured:
         if name not in record.channels:
-            raise DataError(
-                record.name,
-                f"no {name} channel",
-                f"one, for a {rig.kind} rig",
-                f'Name its column: [channels] {name} = "...".{_without(name, record.channels, rig)}',
-            )
+            do = f'Name its column: [channels] {name} = "..."; fibrefit inspect tells what was left out, and why.'
+            do += _without(name, record.channels, rig)
+            raise DataError(record.name, f"no {name} channel", f"one, for a {rig.kind} rig", do)
         valid = int(np.count_nonzero(np.isfinite(record.channels[name])))
         if valid < FEWEST_READINGS:
             raise DataError(

@@ -26,7 +26,7 @@ from fibrefit.records.files.arrays.titles import (
     place_beside,
     plain,
 )
-from fibrefit.records.files.arrays.values import items_as_one, stamps_in
+from fibrefit.records.files.arrays.values import complex_numbers, items_as_one, stamps_in
 from fibrefit.records.files.extras import json_object, stated_in
 from fibrefit.records.grammar.headings import split_heading
 from fibrefit.records.grammar.words import kinds_named
@@ -51,6 +51,8 @@ _TITLE_ATTRIBUTES = (
 )
 #: A rate or a step in words.
 _RATE_IN_WORDS = re.compile(r"\s*\d[\d.eE+-]*\s*(?:[kM]?Hz|[mun]?s)\s*")
+#: Parts of a complex number as MATLAB names them.
+_COMPLEX = ("real", "imag")
 #: Bytes that a stamp takes in memory besides its letters.
 _STAMP = 64
 #: Bytes each item of an HDF5 file counts at least.
@@ -58,7 +60,7 @@ _ITEM = 1 << 14
 
 
 def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation], list[str], list[str]]:
-    """Content of an HDF5 file, what its attributes say, notes on what was unpacked, and objects of MATLAB.
+    """Content of an HDF5 file, what its attributes say, notes on what was unpacked, and what is left out in words.
 
     Parameters
     ----------
@@ -73,7 +75,7 @@ def load_hdf5(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Anno
         reader = _Hdf5(file, allowed)
         tree = reader.group(file)
         left = [f"Arrays of words are left out: {', '.join(reader.words[:6])}."] if reader.words else []
-        return tree, reader.annotations, [*reader.unpacked, *left], reader.objects
+        return tree, reader.annotations, [*reader.unpacked, *left], reader.left_out
 
 
 @dataclass(frozen=True)
@@ -92,8 +94,8 @@ class _Hdf5:
         Filled with the names of arrays of words that are left out.
     unpacked : list of str
         Filled with sentences on arrays whose numbers were packed.
-    objects : list of str
-        Filled with what is an object of MATLAB.
+    left_out : list of str
+        Filled with what is an object of MATLAB, or holds complex numbers.
     seen : set of int
         Where arrays lie in the file that have been read: what has two names is one.
     """
@@ -104,7 +106,7 @@ class _Hdf5:
     annotations: list[Annotation] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
     unpacked: list[str] = field(default_factory=list)
-    objects: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
     seen: set[int] = field(default_factory=set)
 
     def group(self, group: Any) -> dict[str, Any]:
@@ -216,12 +218,15 @@ class _Hdf5:
         if item.attrs.get("MATLAB_empty", 0) or item.shape is None:
             return None
         if "MATLAB_object_decode" in item.attrs:
-            self.objects.append(object_of_matlab(item.name.strip("/"), "", kind))
+            self.left_out.append(object_of_matlab(item.name.strip("/"), "", kind))
             return None
         self.allowed.take(item.size * item.dtype.itemsize)
         holds = _held(item.dtype)
         if holds == "texts":
             return self._texts(item)
+        if item.dtype.kind == "c" or item.dtype.names == _COMPLEX:
+            self.left_out.append(complex_numbers(item.name.strip("/").replace("/", ".")))
+            return None
         if not self.reads and holds != "references":
             return None
         array = np.asarray(item[()])

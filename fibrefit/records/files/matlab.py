@@ -14,11 +14,12 @@ from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, Raw
 from fibrefit.records.files.arrays.tree import columns_of_tree
-from fibrefit.records.files.arrays.values import items_as_one
+from fibrefit.records.files.arrays.values import complex_numbers, items_as_one
 from fibrefit.records.files.extras import damage_as_error
 from fibrefit.records.files.hdf5 import load_hdf5, object_of_matlab
 from fibrefit.records.files.matlab_sizes import count_declared
 
+_DO = 'Save times and values as real vectors: t = seconds(T.Time); F = real(T.force); save("a.mat", "t", "F").'
 _OF_HDF5 = (".h5", ".hdf5", ".hdf", ".he5", ".nxs", ".nc")
 
 
@@ -42,25 +43,24 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
     Raises
     ------
     DataError
-        If the file is damaged, declares or unpacks to more than a record can be, holds objects of MATLAB alone, or no
-        two vectors of one length.
+        If the file is damaged, declares or unpacks to more than a record can be, holds objects of MATLAB or complex
+        numbers alone, or no two vectors of one length.
     """
     with damage_as_error(where, "the file", "a MATLAB or HDF5 file", "Save it again."):
-        tree, said, notes, objects = _load(path, Allowance(where, DataError))
+        tree, said, notes, left = _load(path, Allowance(where, DataError))
     try:
         raw = columns_of_tree(tree, said, where, wanted)
     except DataError as error:
-        if not objects:
+        if not left:
             raise
-        do = 'Save times and values as vectors: t = seconds(T.Time); F = T.force; save("a.mat", "t", "F").'
-        raise DataError(where, objects[0], "a vector for each channel", do) from error
+        raise DataError(where, left[0], "a vector of real numbers for each channel", _DO) from error
     layout = {"format": "HDF5" if path.suffix.casefold() in _OF_HDF5 else "MATLAB", **raw.layout}
-    notes = [*raw.notes, *notes, *(f"{one}: it is left out." for one in objects)]
+    notes = [*raw.notes, *notes, *(f"{one}: it is left out." for one in left)]
     return replace(raw, layout=layout, notes=notes)
 
 
 def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotation], list[str], list[str]]:
-    """Content of a file, what attributes say, notes, and objects that only MATLAB can read."""
+    """Content of a file, what attributes say, notes, and what of it is left out in words."""
     with path.open("rb") as file:
         head = file.read(1024)
     if b"\x89HDF\r\n\x1a\n" in head:
@@ -75,8 +75,8 @@ def _load(path: Path, allowed: Allowance) -> tuple[dict[str, Any], list[Annotati
             allowed.take(8 * math.prod(shape))
     loaded = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False, chars_as_strings=True)
     found = {name: value for name, value in loaded.items() if not name.startswith("__")}
-    objects = [object_of_matlab(*map(_text, value.ravel()[0])) for value in found.values() if _is_opaque(value)]
-    return {name: _of_scipy(value) for name, value in found.items()}, [], [], objects
+    left = [object_of_matlab(*map(_text, value.ravel()[0])) for value in found.values() if _is_opaque(value)]
+    return {name: _of_scipy(value, name, left) for name, value in found.items()}, [], [], left
 
 
 def _is_opaque(value: Any) -> bool:
@@ -88,15 +88,17 @@ def _text(value: Any) -> str:
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
-def _of_scipy(value: Any) -> Any:
-    """Structures as dicts, lists of texts as lists, numbers as arrays."""
+def _of_scipy(value: Any, name: str, left: list[str]) -> Any:
+    """Structures as dicts, lists of texts as lists, numbers as arrays; what is complex joins what is left out."""
     if hasattr(value, "_fieldnames"):
-        return {name: _of_scipy(getattr(value, name)) for name in value._fieldnames}
+        return {key: _of_scipy(getattr(value, key), f"{name}.{key}", left) for key in value._fieldnames}
     if isinstance(value, str):
         return value
     array = np.asarray(value)
     if array.dtype.kind in "US":
         return [str(text).strip() for text in np.atleast_1d(array)]
     if array.dtype == object:
-        return items_as_one([_of_scipy(item) for item in np.atleast_1d(array).ravel()])
+        return items_as_one([_of_scipy(item, name, left) for item in np.atleast_1d(array).ravel()])
+    if array.dtype.kind == "c":
+        left.append(complex_numbers(name))
     return array if array.dtype.kind in "biuf" else None

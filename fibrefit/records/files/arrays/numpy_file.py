@@ -15,7 +15,7 @@ from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.files.arrays.tree import columns_of_tree
-from fibrefit.records.files.arrays.values import stamps_in
+from fibrefit.records.files.arrays.values import complex_numbers, stamps_in
 from fibrefit.records.files.extras import damage_as_error, json_object
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import HEADER_DEPTH
@@ -49,7 +49,7 @@ def read_numpy(data: bytes, where: str, options: ReadOptions) -> Raw:
         If the file is damaged, declares more than a record can be, or holds no two vectors of one length.
     """
     tree: dict[str, Any] = {}
-    objects = []
+    objects, left = [], []
     with damage_as_error(where, "the NumPy file", do="Save it again."):
         allowed = Allowance(where, DataError)
         for name, content in _members(data, allowed):
@@ -57,14 +57,23 @@ def read_numpy(data: bytes, where: str, options: ReadOptions) -> Raw:
             if array is None:
                 objects.append(f'"{name}"')
             elif array.dtype.names:
+                left += [complex_numbers(one) for one in array.dtype.names if array.dtype[one].kind == "c"]
                 tree |= _fields(name, array, where)
             else:
+                left += [complex_numbers(name)] if array.dtype.kind == "c" else []
                 tree |= _variable(name, array, where)
     if options.columns and len(tree) == 1:
         tree["names"] = list(options.columns)
-    raw = columns_of_tree(tree, [], where, options.wanted)
-    left = [f"Python objects are left out: {', '.join(objects)}."] if objects else []
-    return replace(raw, layout={"format": "NumPy", **raw.layout}, notes=[*raw.notes, *left])
+    try:
+        raw = columns_of_tree(tree, [], where, options.wanted)
+    except DataError as error:
+        if not left:
+            raise
+        do = 'Save real arrays: np.savez("a.npz", t=t, force=force.real).'
+        raise DataError(where, left[0], "a real array for each channel", do) from error
+    told = [f"{one}: it is left out." for one in left]
+    told += [f"Python objects are left out: {', '.join(objects)}."] if objects else []
+    return replace(raw, layout={"format": "NumPy", **raw.layout}, notes=[*raw.notes, *told])
 
 
 def _members(data: bytes, allowed: Allowance) -> Iterator[tuple[str, bytes]]:

@@ -130,3 +130,14 @@ def deep_arrays(tree: Mapping[str, Any], prefix: str = "") -> list[str]:
         elif isinstance(value, np.ndarray) and value.ndim > 2:
             found.append(f'"{prefix}{key}" of {" x ".join(map(str, value.shape))} numbers')
     return found
+
+
+def complex_numbers(name: str) -> str:
+    """What an array of complex numbers is, in words: which part of them was meant is not for a program to say.
+
+    Parameters
+    ----------
+    name : str
+        Of the array, as messages have it.
+    """
+    return f'"{name}" holds complex numbers, where readings are real'

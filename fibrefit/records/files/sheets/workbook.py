@@ -29,7 +29,7 @@ from fibrefit.records.files.sheets.shape import (
 from fibrefit.records.files.sheets.stamps import Stamp, exact_stamps, stamp
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
-from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.phrases import are, count
 from fibrefit.records.grammar.tokens import NUMBER
 from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.options import ReadOptions
@@ -42,6 +42,10 @@ _NO_THREAD = "[threaded comment]"
 _SHOWN = re.compile(r'"([^"]*)"|\\(.)')
 #: Commas behind the last digit, each of which divides what is shown by a thousand: ``0.0,``.
 _IN_THOUSANDS = re.compile(r"[0#?](,+)(?![0#?,])")
+#: A row that the sheet does not show, with its number: a filter hides rows, and so can a user.
+_HIDDEN = re.compile(rb'<(?:\w+:)?row\b(?=[^>]*\bhidden="(?:1|true)")[^>]*?\br="(\d+)"')
+#: Bytes of a sheet that are looked through at a time.
+_CHUNK = 1 << 20
 #: Where openpyxl keeps which formats are those of dates.
 _KNOWN_DATES = ("_date_formats", "_timedelta_formats")
 
@@ -83,6 +87,7 @@ def read_workbook(data: bytes, where: str, options: ReadOptions, laid_out: Calla
         formats = _formats(sheet, sheets[chosen])
         _refuse_changing_formats(sheet, formats, where)
         rows: Cells = _with_exact_stamps(sheet, sheets[chosen])
+        notes += _on_hidden_rows(sheet, rows)
     beside = [
         (f'sheet "{title}", row {i}', "\t".join(filter(None, row)))
         for title, others in sheets.items()
@@ -209,6 +214,27 @@ def _with_exact_stamps(sheet: Any, rows: Cells) -> Cells:
         for (i, _), one in zip(column, exact, strict=True):
             found[i][j] = one
     return found
+
+
+def _on_hidden_rows(sheet: Any, rows: Cells) -> tuple[str, ...]:
+    """A note where rows of the table are hidden: whether their numbers were to count is not written in the file."""
+    opened = getattr(sheet, "_get_source", None)
+    if opened is None:
+        return ()
+    found, rest = [], b""
+    with opened() as source:
+        while chunk := source.read(_CHUNK):
+            parts = (rest + chunk).rpartition(b"<")
+            found += [int(number) for number in _HIDDEN.findall(parts[0])]
+            rest = parts[1] + parts[2]
+    found += [int(number) for number in _HIDDEN.findall(rest)]
+    hidden = [number for number in found if number <= len(rows) and is_row(rows[number - 1])]
+    if not hidden:
+        return ()
+    told = (
+        f"{count(len(hidden), 'row')} that the sheet hides {are(len(hidden))} read like the others, the first in line"
+    )
+    return (f"{told} {hidden[0]}. Where a filter took out what is not to count, delete these rows.",)
 
 
 def _mark(rows: Cells) -> str | None:
