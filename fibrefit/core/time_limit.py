@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 _until: ContextVar[float] = ContextVar("until", default=float("inf"))
+_cuts: ContextVar[list[float] | None] = ContextVar("cuts", default=None)
 
 T = TypeVar("T")
 
@@ -80,6 +81,37 @@ def beyond_limits() -> Iterator[None]:
 def time_left() -> float:
     """Seconds until the nearest limit; infinite where there is none."""
     return _until.get() - time.monotonic()
+
+
+def time_for(seconds: float) -> bool:
+    """Whether so many seconds are left until the nearest limit; where they are not, `cuts_noted` notes a cut."""
+    enough = time_left() > seconds
+    if not enough:
+        note_cut()
+    return enough
+
+
+def note_cut() -> None:
+    """Note that the work in hand ends for lack of time where it would have gone on."""
+    if (cuts := _cuts.get()) is not None:
+        cuts.append(time_left())
+
+
+@contextmanager
+def cuts_noted() -> Iterator[list[float]]:
+    """The time left, in s, at each end for lack of time inside the block: what comes of it may be less than it could.
+
+    Yields
+    ------
+    list of float
+        Empty as long as nothing was cut short.
+    """
+    cuts: list[float] = []
+    token = _cuts.set(cuts)
+    try:
+        yield cuts
+    finally:
+        _cuts.reset(token)
 
 
 def check_time() -> None:

@@ -129,6 +129,8 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         gone = set(found.effects) - set(best.effects)
         finding = _with_law(finding, law.without(gone), before, limits.seed, budget)
         more = (*more, *_not_predicted(search, finding.proposed_law))
+    if finding.after is not before and finding.after.cut_short:
+        more = (*more, "final_fit")
     return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
 
 

@@ -78,8 +78,8 @@ def takes_longer(search: Search, best: LaplaceFit, before: Identification) -> fl
 
 
 def is_cut(found: Identification) -> bool:
-    """Whether a fit ended for lack of time."""
-    return any(check.identifier == COMPLETION and not check.passed for check in found.checks)
+    """Whether a fit, or a step of it, ended for lack of time: a motion that it loses says nothing of an effect then."""
+    return found.cut_short or any(check.identifier == COMPLETION and not check.passed for check in found.checks)
 
 
 def final_fit(search: Search, best: LaplaceFit, starts: int, seed: int, budget: Budget) -> Identification:

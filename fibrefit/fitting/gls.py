@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time, time_left
+from fibrefit.core.time_limit import in_time, note_cut, time_for
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, interval_of_shared
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
@@ -107,12 +107,14 @@ def _relinearised(task: Task, bars: ErrorBars, found: GlsEstimate | None, search
     while found is not None and found.seen.raw is not None:
         linearisations.append(_linearisation(task, found))
         # Another look takes as long as the last one.
-        if time_left() <= took or not _tells_more(linearisations, searched):
+        if not _tells_more(linearisations, searched) or not time_for(took):
             break
         began = time.monotonic()
         # One that the time ends on the way takes nothing from those before it.
-        found, _ = in_time(partial(_next_look, task, bars, found), None)
+        found, came = in_time(partial(_next_look, task, bars, found), None)
         took = time.monotonic() - began
+        if not came:
+            note_cut()
     return min(linearisations, key=lambda one: one.left).found if linearisations else found
 
 

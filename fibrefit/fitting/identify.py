@@ -16,7 +16,7 @@ from fibrefit.core.allowance import refuse_seed, refuse_starts
 from fibrefit.core.errors import DataError
 from fibrefit.core.programs.longest import all_compilations
 from fibrefit.core.progress import Progress, quiet
-from fibrefit.core.time_limit import in_time
+from fibrefit.core.time_limit import cuts_noted, in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import Advice, advice, with_lone_samples
 from fibrefit.fitting.error_bars import error_bars, error_inflation, estimates
@@ -130,7 +130,14 @@ def identify(
     """
     refuse_starts(starts)
     refuse_seed(seed)
-    began, compiled, tell, how = time.perf_counter(), all_compilations(), progress or quiet, how or How()
+    began, compiled = time.perf_counter(), all_compilations()
+    with cuts_noted() as cuts:
+        found = _identified(task, starts, seed, how or How(), progress or quiet, stop)
+    compiling = all_compilations() - compiled
+    return replace(found, seconds=time.perf_counter() - began, compiling=compiling, cut_short=bool(cuts))
+
+
+def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, stop: Stop) -> Identification:
     task = _with_soft_l1(task) if how.robust else task
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
@@ -155,8 +162,7 @@ def identify(
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
     if stop():
         found_all = replace(found_all, checks=(judge.interrupted(found), *found_all.checks))
-    compiling = all_compilations() - compiled
-    return replace(found_all, seconds=time.perf_counter() - began, compiling=compiling)
+    return found_all
 
 
 SOFT_BEYOND = 3.0

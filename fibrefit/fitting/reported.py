@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time
+from fibrefit.core.time_limit import in_time, note_cut
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, error_bars, estimates, ratio
 from fibrefit.fitting.estimates import GlsEstimate, Why
@@ -146,7 +146,9 @@ def reported(
     doubt = _doubt(task, success, whiten or not plain.input_errors)
     checks: tuple[Check, ...] = ()
     gls, came = (None, True) if doubt else in_time(partial(gls_estimate, task, plain, bars, ended), None)
-    doubt = doubt if came else Why("no_time")
+    if not came:
+        note_cut()
+        doubt = Why("no_time")
     if gls is not None:
         found = _of_gls(task, plain, gls)
         checks = _compared(plain, gls, bars)

@@ -157,6 +157,8 @@ class Identification:
     input_errors : dict of input to InputErrorSummary
     coefficients : dict of input to (n_record, n_wave)
         The errors themselves, see `fibrefit.problem.inputs.errors_in_variables`.
+    cut_short : bool
+        Whether a step ended for lack of time where it would have gone on: a motion may be lost for that alone.
     """
 
     problem: Problem
@@ -184,6 +186,7 @@ class Identification:
     coefficients: InputCoefficients = field(default_factory=dict)
     balance: ChannelGap | None = None
     compiling: float = 0.0
+    cut_short: bool = False
 
     @property
     def running(self) -> float:

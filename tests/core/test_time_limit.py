@@ -7,7 +7,18 @@ import time
 import pytest
 
 from fibrefit.core.programs.side_by_side import for_each
-from fibrefit.core.time_limit import Budget, OutOfTimeError, beyond_limits, check_time, in_time, time_left, time_limit
+from fibrefit.core.time_limit import (
+    Budget,
+    OutOfTimeError,
+    beyond_limits,
+    check_time,
+    cuts_noted,
+    in_time,
+    note_cut,
+    time_for,
+    time_left,
+    time_limit,
+)
 from fibrefit.discovery.engine.candidates import fit_all
 
 
@@ -28,6 +39,20 @@ def test_the_nearest_limit_holds_and_ends_with_its_block() -> None:
 def test_what_comes_too_late_is_told() -> None:
     assert in_time(lambda: 3, 0) == (3, True)
     assert in_time(lambda: check_time() or 3, 0, seconds=0.0) == (0, False)
+
+
+def test_work_that_ends_for_lack_of_time_is_noted() -> None:
+    with cuts_noted() as cuts:
+        assert time_for(1e9)
+        with time_limit(10.0):
+            assert time_for(1.0)
+            assert not cuts
+            assert not time_for(100.0)
+        with cuts_noted() as inside:
+            for_each(lambda _: note_cut(), range(3))
+    assert (len(cuts), len(inside)) == (1, 3)
+    assert 0.0 < cuts[0] <= 10.0
+    note_cut()  # Where nobody asks it is nothing.
 
 
 def test_an_error_is_no_lack_of_time() -> None:

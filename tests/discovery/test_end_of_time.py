@@ -77,10 +77,11 @@ class Curves(SimpleNamespace):
         return Curves(**{**vars(self), **update})
 
 
-def with_a_law(monkeypatch: pytest.MonkeyPatch, trouble: str | None, cut: bool) -> Told:
+def with_a_law(monkeypatch: pytest.MonkeyPatch, trouble: str | None, cut: bool, in_a_step: bool = False) -> Told:
     """A finding after its final fit, with the trouble that fit has, cut short or not."""
     check = SimpleNamespace(identifier=COMPLETION, passed=not cut)
-    monkeypatch.setattr(conclusion, "final_fit", lambda *of: SimpleNamespace(checks=[check]))
+    fit = SimpleNamespace(checks=[check], cut_short=in_a_step)
+    monkeypatch.setattr(conclusion, "final_fit", lambda *of: fit)
     monkeypatch.setattr(conclusion, "takes_longer", lambda *of: 0.0)
     monkeypatch.setattr(conclusion, "trouble_of", lambda *of: trouble and Statement(trouble))
     monkeypatch.setattr(conclusion, "told_by_fit", lambda law, effect, after: replace(law, value=2.0))
@@ -109,8 +110,9 @@ def test_a_law_that_loses_a_motion_is_neither_told_nor_drawn_and_the_curve_stays
     assert found.after == "first"
 
 
-def test_a_final_fit_that_was_cut_short_takes_no_law_away(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = with_a_law(monkeypatch, "lost", cut=True)
+@pytest.mark.parametrize("in_a_step", [True, False])
+def test_a_final_fit_that_was_cut_short_takes_no_law_away(monkeypatch: pytest.MonkeyPatch, in_a_step: bool) -> None:
+    found = with_a_law(monkeypatch, "lost", cut=not in_a_step, in_a_step=in_a_step)
     assert found.proposed_law.value == 2.0
     assert found.reason == ()
 

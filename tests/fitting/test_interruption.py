@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import check_time, time_limit
+from fibrefit.core.time_limit import check_time, cuts_noted, time_limit
 from fibrefit.fitting import gls
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
@@ -101,8 +101,9 @@ def test_a_fit_that_is_let_to_its_end_says_nothing_of_it(found: Identification) 
 def test_where_the_time_is_over_the_plain_estimate_is_told_and_why(task: Task, found: Identification) -> None:
     with time_limit(0.0):
         plain = identify(task, starts=1)
-    assert (plain.gls, plain.why.identifier) == (None, "no_time")
+    assert (plain.gls, plain.why.identifier, plain.cut_short) == (None, "no_time", True)
     assert found.gls is not None
+    assert not found.cut_short
     np.testing.assert_allclose(plain.values, found.plain.values, rtol=1e-5)
     assert estimator_sentence(plain.why).endswith("the time given ended before it was done.")
 
@@ -126,15 +127,15 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     monkeypatch.setattr(gls, "_seen", lambda *of: None)
     monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))
 
-    def kept(seconds: float) -> str:
-        with time_limit(seconds):
+    def kept(seconds: float) -> tuple[str, bool]:
+        with time_limit(seconds), cuts_noted() as cuts:
             found = gls._relinearised(cast(Any, None), cast(Any, None), estimate("a"), True)
-        return cast(Any, found).name
+        return cast(Any, found).name, bool(cuts)
 
     # Two more are made, as there is no time for a third one.
-    assert kept(0.5) == "c"
+    assert kept(0.5) == ("c", True)
     # A first one is tried in any case, unless there is no time at all.
-    assert kept(0.0) == "a"
+    assert kept(0.0) == ("a", True)
 
     def late(*of: Any) -> Any:
         now[0] += 2.0
@@ -142,7 +143,10 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
 
     names = iter("b")
     monkeypatch.setattr(gls, "_seen", lambda _, found: late() if found.name == "b" else None)
-    assert kept(1.0) == "b"
+    assert kept(1.0) == ("b", True)
+    # Where nothing more is to be gained it is not the time that ends it.
+    monkeypatch.setattr(gls, "_tells_more", lambda *of: False)
+    assert kept(0.5) == ("a", False)
 
 
 @pytest.mark.parametrize("coarse", [True, False])

@@ -183,7 +183,7 @@ REFUSED: list[tuple[str, Callable[[Made], Made], dict[str, Any], str]] = [
         lambda r: dataclasses.replace(r, channels={"force": r.channels["force"]}),
         {},
         'no position channel; expected one, for a fibre_mass rig. Name its column: [channels] position = "..."; '
-        'fibrefit inspect tells what was left out, and why. '
+        "fibrefit inspect tells what was left out, and why. "
         'Where it was not measured: measured = "force" under [rig].',
     ),
 ]

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from fibrefit.core.time_limit import beyond_limits, time_left
+from fibrefit.core.time_limit import beyond_limits, time_for
 from fibrefit.fitting.thresholds import (
     ALL_COUNT,
     FALLS,
@@ -132,7 +132,7 @@ def with_input_errors(
             break
         looks.append(look)
         # Another look takes as long as this one.
-        if not _tells_more(looks) or time_left() <= time.monotonic() - began:
+        if not _tells_more(looks) or not time_for(time.monotonic() - began):
             break
         place, waves, roots = look.end.place, look.coefficients, _weighted(look.view).roots()
         known_rows = [row if alike else None for row, alike in zip(known_rows, look.reacts_alike, strict=True)]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+
+from fibrefit.simulation.inputs import row
+from fibrefit.simulation.switched import write
 
 
 def nearest_side(
@@ -30,23 +33,66 @@ def nearest_side(
     number : () int, optional
         Jumps that there are; the rest of the rows is not looked at. All by default.
     """
+    size = times.shape[0]
+    rows = jnp.int32(instants.shape[0]) if number is None else number
+    steps = jnp.clip(jnp.searchsorted(times, instants, side="right") - 1, 0, size - 2)
+    way = jnp.clip((instants - times[steps]) / (times[steps + 1] - times[steps]), 0.0, 1.0)
+    jumps = _Jumps(
+        steps,
+        jnp.concatenate([jnp.full(1, -2), steps[:-1]]),
+        jnp.stack([(1.0 - way) ** 2 * (1.0 + 2.0 * way), way**2 * (3.0 - 2.0 * way)], axis=-1)[:, None],
+        jnp.stack([heights, -heights], axis=-1).swapaxes(0, 1),
+        jnp.stack([distances[:, steps], distances[:, steps + 1]], axis=-1).swapaxes(0, 1),
+    )
+    passed = _passed_by(jumps, rows)
+    # Each sample is as the last jump beside it leaves it.
+    place = jnp.arange(instants.shape[0])
+    following = jnp.where(place + 1 < rows, jnp.roll(steps, -1), size)
+    first = jnp.where((place < rows) & (following > steps), steps, size)
+    second = jnp.where((place < rows) & (following > steps + 1), steps + 1, size)
+    for samples, left in ((first, passed[..., 0]), (second, passed[..., 1])):
+        distances = distances.at[:, samples].set(left.T, mode="drop")
+    return distances
 
-    # Few of the rows are filled: one after the other is faster than all at once. What a jump leaves is handed on to the
-    # next one by itself: a loop that also read what it writes would copy all samples at each jump.
-    def pass_by(jump: jax.Array, carry: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
-        last, left, passed = carry
-        instant, height = instants[jump], heights[:, jump]
-        step = jnp.clip(jnp.searchsorted(times, instant, side="right") - 1, 0, times.shape[0] - 2)
-        way = jnp.clip((instant - times[step]) / (times[step + 1] - times[step]), 0.0, 1.0)
-        doubt = jnp.stack([(1.0 - way) ** 2 * (1.0 + 2.0 * way), way**2 * (3.0 - 2.0 * way)])
-        other = jnp.stack([height, -height], axis=-1)
-        here = jax.lax.dynamic_slice_in_dim(distances, step, 2, axis=-1)
-        beside = jnp.stack([left[:, 1], here[:, 1]], axis=-1)
-        now = jnp.where(step == last, left, jnp.where(step == last + 1, beside, here))
-        nearer = jnp.clip(-now, jnp.minimum(other, 0.0), jnp.maximum(other, 0.0))
-        left = now + doubt * nearer
-        return step, left, jax.lax.dynamic_update_slice_in_dim(passed, left, step, axis=-1)
 
-    nowhere, nothing = jnp.full((), -2, dtype=jnp.int32), jnp.zeros((len(distances), 2))
-    rows = instants.shape[0] if number is None else number
-    return jax.lax.fori_loop(0, rows, pass_by, (nowhere, nothing, distances))[2]
+class _Jumps(NamedTuple):
+    """What jumps, one after the other in time, do to the two samples beside each of them.
+
+    Parameters
+    ----------
+    step, before : (n_jump,) int
+        The first of these samples, and that of the jump before.
+    doubt : (n_jump, 1, 2)
+        Share in which a sample may be on the other side.
+    other : (n_jump, n_channel, 2)
+        What lies between here and there, as seen from each sample.
+    here : (n_jump, n_channel, 2)
+        Distances of the samples.
+    """
+
+    step: jax.Array
+    before: jax.Array
+    doubt: jax.Array
+    other: jax.Array
+    here: jax.Array
+
+
+def _passed_by(jumps: _Jumps, rows: jax.Array) -> jax.Array:
+    """Distances of the samples beside the first `rows` jumps when each has passed, ``(n_jump, n_channel, 2)``.
+
+    Few of the rows are filled: one after the other is faster than all at once. The loop holds nothing but these
+    samples: one that held all distances would copy them, with all their tangents, at each jump.
+    """
+
+    def pass_by(number: jax.Array, carry: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+        left, passed = carry
+        jump: _Jumps = jax.tree.map(lambda part: row(part, number), jumps)
+        # A sample beside two jumps is handed on from one to the next.
+        beside = jnp.stack([left[:, 1], jump.here[:, 1]], axis=-1)
+        now = jnp.where(jump.step == jump.before, left, jnp.where(jump.step == jump.before + 1, beside, jump.here))
+        nearer = jnp.clip(-now, jnp.minimum(jump.other, 0.0), jnp.maximum(jump.other, 0.0))
+        left = now + jump.doubt * nearer
+        return left, write(passed, number, left)
+
+    start = jnp.zeros_like(jumps.here[0]), jnp.zeros_like(jumps.here)
+    return jax.lax.fori_loop(0, rows, pass_by, start)[1]

@@ -127,6 +127,7 @@ UNDONE = {
     "weights": "weights of the effects",
     "detectable": "what would have been found",
     "rivals": "records that tell rivals apart",
+    "final_fit": "the last steps of the final fit",
 }
 """Parts of a search that the time may not suffice for, by identifier."""
 
