@@ -124,14 +124,18 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
         proposed_law=law and law.told,
         untried=untried,
     )
-    more = (*(("further",) if at.cut_short else ()), *at.undone)
     if law is not None:
         gone = set(found.effects) - set(best.effects)
         finding = _with_law(finding, law.without(gone), before, limits.seed, budget)
-        more = (*more, *_not_predicted(search, finding.proposed_law))
-    if finding.after is not before and finding.after.cut_short:
-        more = (*more, "final_fit")
-    return replace(finding, undone=tuple(dict.fromkeys((*more, *parts.undone))), seconds=budget.used)
+    return replace(finding, undone=_undone(at, finding, parts), seconds=budget.used)
+
+
+def _undone(at: Selection, finding: Finding, parts: _Parts) -> tuple[str, ...]:
+    """What the time did not suffice for, effects that were not tried aside."""
+    further = ("further",) if at.cut_short else ()
+    of_law = _not_predicted(at.search, finding.proposed_law)
+    final = ("final_fit",) if finding.after is not finding.before and finding.after.cut_short else ()
+    return tuple(dict.fromkeys((*further, *at.undone, *of_law, *final, *parts.undone)))
 
 
 def _with_law(finding: Finding, law: ToldLaw, before: Identification, seed: int, budget: Budget) -> Finding:

@@ -271,19 +271,22 @@ def test_a_parent_that_was_led_elsewhere_is_tested_where_readings_are_linearised
 
 
 @pytest.mark.parametrize(
-    ("after", "exact", "kept", "told"),
+    ("after", "cut", "exact", "kept", "told"),
     [
-        (1.2, False, True, ""),
-        (3.0, False, False, "loses a bounce of b.csv: the normalised residual RMS there rises from 1 to 3"),
-        (1.05, True, True, ""),
-        (3.0, True, True, "with a normalised residual RMS of 1.01; the final fit ends at 3"),
+        (1.2, False, False, True, ""),
+        (3.0, False, False, False, "loses a bounce of b.csv: the normalised residual RMS there rises from 1 to 3"),
+        (3.0, True, False, True, ""),
+        (1.05, False, True, True, ""),
+        (3.0, False, True, True, "with a normalised residual RMS of 1.01; the final fit ends at 3"),
     ],
 )
 def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exact(
-    monkeypatch: pytest.MonkeyPatch, after: float, exact: bool, kept: bool, told: str
+    monkeypatch: pytest.MonkeyPatch, after: float, cut: bool, exact: bool, kept: bool, told: str
 ) -> None:
     before, ended = (
-        SimpleNamespace(gap=gap, record_gaps={"a.csv": 1.0, "b.csv": gap}, checks=(), running=1.0, input_errors={})
+        SimpleNamespace(
+            gap=gap, record_gaps={"a.csv": 1.0, "b.csv": gap}, checks=(), cut_short=cut, running=1.0, input_errors={}
+        )
         for gap in (1.0, after)
     )
     monkeypatch.setattr(final_fit, "final_fit", lambda *of: ended)
@@ -348,7 +351,7 @@ def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     monkeypatch: pytest.MonkeyPatch, slower: float, searched: bool
 ) -> None:
     asked: list[int] = []
-    before: Any = SimpleNamespace(gap=1.0, record_gaps={"a.csv": 1.0}, checks=(), running=2.0)
+    before: Any = SimpleNamespace(gap=1.0, record_gaps={"a.csv": 1.0}, checks=(), cut_short=False, running=2.0)
     monkeypatch.setattr(final_fit, "final_fit", lambda search, best, starts, *of: asked.append(starts) or before)
     monkeypatch.setattr(final_fit, "slowdown", lambda *of: slower)
     monkeypatch.setattr(final_fit, "total", lambda gap: gap)
