@@ -38,6 +38,7 @@ def fit_of_found(
     so is the motion that the search followed, and it is the fit that ended in a wrong minimum.
     """
     said: list[Statement] = []
+    gone: tuple[str, ...] = ()
     while best.effects:
         starts = FINAL_STARTS if time_for_starts(budget.left, longer) else 0
         after = final_fit(search, best, starts, limits.seed, budget)
@@ -45,7 +46,8 @@ def fit_of_found(
         trouble = trouble_of(search, best, before, after) if asked else None
         if trouble is None or trouble.identifier != "lost":
             return best, after, said if trouble is None else [trouble]
-        said.append(trouble)
+        # What loses the bounce without those that were added later is to blame, and not these.
+        said, gone = [Statement("lost", {**trouble.facts, "later": gone})], (*gone, best.names[-1])
         best = search.inference.without(best, best.effects[:-1])
     return best, before, said
 

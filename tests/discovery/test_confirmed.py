@@ -305,6 +305,32 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     assert all(told in discovery_sentence(one) for one in said)
 
 
+@pytest.mark.parametrize("first_loses", [True, False])
+def test_what_loses_a_bounce_without_those_added_later_is_to_blame(
+    monkeypatch: pytest.MonkeyPatch, first_loses: bool
+) -> None:
+    gaps = {(): 1.0, (A.name,): 3.0 if first_loses else 1.0, (A.name, B.name): 3.0}
+
+    def fit(search: Any, best: Any, *of: Any) -> Any:
+        gap = gaps[best.names]
+        return SimpleNamespace(gap=gap, record_gaps={"a.csv": gap}, checks=(), cut_short=False)
+
+    monkeypatch.setattr(final_fit, "final_fit", fit)
+    monkeypatch.setattr(final_fit, "total", lambda gap: gap)
+    monkeypatch.setattr(each_by_itself, "total", lambda gap: gap)
+    monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities=()), raising=False)
+    search: Any = SimpleNamespace(inference=SimpleNamespace(without=lambda one, effects: Model(effects, 0.0)))
+    before: Any = SimpleNamespace(record_gaps={"a.csv": 1.0})
+    best, _, said = final_fit.fit_of_found(
+        search, cast(Any, Model((A, B), 40.0)), before, Limits(), Budget.of(100.0), 0.0
+    )
+    (told,) = (discovery_sentence(one) for one in said)
+    assert best.names == (() if first_loses else (A.name,))
+    blamed = A.name if first_loses else B.name
+    assert told.startswith(f"A fit with {blamed} loses a bounce of a.csv")
+    assert told.endswith(f"{B.name} was added later, and was not fitted without it." if first_loses else "missing.")
+
+
 @pytest.mark.parametrize(
     ("lost", "held_back", "found", "anew"),
     [(2.0, False, 1.0, True), (2.0, True, 1.0, False), (1.0, False, 1.0, False), (2.0, False, 2.5, False)],

@@ -336,5 +336,6 @@ COURSES: tuple[type[Curve], ...] = (
     StiffnessOfDriveSpeed,
     DampingOfDriveSpeed,
 )
-"""Curves over the course of a record. A rig with them takes longer to simulate: they are followed where slopes predict
-more of them than a curve over a state gains, or no law over a state accounts for what tests or curves object to."""
+"""Curves over the course of a record. A rig with them takes longer to simulate: where it is asked whether something is
+missing they are followed only where slopes predict more of them than a curve over a state gains, or no law over a state
+accounts for what tests or curves object to."""

@@ -112,7 +112,8 @@ STRETCHED = 0.02
 """Share of its range by which a state may leave it and still be said to have been there before."""
 
 AT_A_KINK = 0.05
-"""Share of the cost a further step of the base fit may predict: at a kink the last bit of a bad fit is hard to get."""
+"""Cost a further step of the base fit may predict for each reading: at a kink the last bit of a bad fit is hard to
+get."""
 PRICE = 4.0
 """Nats a parameter usually costs before it explains anything: the logarithm of what the records narrow its prior by."""
 

@@ -82,7 +82,7 @@ def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity
 
     Law
     ---
-    Positions of a flight are ``a + b t + γ g t² / 2 - (f ∬ sign(v) + c ∫ v) / m``, with friction that is constant or
+    Positions of a flight are ``a + b t + γ g t² / 2 - (f ∬ sign(v) + c ∬ v) / m``, with friction that is constant or
     grows with the speed and the same f and c in all of them. Least squares of what was measured, over least squares of
     what was simulated: a clock or a scale that is in the model counts as stated. The error is that of noise with the
     spectrum of the rests, or as loud as what is left where that is louder.

@@ -243,10 +243,12 @@ def _unknown(facts: Facts) -> str:
 
 
 def _lost(facts: Facts) -> str:
-    before, after = facts["gaps"]
+    (before, after), later = facts["gaps"], facts.get("later", ())
+    were = "were" if len(later) > 1 else "was"
+    taken_too = f" {' and '.join(later)} {were} added later, and {were} not fitted without it." if later else ""
     return (
         f"A fit with {facts['effect']} loses a bounce of {facts['record']}: the normalised residual RMS there rises "
-        f"from {before:.3g} to {after:.3g}, so it is not what is missing."
+        f"from {before:.3g} to {after:.3g}, so it is not what is missing.{taken_too}"
     )
 
 
