@@ -29,7 +29,7 @@ from fibrefit.laws.contract import violations
 from fibrefit.laws.declared import KINDS
 from fibrefit.laws.drive.compliance import Compliance
 from fibrefit.laws.drive.play import Play
-from fibrefit.laws.families import MARK, family_of, member
+from fibrefit.laws.families import MARK, called_with_place, family_of
 from fibrefit.laws.fibre.creep import Creep
 from fibrefit.laws.fibre.free_length_offset import FreeLengthOffset
 from fibrefit.laws.fibre.hardening import Hardening
@@ -266,8 +266,8 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     Parameters
     ----------
     name : str
-        A name in the catalogue or among installed packages, with ``@3`` after it where there is one effect for each
-        record, ``@1-5`` where it happens in each of five, or ``"my_effects.py:MyEffect"``.
+        A name in the catalogue or among installed packages, or ``"my_effects.py:MyEffect"``; with ``@3`` after it where
+        there is one effect for each record, ``@1-5`` where it happens in each of five.
     directory : path
         Where the path of such a file begins: the directory of the study.
 
@@ -276,16 +276,16 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     StudyError
         Where there is no such effect, or what was found is none.
     """
-    if ".py:" in name:
-        return _named_anew(checked(from_file(name, Path(directory)), name), name)
-    if name in CATALOGUE:
-        return CATALOGUE[name]
-    family, _, place = name.partition(MARK)
-    if family in CATALOGUE and CATALOGUE[family].family and (found := member(CATALOGUE[family], place)) is not None:
-        return found
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
-    if name in offered:
-        return _named_anew(checked(offered[name].load(), name), name)
+
+    def called(name: str) -> type[Effect] | None:
+        if ".py:" in name:
+            return _named_anew(checked(from_file(name, Path(directory)), name), name)
+        known = CATALOGUE.get(name)
+        return known or (_named_anew(checked(offered[name].load(), name), name) if name in offered else None)
+
+    if (found := called_with_place(name, called)) is not None:
+        return found
     hint = _suggested(name, [*CATALOGUE, *offered])
     raise StudyError(
         f'effect "{name}"', "not in the catalogue", 'a name from it, or "my_effects.py:MyEffect"', hint or LIST_THEM
@@ -330,6 +330,7 @@ def all_wrong(name: str, conditions: Mapping[str, float]) -> tuple[StudyError, .
 
 
 LIST_THEM = "`fibrefit effects` lists the catalogue."
+NAME_IT = "Add the place of the record, from 1."
 
 
 def select_effects(
@@ -355,7 +356,8 @@ def select_effects(
     Raises
     ------
     StudyError
-        Where one is not known, makes no sense on this rig, is named twice, or lacks another it builds upon.
+        Where one is not known, makes no sense on this rig, names no record where it belongs to some, is named twice, or
+        lacks another it builds upon.
     """
     effects = _all_found(names, directory)
     if points is not None:
@@ -365,6 +367,8 @@ def select_effects(
         where = f'effect "{effect.name}"'
         if not suits(effect, rig):
             raise StudyError(where, *unsuited(effect, rig), "Take it off the list.")
+        if effect.family and not (effect.records or effect.recurs):
+            raise StudyError(where, "belongs to single records, and names none", f'"{effect.name}{MARK}3"', NAME_IT)
         if known.count(effect.name) > 1:
             raise StudyError(where, "named twice", "each effect once", "Take one of the two off the list.")
         for other in effect.excludes:

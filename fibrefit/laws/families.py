@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import types
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 import jax
@@ -132,6 +132,23 @@ def member(effect: type[Effect], where: str) -> type[Effect] | None:
     # A law with thousands of instants takes minutes to make, and is a slip of the pen.
     counts = first == "1" and last.isdecimal() and len(last) <= 3 and int(last) > 1
     return of_each(effect, int(last)) if effect.sudden and counts else None
+
+
+def called_with_place(name: str, called: Callable[[str], type[Effect] | None]) -> type[Effect] | None:
+    """An effect by its name, or the member of a family by that of the family and the place behind it.
+
+    Parameters
+    ----------
+    name : str
+        ``fibre.creep``, ``fibre.knot_slip@3``, ``my_effects.py:MyEffect@2``.
+    called : callable
+        The effect of a name without a place; None where nothing is called so.
+    """
+    family, mark, place = name.rpartition(MARK)
+    if not mark or ".py:" in place:  # In the path of a file it is no mark.
+        return called(name)
+    found = called(family)
+    return None if found is None or not found.family else member(found, place)
 
 
 def members(effect: type[Effect], records: int) -> tuple[type[Effect], ...]:

@@ -18,7 +18,8 @@ PACKAGES = ("numpy", "scipy", "jax", "optimistix", "numba", "lmfit", "diffrax")
 HEAD = """# Benchmarks
 
 Made by `python -m tests.benchmarks --write` on {date} with {cores} cores; Python {python}, {packages}.
-Every number is a median of {clock}, of runs taken in turn with those it is compared with;
+Numbers are medians of {clock}, of runs taken in turn with those they are compared with; those from a prompt, of
+`fibrefit.fit` and of diffrax are single runs, or the shortest of three;
 all contenders were first seen to give the same answer, unless the table says otherwise. A ratio above one means that
 ours is slower; "goal" is what this project asks of itself ("8, then 3": a first goal and the one that took its place).
 """

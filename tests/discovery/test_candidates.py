@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import FibrefitError, StudyError, UsageError
-from fibrefit.laws.catalogue import CATALOGUE, is_sought, suits
+from fibrefit.laws.catalogue import CATALOGUE, is_sought, select_effects, suits
 from fibrefit.laws.families import members
 from fibrefit.laws.fibre.point_masses import point_masses
 from fibrefit.rigs.catalogue import RIGS
@@ -36,6 +36,13 @@ class Elsewhere(Rub):
     name: ClassVar[str] = "guide.elsewhere"
     acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.GUIDE, Capability.PULLEY})
     more: float = quantity("N", "how much more", 1.0)
+
+
+class Since(Rub):
+    """A law that holds from one record on."""
+
+    name: ClassVar[str] = "guide.since"
+    family: ClassVar[str] = "since"
 '''
 
 
@@ -88,6 +95,39 @@ def test_an_effect_of_ones_own_alone_or_beside_the_catalogue(own: Study) -> None
     assert beside["mine.py:Rub"].name == "guide.rub"
     assert len(beside) == len(candidates_of(own)) + 1
     assert list(candidates_of(own, only=("mine.py:*",), also=("mine.py:Rub",))) == ["mine.py:Rub"]
+
+
+def test_the_name_of_effects_of_single_records_stands_for_that_of_each(study: Study) -> None:
+    records = len(study.records)
+    changes = [f"guide.friction_change@{place}" for place in range(2, records + 1)]
+    assert list(candidates_of(study, only=("guide.friction_change",))) == changes
+    assert list(candidates_of(study, only=("guide.friction_change@2",))) == changes[:1]
+    rest = candidates_of(study, exclude=("guide.friction_change", "fibre.knot_slip"))
+    assert not any(name.startswith(("guide.friction_change", "fibre.knot_slip")) for name in rest)
+    assert "fibre.stiffness_change@2" in rest
+
+
+def test_a_law_of_ones_own_may_belong_to_single_records(own: Study) -> None:
+    names = [f"mine.py:Since@{place}" for place in range(2, len(own.records) + 1)]
+    tried = candidates_of(own, only=("mine.py:Since",))
+    assert list(tried) == names
+    assert [effect.records for effect in tried.values()] == [(place,) for place in range(2, len(own.records) + 1)]
+    assert set(names) < set(candidates_of(own, also=("mine.py:Since",)))
+    (second,) = select_effects(names[:1], RIGS[own.kind], own.source.parent)
+    assert (second.name, second) == ("guide.since@2", tried[names[0]])
+
+
+@pytest.mark.parametrize("name", ["guide.friction_change", "fibre.knot_slip", "mine.py:Since"])
+def test_a_model_names_the_record_of_an_effect_of_single_ones(own: Study, name: str) -> None:
+    with pytest.raises(StudyError, match='belongs to single records, and names none; expected "(guide|fibre).*@3"'):
+        select_effects([name], RIGS[own.kind], own.source.parent)
+
+
+def test_in_a_single_record_nothing_changes_from_one_to_the_next() -> None:
+    study = load_study(DATA / "viscous")
+    alone = study.model_copy(update={"records": study.records[:1]})
+    with pytest.raises(UsageError, match="belongs to single records of a series; expected two records or more"):
+        candidates_of(alone, only=("guide.friction_change",))
 
 
 def test_what_needs_another_is_not_tried_without_it(study: Study) -> None:

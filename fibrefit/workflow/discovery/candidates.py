@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.laws.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_sought, suits, unsuited
-from fibrefit.laws.families import members
+from fibrefit.laws.families import MARK, members
 from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.catalogue import rig_of
@@ -51,7 +51,7 @@ def candidates_of(
     present = {_found(name, study, "study").name for name in study.model.effects}
     offered = _offered(study, present)
     for name in also:
-        offered[name] = _tried(name, study, present, "also")
+        offered |= _tried(name, study, present, "also")
     chosen = _chosen(only, study, present, offered) if only else dict(offered)
     for pattern in exclude:
         for name in _matching(pattern, {**offered, **chosen}, "exclude"):
@@ -79,12 +79,15 @@ def _offered(study: Study, present: Iterable[str]) -> Candidates:
     installed = {point.name: find_effect(point.name) for point in entry_points(group=ENTRY_POINTS)}
     known = {**CATALOGUE, **installed}
     fitting = {name: effect for name, effect in known.items() if is_sought(effect, rig_of(study.kind, study.variant))}
-    one_each = {
-        member.name: member
-        for effect in fitting.values()
-        for member in members(_pointed(effect, study), len(study.records))
-    }
-    return {name: effect for name, effect in one_each.items() if effect.name not in present}
+    one_each = [_members(name, _pointed(effect, study), study) for name, effect in fitting.items()]
+    return {name: effect for some in one_each for name, effect in some.items() if effect.name not in present}
+
+
+def _members(name: str, effect: type[Effect], study: Study) -> Candidates:
+    """An effect by the name a study gives it; of one that belongs to single records, that of each record of a study."""
+    if effect.records or effect.recurs:
+        return {name: effect}
+    return {name + one.name.removeprefix(effect.name): one for one in members(effect, len(study.records))}
 
 
 def _chosen(only: Sequence[str], study: Study, present: Iterable[str], offered: Candidates) -> Candidates:
@@ -93,28 +96,31 @@ def _chosen(only: Sequence[str], study: Study, present: Iterable[str], offered: 
         if "*" in name:
             chosen |= {match: offered[match] for match in _matching(name, offered, "only")}
         else:
-            chosen[name] = offered.get(name) or _tried(name, study, present, "only")
+            chosen |= {name: offered[name]} if name in offered else _tried(name, study, present, "only")
     return chosen
 
 
 def _matching(pattern: str, offered: Mapping[str, type[Effect]], option: str) -> list[str]:
-    """Names that a name or a pattern stands for."""
-    matches = [name for name in offered if fnmatchcase(name, pattern)]
+    """Names that a name or a pattern stands for: that of effects of single records stands for all of these."""
+    matches = [name for name in offered if fnmatchcase(name, pattern) or name.rpartition(MARK)[0] == pattern]
     if matches or (pattern in CATALOGUE and "*" not in pattern):
         return matches
     hint = did_you_mean(pattern, offered) or "`fibrefit effects` lists the catalogue."
     raise UsageError(f'{option} "{pattern}"', "no such effect among the candidates", "a name or a pattern", hint)
 
 
-def _tried(name: str, study: Study, present: Iterable[str], option: str) -> type[Effect]:
-    """An effect by the name that was requested, if it can be added to the model."""
+def _tried(name: str, study: Study, present: Iterable[str], option: str) -> Candidates:
+    """What a name that was requested stands for, if it can be added to the model."""
     effect = _found(name, study, option)
     where = f'{option} "{name}"'
     if effect.name in present:
         raise UsageError(where, "is in the model already", "an effect that may be missing", "Take it off the list.")
     if not suits(effect, rig_of(study.kind, study.variant)):
         raise UsageError(where, *unsuited(effect, rig_of(study.kind, study.variant)), "Take it off the list.")
-    return _pointed(effect, study)
+    found = _members(name, _pointed(effect, study), study)
+    if not found:
+        raise UsageError(where, "belongs to single records of a series", "two records or more", "Take it off the list.")
+    return {one: member for one, member in found.items() if member.name not in present}
 
 
 def _pointed(effect: type[Effect], study: Study) -> type[Effect]:
