@@ -202,6 +202,10 @@ def _with_costly(comparison: Comparison, begun: Comparison, more: Tried) -> Comp
         # None was followed: there is nothing to compare, and the noise is what it was.
         return replace(comparison, found=tuple(whole.found), untried=whole.untried)
     joined = in_one_noise(begun.search, begun.parent, whole)
+    if comparison.compared and not joined.compared:
+        # The time ended: what was compared before is not lost for that, and of the last ones nothing is decided.
+        late = tuple(one.effects[-1] for one in followed)
+        return replace(comparison, untried=tuple(dict.fromkeys((*whole.untried, *late))))
     return replace(joined, moved=comparison.moved or joined.moved)
 
 

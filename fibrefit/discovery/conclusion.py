@@ -103,7 +103,7 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     stays = _curve_stays(parts, law, curves)
     law = None if verdict == "not_trusted" else law
     known = tried or not cut or bool(curves)
-    rivals = {found.names: found for found in at.rivals if found.names[0] in best.names}
+    rivals = _rivals_told(at.rivals, best)
     predicted = partial(held_out, search, search.base, kept)
     finding = Finding(
         verdict=verdict,
@@ -130,11 +130,16 @@ def concluded(before: Identification, base: LaplaceFit, at: Selection, limits: L
     return replace(finding, undone=_undone(at, finding, parts), seconds=budget.used)
 
 
+def _rivals_told(rivals: Sequence[Rivals], best: LaplaceFit) -> dict[tuple[str, ...], Rivals]:
+    """Rivals of what is in the final model; what was added since it was one stands beside what it was a rival of."""
+    return {one.names: one for one in rivals if one.names[0] in best.names and one.names[1] not in best.names}
+
+
 def _undone(at: Selection, finding: Finding, parts: _Parts) -> tuple[str, ...]:
     """What the time did not suffice for, effects that were not tried aside."""
     further = ("further",) if at.cut_short else ()
     of_law = _not_predicted(at.search, finding.proposed_law)
-    final = ("final_fit",) if finding.after is not finding.before and finding.after.cut_short else ()
+    final = ("final_fit",) if finding.after is not finding.before and is_cut(finding.after) else ()
     return tuple(dict.fromkeys((*further, *at.undone, *of_law, *final, *parts.undone)))
 
 
@@ -250,7 +255,7 @@ def _left_over(
     return Unexplained(
         gap=total(after.gap),
         where=where.places(after.residual_set),
-        curves=drawn(curves, after, search.samples),
+        curves=drawn(curves, after),
     )
 
 

@@ -95,7 +95,8 @@ def rivals_of(comparison: Comparison, best: LaplaceFit) -> tuple[Rivals, ...]:
     for other in comparison.found:
         mine = [name for name in best.names if name not in other.names]
         theirs = [name for name in other.names if name not in best.names]
-        if abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
+        fitted = bool(other.evidence.mode.steps)  # What was not followed has what slopes predict of it.
+        if fitted and abs(other.log - best.log) < APART and len(mine) == len(theirs) == 1:
             pairs.setdefault((mine[0], theirs[0]), Rivals((mine[0], theirs[0]), (best, other)))
     return tuple(pairs.values())
 

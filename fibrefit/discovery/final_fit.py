@@ -45,6 +45,8 @@ def fit_of_found(
         asked = limits.choose is None and not is_cut(after)
         trouble = trouble_of(search, best, before, after) if asked else None
         if trouble is None or trouble.identifier != "lost":
+            if said and is_cut(after):
+                said = [Statement("lost", {**said[0].facts, "beside": best.names})]
             return best, after, said if trouble is None else [trouble]
         # What loses the bounce without those that were added later is to blame, and not these.
         said, gone = [Statement("lost", {**trouble.facts, "later": gone})], (*gone, best.names[-1])

@@ -313,7 +313,8 @@ def _together(at: Selection, found: Believed, single: Comparison, limits: Limits
         return at, found
     pairs, came = in_time(partial(best_pair, single, at.best), None)
     together = found if pairs is None else believed(replace(pairs, seconds=found.comparison.seconds))
-    return replace(at.took("pairs", came), paired=came), found if together.chosen is None else together
+    another = together.chosen is not None and set(together.chosen.names) != set(at.best.names)
+    return replace(at.took("pairs", came), paired=came), together if another else found
 
 
 def _exchanged(at: Selection, found: Believed, single: Comparison) -> tuple[Selection, Believed]:

@@ -383,6 +383,7 @@ def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.n
             break
         found = descend(problem, problem.layout.free(other.values), width(), whole)
         values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
+    gain = cost - other.cost
     # What is left may be far more than noise: a fall of the cost counts in units of that.
     variance = max(cost / max(problem.n_measured, 1), 1.0)
     return values, SecondSolver(other.values, float(np.max(np.abs(other.values - values) / errors)), gain / variance)

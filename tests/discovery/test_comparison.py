@@ -196,6 +196,25 @@ def test_what_changes_a_models_kind_waits_for_little_where_another_leaves_only_n
     assert asked == [((DRAG,), -np.inf, -np.inf), ((MASS, SLIP), *map(pytest.approx, least))]
 
 
+@pytest.mark.parametrize("came", [True, False])
+def test_what_was_compared_is_kept_where_the_time_ends_while_slow_ones_are(
+    monkeypatch: pytest.MonkeyPatch, came: bool
+) -> None:
+    drag, slip = Model((DRAG,), BASE.log + 40.0, steps=3), Model((SLIP,), BASE.log + 4.0, steps=3)
+    search: Any = searched(1.03)
+    before = comparison.Comparison(search, cast(Any, BASE), (cast(Any, drag),), frozenset({drag.names}))
+
+    def in_one_noise(search: Any, parent: Any, tried: Tried) -> comparison.Comparison:
+        names = frozenset(one.names for one in tried.found) if came else frozenset[tuple[str, ...]]()
+        return comparison.Comparison(search, parent, tuple(tried.found), names)
+
+    monkeypatch.setattr(comparison, "in_one_noise", in_one_noise)
+    found = comparison._with_costly(before, before, Tried([cast(Any, slip)], ()))
+    assert drag.names in found.compared
+    assert [one.names for one in found.found] == ([drag.names, slip.names] if came else [drag.names])
+    assert found.untried == (() if came else (SLIP,))
+
+
 @pytest.mark.parametrize(
     ("gap", "gained", "expected"),
     [

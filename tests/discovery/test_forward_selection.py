@@ -14,10 +14,11 @@ import pytest
 
 from fibrefit.core.progress import quiet
 from fibrefit.core.time_limit import time_limit
-from fibrefit.discovery import comparison, forward_selection
+from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery.choice import candidates, chosen_of
 from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise
 from fibrefit.discovery.conclusion import _never_tried
+from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.discover import _broken
 from fibrefit.discovery.engine import remaining
 from fibrefit.discovery.engine.candidates import transferred
@@ -292,14 +293,25 @@ def test_limits_are_kept(case: Callable[..., Case]) -> None:
 
 
 def test_rivals_are_those_within_a_few_nats() -> None:
-    def fitted(effect: type[Effect], log: float) -> LaplaceFit:
-        return cast(LaplaceFit, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log))
+    def fitted(effect: type[Effect], log: float, steps: int = 1) -> LaplaceFit:
+        evidence = SimpleNamespace(mode=SimpleNamespace(steps=steps))
+        return cast(LaplaceFit, SimpleNamespace(names=(effect.name,), effects=(effect,), log=log, evidence=evidence))
 
     best, near, far = fitted(VISCOUS, 20.0), fitted(DRAG, 20.5 - APART), fitted(DELAY, 19.5 - APART)
-    ranked = cast(Any, SimpleNamespace(found=(best, near, far)))
+    only_predicted = fitted(STRIBECK, 19.9, 0)
+    ranked = cast(Any, SimpleNamespace(found=(best, only_predicted, near, far)))
     (rival,) = rivals_of(ranked, best)
     assert rival.names == (VISCOUS.name, DRAG.name)
     assert rival.models == (best, near)
+
+
+@pytest.mark.parametrize(("added", "told"), [((VISCOUS,), True), ((VISCOUS, DRAG), False)])
+def test_what_was_added_later_is_no_rival_of_what_it_stands_beside(
+    monkeypatch: pytest.MonkeyPatch, added: tuple[type[Effect], ...], told: bool
+) -> None:
+    rival = Rivals((VISCOUS.name, DRAG.name), cast(Any, ()))
+    best: Any = SimpleNamespace(names=tuple(effect.name for effect in added))
+    assert (conclusion._rivals_told((rival,), best) == {rival.names: rival}) is told
 
 
 FOLLOWED = SimpleNamespace(mode=SimpleNamespace(steps=1))

@@ -114,7 +114,7 @@ def probed(task: Task, found: Identification, worth: float) -> tuple[list[Fitted
     supermodel, context = search.base.supermodel, search.context
     fit = refit(supermodel, context.subset(()), search.base.fit.local, context.whole)
     curves = probe_all(search, search.inference.fitted(supermodel, (), fit.local), found, worth)
-    return curves, drawn(curves, found, search.samples)
+    return curves, drawn(curves, found)
 
 
 def scores(curve: FreeCurve, heights: np.ndarray) -> np.ndarray:

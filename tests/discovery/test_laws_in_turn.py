@@ -50,12 +50,20 @@ def test_a_law_is_asked_about_itself_as_long_as_that_takes_away_what_tests_objec
         return Confirmation(here, one, NONE, led=len(looked) == 1)
 
     monkeypatch.setattr(alarms, "confirmed", confirmed)
-    monkeypatch.setattr(alarms, "alarms_of", lambda search, found: [SimpleNamespace(nats=objected[search])])
+    raised = lambda search, found: [SimpleNamespace(nats=nats)] if (nats := objected[search]) else []  # noqa: E731
+    monkeypatch.setattr(alarms, "alarms_of", raised)
     seen, left = alarms.confirmed_where_it_settles(cast(Any, "search"), NONE, cast(Any, "law"))
     assert seen is not None
     assert (seen.search, left) == end
     # What is held against it is led as it was.
     assert seen.led
+
+
+def test_a_test_that_objects_in_no_nats_objects_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    jump: Any = SimpleNamespace(nats=0.0)
+    monkeypatch.setattr(alarms, "confirmed", lambda *of: Confirmation(NONE, NONE, NONE))
+    monkeypatch.setattr(alarms, "alarms_of", lambda *of: [jump])
+    assert alarms.confirmed_where_it_settles(NONE, NONE, NONE)[1] == float("inf")
 
 
 def test_where_a_motion_is_lost_about_a_law_nothing_settles(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,7 +168,8 @@ def test_curves_that_were_drawn_are_kept_where_those_that_were_not_promise_far_l
 ) -> None:
     drawn = [] if gained is None else [SimpleNamespace(probe=PROBES[0], fitted=Model((), gained))]
     looks: Any = SimpleNamespace(
-        predicted=[SimpleNamespace(probe=PROBES[0], gain=1e3), SimpleNamespace(probe=PROBES[1], gain=promised)]
+        predicted=[SimpleNamespace(probe=PROBES[0], gain=1e3), SimpleNamespace(probe=PROBES[1], gain=promised)],
+        probes=PROBES[:2],
     )
     monkeypatch.setattr(free_form, "_worthy", lambda *of: drawn)
     monkeypatch.setattr(free_form, "_read", lambda search, end, before, looks: end.probe)
@@ -170,6 +179,16 @@ def test_curves_that_were_drawn_are_kept_where_those_that_were_not_promise_far_l
                 free_form.proposed_by(NONE, cast(Any, Model((), 0.0)), looks)
         else:
             assert free_form.proposed_by(NONE, cast(Any, Model((), 0.0)), looks) == [cast(Any, PROBES[0])]
+
+
+def test_where_the_time_ended_before_curves_were_looked_at_it_is_not_said_that_there_is_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(free_form, "_worthy", lambda *of: [])
+    looks: Any = SimpleNamespace(predicted=[], probes=PROBES[:2])
+    assert free_form.proposed_by(NONE, cast(Any, Model((), 0.0)), looks) == []
+    with time_limit(-1.0), pytest.raises(OutOfTimeError):
+        free_form.proposed_by(NONE, cast(Any, Model((), 0.0)), looks)
 
 
 @pytest.mark.parametrize("probe", [FrictionOfPosition, TensionOfRate])

@@ -309,6 +309,21 @@ def test_a_law_is_tried_before_pairs_where_no_effect_gains_enough(monkeypatch: p
     assert asked == []
 
 
+@pytest.mark.parametrize(("pair", "added"), [((A, B), False), ((B, A), False), ((A, C), True)])
+def test_a_pair_that_is_there_already_is_not_added_once_more(
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[Any, ...], added: bool
+) -> None:
+    first = round_of(GAINS, {}, [])
+    at = Selection(first.search, cast(Any, Model((A, B), 300.0)), comparison=first)
+    found = forward_selection.Believed(first, None, None)
+    both = forward_selection.Believed(first, cast(Any, Model(pair, 301.0)), None)
+    monkeypatch.setattr(forward_selection, "best_pair", lambda *of: first)
+    monkeypatch.setattr(forward_selection, "believed", lambda *of: both)
+    after, told = forward_selection._together(at, found, first, Limits())
+    assert after.paired
+    assert told is (both if added else found)
+
+
 @pytest.mark.parametrize(("missing", "names"), [(True, (B.name, C.name)), (False, (A.name,))])
 def test_a_pair_takes_the_place_of_one_in_a_wrong_minimum_where_something_is_missing(
     monkeypatch: pytest.MonkeyPatch, missing: bool, names: tuple[str, ...]

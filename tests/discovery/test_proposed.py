@@ -125,9 +125,18 @@ def test_a_law_that_no_time_was_left_to_foresee_records_with_is_told_without(mon
     assert _held(monkeypatch, {"parent": [], "first": []}, {"first": 30.0}, late) == "first"
 
 
+@pytest.mark.parametrize(("needed", "told_one"), [(0.0, "second"), (28.0, "first")])
+def test_a_law_that_gains_less_than_is_needed_is_not_told_for_what_left_out_records_say(
+    monkeypatch: pytest.MonkeyPatch, needed: float, told_one: str
+) -> None:
+    foreseen = {"parent": [0.0, 0.0], "first": [1.0, 1.0], "second": [4.0, 4.0]}
+    assert _held(monkeypatch, foreseen, {"first": 30.0, "second": 27.0}, needed=needed) == told_one
+
+
 def _held(
-    monkeypatch: pytest.MonkeyPatch, foreseen: dict[str, list[float]], logs: dict[str, float], left_out: Any = None
-) -> str | None:
+    monkeypatch: pytest.MonkeyPatch, foreseen: dict[str, list[float]], logs: dict[str, float], left_out: Any = None,
+    needed: float = -np.inf,
+) -> str | None:  # fmt: skip
     """The law that is told, each with how it foresees two records, in nats."""
     seen = {name: LeftOut(np.ones(2), np.array(nats)) for name, nats in foreseen.items()}
     monkeypatch.setattr(told, "left_out", left_out or (lambda search, one, tell: seen[one.name]))
@@ -135,7 +144,7 @@ def _held(
     layout = SimpleNamespace(records=("one", "other"))
     search = SimpleNamespace(task=SimpleNamespace(problem=SimpleNamespace(layout=layout)))
     parent = SimpleNamespace(log=0.0, name="parent")
-    found = holding(Proposal(cast(Any, search), cast(Any, parent), cast(Any, fits), ()))
+    found = holding(Proposal(cast(Any, search), cast(Any, parent), cast(Any, fits), (), needed=needed))
     return None if found is None else str(found.law)
 
 

@@ -14,7 +14,7 @@ from fibrefit.fitting.result import Identification
 from fibrefit.study.summaries.discovery import FreeCurve
 
 
-def drawn(curves: Sequence[FittedCurve], found: Identification, samples: float) -> tuple[FreeCurve, ...]:
+def drawn(curves: Sequence[FittedCurve], found: Identification) -> tuple[FreeCurve, ...]:
     """Fitted probes as curves a person can look at, in the same order.
 
     Parameters
@@ -22,11 +22,9 @@ def drawn(curves: Sequence[FittedCurve], found: Identification, samples: float) 
     curves : sequence of FittedCurve
     found : Identification
         Of the model they were fitted on: its motion tells where the records spend their time.
-    samples : float
-        Number of measured samples.
     """
     stays = in_motion(found)
-    return tuple(_drawn(curve, *stays[curve.probe.variable], samples) for curve in curves)
+    return tuple(_drawn(curve, *stays[curve.probe.variable]) for curve in curves)
 
 
 def with_law_over(curves: Sequence[FreeCurve], law: ProposedLaw) -> tuple[FreeCurve, ...]:
@@ -35,10 +33,12 @@ def with_law_over(curves: Sequence[FreeCurve], law: ProposedLaw) -> tuple[FreeCu
     return tuple(one.model_copy(update=over) if one.says == law.curve else one for one in curves)
 
 
-def _drawn(curve: FittedCurve, values: np.ndarray, stays: np.ndarray, samples: float) -> FreeCurve:
+def _drawn(curve: FittedCurve, values: np.ndarray, stays: np.ndarray) -> FreeCurve:
     probe, knots, shape = curve.probe, curve.knots, shape_of(curve)
     places = np.rint((values - knots[0]) / (knots[1] - knots[0])).astype(int)
     acts = acting(shape)
+    # Those that counted where it was drawn: a law may since have been found in whole records.
+    samples = curve.hypothesis.supermodel.samples.sum()
     return FreeCurve(
         variable=probe.variable,
         says=probe.says,

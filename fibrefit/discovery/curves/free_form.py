@@ -124,6 +124,8 @@ def proposed_by(search: Search, parent: LaplaceFit, looks: Looks) -> list[Fitted
         If one could not be drawn that may do better than the best that was.
     """
     worthy = _worthy(search, parent, looks, NAMED, NAMED)
+    if not worthy and len(looks.predicted) < len(looks.probes):
+        check_time()  # Of curves that were not looked at nothing is known.
     drawn, most = {end.probe for end in worthy}, max((end.fitted.log - parent.log for end in worthy), default=0.0)
     if any(may_do_better(one.gain, most) for one in looks.predicted if one.probe not in drawn):
         check_time()

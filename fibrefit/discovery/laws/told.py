@@ -120,7 +120,9 @@ def _by_left_out(proposal: Proposal) -> HeldLaw:
 
     What shared values leave of a record is mostly what it differs by: a law that is right moves that as it comes.
     """
-    near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART]
+    enough = proposal.parent.log + proposal.needed
+    near = [pair for pair in proposal.ranked if proposal.best.log - pair[0].log < APART and pair[0].log > enough]
+    near = near or list(proposal.ranked[:1])
     found = _foreseeing(proposal.search, proposal.parent, [HeldLaw(end, law, proposal) for end, law in near])
     # What all records say of two laws counts as much as what they say of those left out: neither overrules by a hair.
     return max(found, key=lambda one: one.fit.log + one.elpd_gain if np.isfinite(one.elpd_gain) else -np.inf)

@@ -30,16 +30,17 @@ def confirmed_where_it_settles(
     """What a hypothesis gains about itself, and the nats by which tests object there; None, 0 as of `confirmed`.
 
     What readings miss that are linearised about another model looks like something left: they are linearised about it
-    again as long as that halves what tests object by.
+    again as long as that halves what tests object by. A jump, and noise that rests do not show, are told in no nats:
+    where nothing else objects the nats are infinite.
     """
     if (seen := confirmed(search, parent, found)) is None:
         return None, 0.0
-    left = most_nats(alarms_of(seen.search, seen.found))
+    alarms = alarms_of(seen.search, seen.found)
     for _ in range(LINEARISED_ANEW):
-        if not left or (again := confirmed(seen.search, seen.parent, seen.found)) is None:
+        if not most_nats(alarms) or (again := confirmed(seen.search, seen.parent, seen.found)) is None:
             break
-        still = most_nats(alarms_of(again.search, again.found))
-        if not settles(left, still):
+        still = alarms_of(again.search, again.found)
+        if not settles(most_nats(alarms), most_nats(still)):
             break
-        seen, left = replace(again, led=seen.led or again.led), still
-    return seen, left
+        seen, alarms = replace(again, led=seen.led or again.led), still
+    return seen, most_nats(alarms) or (float("inf") if alarms else 0.0)

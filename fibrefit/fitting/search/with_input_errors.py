@@ -71,15 +71,15 @@ class WithInputErrors:
         The errors, before they are given their colour.
     view : View
         Readings linearised in the errors, near these.
-    predicted_reduction : float
-        Reduction of the cost predicted of one more step, in units of the residual variance.
+    predicted_reduction : float or None
+        Of the cost, of one more step, in units of the residual variance; None where inputs stay as measured.
     """
 
     problem: Problem
     values: np.ndarray
     coefficients: InputCoefficients
     view: View
-    predicted_reduction: float
+    predicted_reduction: float | None
 
     @property
     def sensitivities(self) -> InputSensitivities:
@@ -132,12 +132,12 @@ def with_input_errors(
             break
         looks.append(look)
         # Another look takes as long as this one.
-        if not _tells_more(looks) or not time_for(time.monotonic() - began):
+        if len(looks) == MOST_LINEARISATIONS or not _tells_more(looks) or not time_for(time.monotonic() - began):
             break
         place, waves, roots = look.end.place, look.coefficients, _weighted(look.view).roots()
         known_rows = [row if alike else None for row, alike in zip(known_rows, look.reacts_alike, strict=True)]
     if not (followed := [look for look in looks if look.is_followed]):
-        return WithInputErrors(problem, values, no_errors(known), beforehand or view, 0.0)
+        return WithInputErrors(problem, values, no_errors(known), beforehand or view, None)
     best = min(followed, key=lambda look: float(look.left.sum()))
     there, values = corrected(problem, known, best.coefficients), _values(unknowns, problem, best.end.place)
     reduction = best.end.predicted_reduction / best.variance

@@ -243,13 +243,16 @@ def _unknown(facts: Facts) -> str:
 
 
 def _lost(facts: Facts) -> str:
-    (before, after), later = facts["gaps"], facts.get("later", ())
+    (before, after), later, beside = facts["gaps"], facts.get("later", ()), facts.get("beside", ())
     were = "were" if len(later) > 1 else "was"
-    taken_too = f" {' and '.join(later)} {were} added later, and {were} not fitted without it." if later else ""
-    return (
-        f"A fit with {facts['effect']} loses a bounce of {facts['record']}: the normalised residual RMS there rises "
-        f"from {before:.3g} to {after:.3g}, so it is not what is missing.{taken_too}"
+    lost = (
+        f"A fit with {' and '.join((*beside, facts['effect']))} loses a bounce of {facts['record']}: the normalised "
+        f"residual RMS there rises from {before:.3g} to {after:.3g}"
     )
+    if beside:
+        return f"{lost}. Which of them does is not known: the time ended in the fit without {facts['effect']}."
+    taken_too = f" {' and '.join(later)} {were} added later, and {were} not fitted without it." if later else ""
+    return f"{lost}, so it is not what is missing.{taken_too}"
 
 
 def _fit_in_wrong_minimum(facts: Facts) -> str:
