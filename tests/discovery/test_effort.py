@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, cast
 from unittest.mock import Mock, patch
@@ -252,3 +253,43 @@ def test_parts_of_a_conclusion_leave_what_the_final_fit_takes() -> None:
     short = _Parts(budget, kept=120.0)
     assert short.take("curves", lambda: check_time() or 1.0, 0.0) == 0.0
     assert short.undone == ["curves"]
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A first fit, as far as its minima are compared."""
+
+    checks: Any
+    starts: Any
+    plain: Any
+    input_errors: tuple[str, ...] = ("drive",)
+
+
+@pytest.mark.parametrize(("log", "nats"), [(80.0, 20.0), (114.0, -14.0)])
+def test_minima_of_a_first_fit_are_held_against_the_one_that_is_reported(
+    monkeypatch: pytest.MonkeyPatch, log: float, nats: float
+) -> None:
+    """One that is more probable once errors of the inputs are eliminated says that a better one was missed."""
+    base, other = (
+        SimpleNamespace(log=nats, shared={"k": stiffness}, errors={"k": 0.1})
+        for nats, stiffness in ((100.0, 1.0), (log, 2.0))
+    )
+    told = list[float]()
+    starts = SimpleNamespace(others=lambda: [np.array([2.0])])
+    plain = SimpleNamespace(values=np.array([1.0]), errors=np.array([0.1]))
+    check = SimpleNamespace(identifier=setup.AGREED, passed=True)
+
+    def agree(starts: Any, noise: bool, nats: float) -> Any:
+        told.append(nats)
+        return check
+
+    monkeypatch.setattr(setup, "undecided", lambda *of: True)
+    monkeypatch.setattr(setup, "_local", lambda *of: None)
+    monkeypatch.setattr(setup, "starts_agree", agree)
+    inference = SimpleNamespace(fitted=lambda *of: other)
+    search: Any = SimpleNamespace(
+        inference=inference, base=SimpleNamespace(supermodel=None), task=None, tell=lambda *of: None
+    )
+    best, _ = setup.minima_compared(search, cast(Any, base), cast(Any, Begun((check,), starts, plain)))
+    assert told == [nats]
+    assert best is (base if nats > 0.0 else other)

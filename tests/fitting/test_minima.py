@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fibrefit.fitting.identify as identifying
 from fibrefit.core.time_limit import check_time, time_limit
 from fibrefit.fitting import minima
 from fibrefit.fitting.identify import How, identify
@@ -215,3 +216,25 @@ def test_records_whose_differences_errors_of_the_drive_would_take_up_are_told_ap
     # The negative control: as a search for effects begins.
     alike = identify(task, 8, 0, How(rivals=False))
     assert abs(alike.values[1] / truth.damping - 1.0) > 0.005
+
+
+@pytest.mark.parametrize("better", [2, 9])
+def test_what_a_second_solver_gained_is_no_longer_to_be_gained(monkeypatch: pytest.MonkeyPatch, better: int) -> None:
+    """The values go where it led, each time; that the last time was the last chance leaves nothing behind."""
+    costs = iter([90.0, 80.0, *([70.0] if better > 2 else [80.0])])
+    layout = SimpleNamespace(free=lambda values: values, values=lambda free: free)
+    problem: Any = SimpleNamespace(layout=layout, n_measured=100)
+    task: Any = SimpleNamespace(problem=problem, counts=np.array([[1]]))
+    starts: Any = SimpleNamespace(values=np.zeros((1, 1)), cost=np.array([100.0]))
+    last = [100.0]
+
+    def second_opinion(*of: Any) -> Any:
+        last[0] = next(costs)
+        return SimpleNamespace(values=np.zeros(1), cost=last[0])
+
+    monkeypatch.setattr(identifying, "rough_errors", lambda *of: np.ones(1))
+    monkeypatch.setattr(identifying, "second_opinion", second_opinion)
+    monkeypatch.setattr(identifying, "descend", lambda *of: SimpleNamespace(free=np.zeros(1), cost=last[0]))
+    second = identifying._settled(task, lambda: np.ones(1), starts, lambda: False)[1]
+    assert second is not None
+    assert second.gain == 0.0

@@ -90,7 +90,8 @@ def minima_compared(search: Search, base: LaplaceFit, before: Identification) ->
     values = [end for end in before.starts.others() if np.any(np.abs(end - before.plain.values) > errors)]
     ends = [search.inference.fitted(supermodel, (), _local(supermodel, search.task, end)) for end in values]
     best = max([base, *ends], key=lambda one: one.log)
-    nats = min((best.log - one.log for one in (base, *ends) if _is_elsewhere(one, best)), default=np.inf)
+    # By what is reported, which a better minimum is held against: the likelihood may lead from another start to one.
+    nats = min((base.log - one.log for one in ends if _is_elsewhere(one, base)), default=np.inf)
     checks = tuple(
         starts_agree(before.starts, noise, nats) if check.identifier == AGREED else check for check in before.checks
     )

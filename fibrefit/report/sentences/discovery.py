@@ -265,8 +265,11 @@ def _fit_in_wrong_minimum(facts: Facts) -> str:
 
 def _taken_out(facts: Facts) -> str:
     gone, several = facts["effects"], len(facts["effects"]) > 1
-    were, are = ("were", "they are") if several else ("was", "it is")
-    return f"{' and '.join(gone)} {were} added and taken out again: with the others {are} no longer more than chance."
+    were, are, place = ("were", "they are", "their places") if several else ("was", "it is", "its place")
+    return (
+        f"{' and '.join(gone)} {were} added and taken out again: with the others {are} no longer more than chance, "
+        f"or what stands in {place} now is more probable."
+    )
 
 
 SENTENCES: dict[str, Callable[[Facts], str]] = {
