@@ -16,6 +16,7 @@ from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
 from fibrefit.problem.statement.arrays import RAN_AWAY
+from fibrefit.problem.statement.further import values_elsewhere
 from fibrefit.problem.statement.layout import assembled, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import OTHERWISE, Check
@@ -143,12 +144,16 @@ def _information(problem: Problem, values: np.ndarray, menu: Sequence[Mapping[st
     """
     number, found = len(problem.layout.records), []
     first = jax.tree.map(lambda rows: np.repeat(np.asarray(rows)[:1], number, axis=0), problem.observations)
-    local = np.repeat(np.asarray(problem.layout.local(values))[:1], number, axis=0)
+    at_hand = np.asarray(problem.layout.local(values))[0]
+    stated = {name: rows[0] for name, rows in first.experiment.conditions.items()}
     for planned in (menu[i : i + number] for i in range(0, len(menu), number)):
         taken = dict(first.experiment.conditions)
         for name in planned[0]:
             rows = np.array([conditions[name] for conditions in planned])
             taken[name] = np.concatenate([rows, taken[name][len(rows) :]])
+        local = np.repeat(at_hand[None], number, axis=0)
+        for r, conditions in enumerate(planned):
+            local[r] = values_elsewhere(problem, at_hand, stated, {**stated, **conditions}, conditions)
         observations = first._replace(experiment=first.experiment._replace(conditions=taken))
         linear = eqx.tree_at(lambda p: p.observations, problem, observations).linearised_at(local)
         found += [_of_shared(problem, np.asarray(rows)) for rows in linear.slopes[: len(planned)]]

@@ -11,6 +11,9 @@ import numpy as np
 from fibrefit.core.programs import kept
 from fibrefit.fitting.advice import _information
 from fibrefit.problem.task import Task
+from fibrefit.study import load_study
+from fibrefit.study.examples import example
+from fibrefit.workflow.prepare import task_of
 
 BASE = ("stiffness", "damping", "friction")
 """What every record of a drop tells of."""
@@ -58,3 +61,17 @@ def test_no_program_is_compiled_to_know_it(task: Task) -> None:
     menu = problem.model.rig.menu(problem.observations.experiment.conditions)
     with patch.object(kept.KeptProgram, "_found", side_effect=AssertionError("a program is made")):
         jax.block_until_ready(_information(problem, values, menu))
+
+
+def test_a_lift_that_every_record_has_for_itself_is_that_of_the_further_record() -> None:
+    """Not stated, it is a value of each record: what a further record tells is of the lift that it would have."""
+    study = load_study(example("drop_series"))
+    unstated = tuple(record.model_copy(update={"lift": None}) for record in study.records)
+    task = task_of(study.model_copy(update={"records": unstated}))
+    assert "lift" in task.problem.layout.names
+    menu = [{"lift": 0.003}, {"lift": 0.012}]
+    lower, higher = (np.diag(normal)[:2] for normal in _information(task.problem, task.start, menu))
+    stated = _information(task_of(study).problem, task_of(study).start, menu)
+    assert np.all(higher > 1.2 * lower)
+    # The lift of a record that is planned is known; here it would be found from the record, and tells a little less.
+    assert np.all(lower <= 1.001 * np.diag(stated[0])[:2])

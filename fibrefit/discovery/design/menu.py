@@ -10,12 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.model.finding import Choice
+from fibrefit.problem.statement.further import values_elsewhere
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals
-from fibrefit.simulation.model import ORDER, Experiment, known_conditions
+from fibrefit.simulation.model import ORDER, Experiment
 
 
 def menu_of(task: Task) -> list[Choice]:
@@ -123,26 +124,12 @@ def records_of(problem: Problem, local: np.ndarray, batch: Sequence[Choice]) -> 
         conditions=_conditions(before.conditions, batch, len(local) + 1),
         inputs=_driven(before, batch),
     )
-    names, values = problem.layout.names, local[rows]
-    for r, choice in enumerate(batch):
-        started = _planned(problem, values[r], before, r)
-        for name, value in choice.conditions.items():
-            if name in names:
-                values[r, names.index(name)] = value
-        for name, value in _planned(problem, values[r], after, r).items():
-            if name in names:
-                j = names.index(name)
-                limits = problem.layout.slots[j].range
-                values[r, j] = np.clip(values[r, j] + value - started[name], limits.lower, limits.upper)
-    return data._replace(experiment=after), values
-
-
-def _planned(problem: Problem, row: np.ndarray, experiment: Experiment, record: int) -> Mapping[str, float]:
-    """Nuisances by which the rig would start at rest under the conditions that a model has in a record."""
-    values = dict(zip(problem.layout.names, row, strict=True))
-    stated = {name: np.asarray(each)[record] for name, each in experiment.conditions.items()}
-    laws = problem.model.laws(values)
-    return problem.model.rig.planned(known_conditions(values, laws, experiment._replace(conditions=stated)))
+    of = lambda experiment, r: {name: np.asarray(each)[r] for name, each in experiment.conditions.items()}  # noqa: E731
+    values = [
+        values_elsewhere(problem, local[choice.record], of(before, r), of(after, r), choice.conditions)
+        for r, choice in enumerate(batch)
+    ]
+    return data._replace(experiment=after), np.stack(values)
 
 
 def _conditions(stated: Mapping[str, Any], batch: Sequence[Choice], order: int) -> dict[str, Any]:
