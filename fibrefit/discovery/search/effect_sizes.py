@@ -49,7 +49,8 @@ def effect_sizes(search: Search, best: LaplaceFit, after: Identification) -> tup
     values = {name: estimate.value for name, estimate in after.parameters.items()}
     errors = {name: estimate.std_error or 0.0 for name, estimate in after.parameters.items()}
     kept, found = search.plain(best), []
-    for other in _without_each(search, kept):
+    base = _where_records_differ(search, best, (), search.base)
+    for other in _without_each(search, best, kept, base):
         distance = _distance(other.effect, values, errors)
         of_signal, signal = _share_of_signal(search, kept, other)
         found.append(
@@ -57,7 +58,7 @@ def effect_sizes(search: Search, best: LaplaceFit, after: Identification) -> tup
                 effect=other.effect.name,
                 share_of_signal=of_signal,
                 signal=signal,
-                share_of_gap=share_of_gap(search.base.fit.cost - search.samples, other.gain),
+                share_of_gap=share_of_gap(base.fit.cost - search.samples, other.gain),
                 standard_errors=distance,
             )
         )
@@ -77,19 +78,32 @@ def share_of_gap(beyond: float, gain: float) -> float | None:
     return float(np.clip(gain / beyond, 0.0, 1.0)) if beyond > 0.0 else None
 
 
-def _without_each(search: Search, best: Hypothesis) -> list[Without]:
+def _without_each(search: Search, best: LaplaceFit, kept: Hypothesis, base: Hypothesis) -> list[Without]:
     """One for each effect that no other one needs."""
     needed = {name for effect in best.effects for name in effect.needs}
-    return [_without(search, best, effect) for effect in best.effects if effect.name not in needed]
+    return [_without(search, best, kept, base, effect) for effect in best.effects if effect.name not in needed]
 
 
-def _without(search: Search, best: Hypothesis, effect: type[Effect]) -> Without:
+def _without(search: Search, best: LaplaceFit, kept: Hypothesis, base: Hypothesis, effect: type[Effect]) -> Without:
     rest = tuple(other for other in best.effects if other is not effect)
-    if not rest:
-        return Without(effect, search.base, search.base.fit.cost - best.fit.cost)
-    absent = with_absent(best.supermodel, best.fit.local, [effect])
-    fit = refit(best.supermodel, search.context.subset(rest), absent, search.context.whole)
-    return Without(effect, Hypothesis(rest, fit, best.supermodel), fit.cost - best.fit.cost)
+    lesser = base
+    if rest:
+        absent = with_absent(kept.supermodel, kept.fit.local, [effect])
+        fit = refit(kept.supermodel, search.context.subset(rest), absent, search.context.whole)
+        lesser = _where_records_differ(search, best, rest, Hypothesis(rest, fit, kept.supermodel))
+    return Without(effect, lesser, lesser.fit.cost - kept.fit.cost)
+
+
+def _where_records_differ(
+    search: Search, best: LaplaceFit, rest: tuple[type[Effect], ...], alike: Hypothesis
+) -> Hypothesis:
+    """A model with fewer effects where its records may differ as those of the final one do, if that leaves less.
+
+    What differences between records explain is not what an effect does.
+    """
+    if not best.evidence.mode.sigma.any():
+        return alike
+    return min(alike, search.plain(search.inference.without(best, rest)), key=lambda one: one.fit.cost)
 
 
 def _distance(effect: type[Effect], values: Mapping[str, float], errors: Mapping[str, float]) -> float:
