@@ -10,7 +10,8 @@ import click
 from fibrefit.cli.choosing import Person, listed_steps
 from fibrefit.cli.options import Duration, Request, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed
+from fibrefit.core.formats import FIGURES
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -63,7 +64,9 @@ def command(terminal: Terminal, request: Request, seconds: float, interactive: b
     known = None if force or interactive else finished(folder, study, options)
     if known is not None and not (resume and (known.untried or known.undone)):
         more = "--resume goes on with it" if known.untried or known.undone else "--force makes it again"
-        terminal.remark(f"The same search was made before; this is its result in {folder}. {more}.")
+        draw = as_typed("fibrefit", "show", str(folder), "--figures", "png")
+        drawn = "" if FIGURES.get() is None else f" Its figures are drawn on request: {draw}"
+        terminal.remark(f"The same search was made before; this is its result in {folder}. {more}.{drawn}")
         return _answered(terminal, known)
     person = Person() if interactive else None
     shown = listed_steps(terminal) if interactive else shown_progress(terminal)
@@ -79,7 +82,9 @@ def command(terminal: Terminal, request: Request, seconds: float, interactive: b
     code = _answered(terminal, summary)
     for text in person.remarks(summary.added) if person else ():
         terminal.remark(f"\n{text}")
-    terminal.wrote(folder, " The study is that of the final model.")
+    # Values of fits that cannot be trusted are no place to go on from.
+    final = "" if summary.verdict == "not_trusted" else " The study is that of the final model."
+    terminal.wrote(folder, final)
     return code
 
 

@@ -134,9 +134,8 @@ def chosen_of(
     # What was not followed says nothing but what slopes predict of it.
     followed = [one for one in comparison.found if one.evidence.mode.steps and one.names not in refused]
     # Where the time ended before candidates were compared in one noise, what little they differ by is not known.
-    if not followed or comparison.gain(followed[0]) <= (NAMED if comparison.compared else BEYOND_DOUBT):
-        return None
-    near = [one for one in followed if one.log > followed[0].log - SIMPLER]
+    needed = NAMED if comparison.compared else BEYOND_DOUBT
+    near = [one for one in followed if comparison.gain(one) > needed and one.log > followed[0].log - SIMPLER]
     return min(
         [one for one in near if not _takes_up_a_likeness(comparison, one)],
         key=lambda one: (sum(len(effect.parameters) for effect in one.effects), _new(one, comparison), -one.log),

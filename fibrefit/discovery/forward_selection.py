@@ -153,8 +153,9 @@ def forward_select(search: Search, base: LaplaceFit, before: Identification, lim
         if not came:
             return replace(at, cut_short=True)
         assert further is not None
-        at, grown = further
-        if not grown:
+        names, (at, grown) = set(at.best.names), further
+        # What was added may be needless beside the others: another round would find the same.
+        if not grown or set(at.best.names) == names:
             return at
     return at
 

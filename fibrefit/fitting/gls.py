@@ -239,7 +239,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
         evidence=evidence,
         seen=seen,
         coefficients=coefficients,
-        expected_gap=_expected_gap(residuals),
+        expected_gap=_expected_gap(residuals, seen),
     )
 
 
@@ -256,9 +256,13 @@ def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
     return replace(evidence, mode=there, covariance=laplace(there, evidence.axes).covariance)
 
 
-def _expected_gap(residuals: np.ndarray) -> float:
-    """Gap a perfect model leaves: errors of inputs that are fitted take noise along, which draws of them put back."""
-    number = np.maximum(np.count_nonzero(residuals[0], axis=(0, 2)), 1)
+def _expected_gap(residuals: np.ndarray, seen: View) -> float:
+    """Gap a perfect model leaves: errors of inputs that are fitted take noise along, which draws of them put back.
+
+    They do so of each sample as much as it counts.
+    """
+    share = (residuals[0] != 0.0) if seen.raw is None else (residuals[0] != 0.0) * np.square(seen.raw.downweight)
+    number = np.maximum(np.sum(share, axis=(0, 2)), LEAST)
     taken = np.sum((residuals[1:] - residuals[0]) ** 2, axis=(1, 3)) / number
     return float(np.sqrt(np.mean(np.maximum(1.0 - taken, LEAST)))) if len(residuals) > 1 else 1.0
 

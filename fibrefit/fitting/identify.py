@@ -33,7 +33,7 @@ from fibrefit.fitting.misfit.slack_zero import judge_zero, slack_zeros
 from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, record_sizes, total
-from fibrefit.fitting.search.around import rough_errors, searched_nearby
+from fibrefit.fitting.search.around import rough_errors, searched_nearby, with_further_starts
 from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
 from fibrefit.fitting.search.multistart import (
     HorizonSchedule,
@@ -146,11 +146,15 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
     found = _search(task, starts, seed, tell, stop, schedule) if ended is None else _as_it_ended(task, ended)
     _refuse_if_lost(found, task.problem.layout.records)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
-    if ended is None and not task.noisy_inputs:
-        found = found if stop() else searched_nearby(task.problem, found, task.counts[-1:])
-        found = as_probable(found, task.problem.n_measured)
+    exact = ended is None and not task.noisy_inputs
+    if exact and not stop():
+        found = searched_nearby(task.problem, found, task.counts[-1:])
     tell("second solver", 0.87)
-    values, second = (task.start, None) if ended else _settled(task, width, found, stop)
+    values, second = task.start, None
+    if ended is None:
+        found, second = _settled(task, width, found, stop)
+        values = found.best[0]
+    found = as_probable(found, task.problem.n_measured) if exact else found
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
     if ended is None and _may_lose_bounces(task, found_all, how) and not stop():
@@ -369,24 +373,25 @@ def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tu
     return (*swapped, *stated, *(() if other is None else (judge.explained_otherwise(other),)))
 
 
-def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[np.ndarray, SecondSolver | None]:
-    """Best values, and where another solver ends; if it ends lower, the search goes on from its place."""
+def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[Starts, SecondSolver | None]:
+    """Starts, and where another solver ends; if it ends lower, the search goes on from there, as one start more."""
     problem, whole = task.problem, task.counts[-1:]
-    values, cost = starts.values[int(np.argmin(starts.cost))], float(starts.cost.min())
     if stop():
-        return values, None
+        return starts, None
     for _ in range(SECOND_CHANCES):
+        values, cost = starts.best
         errors = rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
-        gain = cost - other.cost
-        if not gain > FIT_TOLERANCE:
+        if not cost - other.cost > FIT_TOLERANCE:
             break
         found = descend(problem, problem.layout.free(other.values), width(), whole)
-        values, cost = problem.layout.values(np.asarray(found.free)), float(found.cost)
+        end = Descent(*(np.asarray(leaf)[None] for leaf in found))
+        starts = with_further_starts(starts, problem.layout, other.values[None], end)
+    values, cost = starts.best
     gain = cost - other.cost
     # What is left may be far more than noise: a fall of the cost counts in units of that.
     variance = max(cost / max(problem.n_measured, 1), 1.0)
-    return values, SecondSolver(other.values, float(np.max(np.abs(other.values - values) / errors)), gain / variance)
+    return starts, SecondSolver(other.values, float(np.max(np.abs(other.values - values) / errors)), gain / variance)
 
 
 SECOND_CHANCES = 3

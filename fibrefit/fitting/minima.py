@@ -129,7 +129,7 @@ class Minima:
         """
         if not self.best.may_be_noise:
             return None
-        led = [_led(gls, end) for end in (self.starts.values[int(np.argmin(self.starts.cost))], *others)]
+        led = [_led(gls, end) for end in (self.starts.best[0], *others)]
         # Ends that differ by less than their error bars say the same, but for one that the estimate has missed.
         return min((one.nats for one in led if one.distance > 1.0 or one.nats < -LESS_PROBABLE), default=np.inf)
 

@@ -95,6 +95,12 @@ class Starts:
         """Number that ended in the best minimum."""
         return int(np.sum(self.basin == 0))
 
+    @property
+    def best(self) -> tuple[np.ndarray, float]:
+        """Values ``(n_free,)`` in SI units of the end that costs least, and that cost."""
+        place = int(np.argmin(self.cost))
+        return self.values[place], float(self.cost[place])
+
     def others(self) -> list[np.ndarray]:
         """Best ends ``(n_free,)`` of the next `FURTHER` minima, in SI units."""
         ends = [np.where(self.basin == label, self.cost, np.inf) for label in range(1, FURTHER + 1)]

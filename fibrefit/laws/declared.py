@@ -23,6 +23,8 @@ MOVED = {
     "worn": 'Write history = ("path",) for what depends on the path travelled.',
 }
 """Attributes of laws that have no meaning there any more."""
+AT_ONCE = ("sensor", "push", "rig", "study")
+"""Ports whose laws are asked once for a whole record, and no moment of it."""
 KINDS = "a subclass of GuideLaw, FibreLaw, PulleyLaw, DriveLaw, PushLaw, PivotLaw, SensorLaw or RigLaw"
 
 
@@ -87,6 +89,13 @@ def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:
         if name not in names:
             do = did_you_mean(name, names)
             yield StudyError(f"{where}, strength", f'no parameter "{name}"', f"one of {', '.join(names)}", do)
+    if effect.timed and (port := port_of(effect)) in AT_ONCE:
+        do = (
+            "Write what changes with `times` in measure."
+            if port == "sensor"
+            else "Let an effect for each record differ."
+        )
+        yield StudyError(f"{where}, timed", "True", f"a law that takes part in the motion; not one of a {port}", do)
     asked: Any = effect.history
     for name in [name for name in asked if name not in HISTORY_OF_MOTION] if isinstance(asked, tuple) else [asked]:
         expected = f"a tuple of {', '.join(map(repr, HISTORY_OF_MOTION))}"

@@ -101,12 +101,10 @@ def draw_noise(likelihood: Likelihood, n_time: int, noise: np.ndarray, random: n
     # A circle of twice the length, of which one half is used, has the covariance of the line.
     circle = np.concatenate([lags, lags[..., -1:], lags[..., :0:-1]], axis=-1)
     power = np.maximum(np.fft.rfft(circle, axis=-1).real, 0.0)
-    white = random.standard_normal((*lags.shape[:2], 2 * n_time))
+    shape = (*lags.shape[:2], 2 * n_time)
+    white = random.standard_t(float(np.exp(noise[-1])), shape) if likelihood.heavy else random.standard_normal(shape)
     drawn = np.fft.irfft(np.sqrt(power) * np.fft.rfft(white, axis=-1), 2 * n_time, axis=-1)[..., :n_time]
     level = np.asarray(likelihood.levels(jnp.asarray(noise)))[:, None]
-    if likelihood.heavy:
-        freedom = float(np.exp(noise[-1]))
-        level = level * np.sqrt(freedom / max(freedom - 2.0, 1e-3))
     return drawn * level
 
 

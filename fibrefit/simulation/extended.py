@@ -99,7 +99,8 @@ class Extended(eqx.Module):
             self._swing(law, part, state.inner.position, moved.position)
             for law, part in zip(self._carrying, state.passengers, strict=True)
         )
-        speed, further = jnp.abs(moved.position), {}
+        # A pendulum turns: no law of its ports asks for a way that it has gone.
+        speed, further = jnp.abs(getattr(moved, "position", jnp.zeros(()))), {}
         if "path" in state.history:
             further["path"] = speed
         if "rest" in state.history:
@@ -107,7 +108,7 @@ class Extended(eqx.Module):
         if "cycles" in state.history:
             assert self.rig.fibres is not None, "a rig with a fibre"
             further["cycles"] = loading(*self.rig.fibres(system, state.inner, mode.inner, felt)[0])
-        pace = self._pace()
+        pace = self.pace()
         return jax.tree.map(lambda rate: pace * rate, ExtendedState(moved, parts, further))
 
     def margins(self, state: ExtendedState, mode: ExtendedMode, inputs: Any) -> ExtendedMode:
@@ -171,7 +172,8 @@ class Extended(eqx.Module):
     def _carrying(self) -> tuple[GuideLaw, ...]:
         return tuple(law for law in laws_of(GuideLaw, self.laws) if law.carries)
 
-    def _pace(self) -> jax.Array:
+    def pace(self) -> jax.Array:
+        """True time over that of the record."""
         pace = jnp.ones(())
         for law in laws_of(StudyLaw, self.laws):
             pace = pace * law.pace()
@@ -179,7 +181,7 @@ class Extended(eqx.Module):
 
     def _felt(self, inputs: Any) -> Any:
         """Inputs of the rig, their rates by true time."""
-        pace = self._pace()
+        pace = self.pace()
         return {name: (value, rate / pace) for name, (value, rate) in inputs.items() if name != CLOCK}
 
     def _laws(self, past: tuple[jax.Array, ...], inputs: Any, known: Mapping[str, Any]) -> tuple[Effect, ...]:

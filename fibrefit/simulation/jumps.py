@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from fibrefit.simulation.switched import ARCS, Solution
 
 Observe = Callable[[Any, Any, Any], dict[str, jax.Array]]
+Sides = tuple[dict[str, jax.Array], dict[str, jax.Array]]
 
 
 class Jumps(NamedTuple):
@@ -30,18 +31,26 @@ class Jumps(NamedTuple):
     number: jax.Array
 
 
-def jumps_of(observe: Observe, inputs_at: Callable[[jax.Array, jax.Array], Any], solution: Solution) -> Jumps:
+def jumps_of(
+    observe: Observe,
+    inputs_at: Callable[[jax.Array, jax.Array], Any],
+    solution: Solution,
+    sensed: Callable[[Sides, jax.Array], Sides] = lambda sides, _: sides,
+) -> Jumps:
     """Jumps of the readings at all switches of a motion.
 
     Parameters
     ----------
     observe : callable ``(state, mode, inputs) -> {channel: value}``
     inputs_at : callable ``(step, instant) -> inputs``
+    sensed : callable ``(sides, instants) -> sides``
+        Readings before and after, of what is observed.
     """
     arcs = solution.arcs
     state, mode = jax.tree.map(lambda rows: jnp.roll(rows, -1, axis=0), (arcs.state, arcs.mode))
     inputs = jax.vmap(inputs_at)(arcs.step, arcs.end)
-    before, after = jax.vmap(observe)(state, arcs.mode, inputs), jax.vmap(observe)(state, mode, inputs)
+    felt = jax.vmap(observe)(state, arcs.mode, inputs), jax.vmap(observe)(state, mode, inputs)
+    before, after = sensed(felt, arcs.end)
     switched = (arcs.ended_by >= 0) & (jnp.arange(ARCS) < solution.n_arcs - 1)
     heights = {channel: jnp.where(switched, value - before[channel], 0.0) for channel, value in after.items()}
     return Jumps(arcs.end, heights, jnp.minimum(solution.n_arcs, ARCS))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
-from fibrefit.simulation.jumps import Jumps, jumps_of
+from fibrefit.simulation.jumps import Jumps, Observe, Sides, jumps_of
 from fibrefit.simulation.pieces import pieces_of
 from fibrefit.simulation.sensing import behind, chain_of
 from fibrefit.simulation.sensitivity import solve
@@ -36,12 +37,15 @@ class Experiment(NamedTuple):
         The rig's `conditions`.
     inputs : dict of Signals
         The rig's `inputs`.
+    duration : () in s, optional
+        Of the whole record, which may be followed less far; how far it is followed unless said.
     """
 
     times: jax.Array
     count: jax.Array  # type: ignore[assignment]
     conditions: dict[str, jax.Array]
     inputs: dict[str, Any]
+    duration: jax.Array | None = None
 
 
 class Response(NamedTuple):
@@ -108,9 +112,9 @@ class Model:
         Response
             Differentiable in forward mode.
         """
-        response = self._simulate(values, experiment)
         if not any(effect.singular for effect in self.effects):
-            return response
+            return self._simulate(values, experiment)
+        response = self._simulate(_without_slopes_at_null(self, values), experiment)
         return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
 
     def stretched(
@@ -128,7 +132,8 @@ class Model:
     def _in_record(self, values: Values, experiment: Experiment) -> tuple[Effect, ...]:
         """The effects as they are in one record."""
         number = experiment.conditions.get(ORDER, jnp.ones(()))
-        duration = experiment.times[experiment.count - 1] - experiment.times[0]
+        followed = experiment.times[experiment.count - 1] - experiment.times[0]
+        duration = followed if experiment.duration is None else experiment.duration
         return tuple(law.in_record(number, duration) for law in self.laws(values))
 
     def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
@@ -158,28 +163,26 @@ class Model:
         begin = start._replace(time=times[0] if start.time is None else start.time)
         solution = solve(system, begin, Grid(times, count, inputs))
 
-        observe, here = partial(_observe, self.rig, system), _at_samples(inputs, times)
+        sensors = laws_of(SensorLaw, laws)
+        observe = _observed(self.rig, system, any(sensor.feels for sensor in sensors))
+        here, chain = _at_samples(inputs, times), chain_of(laws)
         channels = jax.vmap(observe)(solution.states, solution.modes, here)
-        jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution)
-        if chain := chain_of(laws):
-            lags, late_by, zero = chain
-            jumps = jumps._replace(instants=jumps.instants + late_by)
+        sensed = partial(_both_sides, sensors, None if chain is None else chain.at_once(times[1] - times[0]))
+        jumps = jumps_of(observe, lambda step, time: inputs_at(inputs, times, step, time), solution, sensed)
+        if chain is not None:
+            jumps = jumps._replace(instants=jumps.instants + chain.late_by)
             for role in [role for role in channels if role in FORCES]:
                 motion = (system, times, count, inputs, solution)
-                channels[role] = _through_sensor(self, role, zero, channels[role], (motion, lags, late_by))
-        channels = commanded(laws, channels, times) if "force" not in inputs else channels
-        sensors = laws_of(SensorLaw, laws)
-        if any(sensor.feels for sensor in sensors):
-            rates = jax.vmap(system.derivative)(solution.states, solution.modes, here)
-            channels["acceleration"] = (rates.inner if extended else rates).velocity
-        for sensor in sensors:
-            channels = sensor.measure(channels, times)
-        channels = {role: reading for role, reading in channels.items() if role != "acceleration"}
+                channels[role] = _through_sensor(self, role, chain.zero, channels[role], (motion, *chain[:2]))
+        channels = commanded(laws, channels, times, count) if "force" not in inputs else channels
+        channels = _measured(sensors, channels, times)
         zeros = {role: values[f"{role}_zero"] for role in channels if f"{role}_zero" in values}
         channels |= {role: channels[role] + zero for role, zero in zeros.items()}
         return Response(channels, bare(solution) if extended else solution, jumps)
 
 
+FELT = "acceleration"
+"""What sensors may feel besides the readings."""
 ORDER = "order"
 """Condition that tells the place of a record in its series, from 1."""
 
@@ -196,9 +199,18 @@ def pushed_by(laws: tuple[Effect, ...], inputs: dict[str, Signals], times: jax.A
     return inputs
 
 
-def commanded(laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
-    """Readings with the force on the mass as it has to be measured, the last law undone first."""
-    for law in reversed(laws_of(PushLaw, laws)):
+def commanded(
+    laws: tuple[Effect, ...], channels: dict[str, jax.Array], times: jax.Array, count: jax.Array
+) -> dict[str, jax.Array]:
+    """Readings with the force on the mass as it has to be measured, the last law undone first.
+
+    Such laws look ahead: beyond the `count` samples of the record, where nothing is simulated, the force stays.
+    """
+    pushes = laws_of(PushLaw, laws)
+    if pushes:
+        force = channels["force"]
+        channels = channels | {"force": jnp.where(jnp.arange(force.size) < count, force, force[count - 1])}
+    for law in reversed(pushes):
         channels = channels | {"force": law.commanded(channels["force"], times)}
     return channels
 
@@ -224,10 +236,59 @@ def _observe(rig: Rig, system: Any, state: Any, mode: Any, here: Any) -> dict[st
     return rig.observe(system, state, mode, here)
 
 
+def _observed(rig: Rig, system: Any, feels: bool) -> Observe:
+    """True value of each channel at one instant, and the acceleration where a sensor feels that."""
+
+    def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
+        channels = _observe(rig, system, state, mode, here)
+        if not feels:
+            return channels
+        rates = system.derivative(state, mode, here)
+        # By true time, as the gauge feels it, whatever the clock of the record says.
+        felt = rates.inner.velocity / system.pace() if isinstance(system, Extended) else rates.velocity
+        return channels | {FELT: felt}
+
+    return observe
+
+
+def _measured(sensors: tuple[SensorLaw, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
+    """Readings at `times`, in s."""
+    for sensor in sensors:
+        channels = sensor.measure(channels, times)
+    return {role: reading for role, reading in channels.items() if role != FELT}
+
+
+def _both_sides(sensors: tuple[SensorLaw, ...], at_once: jax.Array | None, sides: Sides, times: jax.Array) -> Sides:
+    """Readings before and after jumps; of a force behind a slow gauge, as much later as comes through within a step."""
+    before, after = sides
+    if at_once is not None:
+        passed = {role: before[role] + at_once * (after[role] - before[role]) for role in after if role in FORCES}
+        after = after | passed
+    return _measured(sensors, before, times), _measured(sensors, after, times)
+
+
 def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
     """Value and rate of each input at every sample."""
     steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
     return jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
+
+
+def _without_slopes_at_null(model: Model, values: Values) -> Values:
+    """Values of which singular effects at their null have no tangents: `_with_slopes` has these, and all of them."""
+    held = dict(values)
+    for law, name, _ in _singular(model, values):
+        keep = partial(jnp.where, law.absent())
+        held[name] = jax.tree.map(lambda v, keep=keep: keep(jax.lax.stop_gradient(v), v), values[name])
+    return held
+
+
+def _singular(model: Model, values: Values) -> Iterator[tuple[Effect, str, Parameter]]:
+    """Singular laws, name and declaration of the strength of each; without those at a null that has no tangents."""
+    for law in (law for law in model.laws(values) if law.singular):
+        (declared,) = (parameter for parameter in law.parameters if parameter.name in law.strength)
+        name = f"{law.name}.{declared.name}"
+        if not declared.reciprocal or isinstance(values[name], ByInverse):
+            yield law, name, declared
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -243,11 +304,7 @@ def _with_slopes(model: Model, values: Values, experiment: Experiment, channels:
 def _with_slopes_jvp(model: Model, primals: tuple, tangents: tuple) -> tuple[Any, Any]:
     values, experiment, channels = primals
     d_values, _, d_channels = tangents
-    for law in (law for law in model.laws(values) if law.singular):
-        (declared,) = (parameter for parameter in law.parameters if parameter.name in law.strength)
-        name = f"{law.name}.{declared.name}"
-        if declared.reciprocal and not isinstance(values[name], ByInverse):
-            continue
+    for law, name, declared in _singular(model, values):
         size = law.singular / declared.typical if declared.reciprocal else law.singular * declared.typical
 
         def slope(name: str = name, declared: Parameter = declared, size: float = size) -> Any:

@@ -175,8 +175,32 @@ def _recur(maps: list[tuple[jax.Array, jax.Array]], first: jax.Array) -> list[ja
     return jax.lax.scan(forward, at_rest, maps)[1] if maps else []
 
 
-def chain_of(laws: tuple[Effect, ...]) -> tuple[Lags, jax.Array, jax.Array] | None:
-    """Lags, delay, and whether both are zero, of the sensors that need the force between the samples."""
+class SensorChain(NamedTuple):
+    """Sensors that need the force between the samples, one after the other.
+
+    Parameters
+    ----------
+    lags : Lags
+    late_by : () in s
+    zero : () bool
+        Whether all of them are at their null.
+    """
+
+    lags: Lags
+    late_by: jax.Array
+    zero: jax.Array
+
+    def at_once(self, step: jax.Array) -> jax.Array:
+        """Share of a jump of the force that comes through within a `step` [s]."""
+        share = self.lags.direct
+        for weight, constant in zip(self.lags.weights, self.lags.constants, strict=True):
+            none = constant == 0.0
+            share += jnp.real(weight * (1.0 - jnp.where(none, 0.0, jnp.exp(-step / jnp.where(none, 1.0, constant)))))
+        return jnp.where(self.zero, 1.0, share)
+
+
+def chain_of(laws: tuple[Effect, ...]) -> SensorChain | None:
+    """The chain of the sensors that need the force between the samples; None where there is none."""
     dynamic = [law for law in laws if isinstance(law, SensorLaw) and law.dynamic]
     if not dynamic:
         return None
@@ -187,4 +211,4 @@ def chain_of(laws: tuple[Effect, ...]) -> tuple[Lags, jax.Array, jax.Array] | No
             lags = in_series(lags, parallel)
         late_by = late_by + law.late_by()
         zero &= law.absent()
-    return lags, late_by, zero
+    return SensorChain(lags, late_by, zero)

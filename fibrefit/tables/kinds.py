@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
@@ -64,6 +65,7 @@ def _records(summary: SeriesSummary) -> pd.DataFrame:
             "parameter": name,
             "value": own.value,
             "std_error": own.std_error,
+            "common_error": own.common_error,
             "unit": own.unit,
             "shrunk": own.shrunk,
             "shrunk_error": own.shrunk_error,
@@ -93,15 +95,17 @@ def values_frame(tidy: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     tidy : pandas.DataFrame
-        One row a record and parameter: ``record``, ``parameter``, ``value``, ``std_error``, ``unit`` and conditions.
+        One row a record and parameter: ``record``, ``parameter``, ``value``, ``std_error``, ``common_error``, ``unit``
+        and conditions.
 
     Returns
     -------
     pandas.DataFrame
         The columns of `parameter_frame`, of which ``low`` and ``high`` are the ends of the 95 % interval of a normal
-        law, then the conditions.
+        law with both errors, then the conditions.
     """
-    half = Z_95 * tidy["std_error"]
+    # Tables that were written before they told it have none.
+    half = Z_95 * np.hypot(tidy["std_error"], tidy.get("common_error", 0.0))
     table = tidy.rename(columns={"parameter": "name"}).assign(low=tidy["value"] - half, high=tidy["value"] + half)
     return table[[*COLUMNS, *(name for name in table.columns if name not in COLUMNS)]]
 

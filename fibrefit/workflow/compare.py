@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.thresholds import PARETO_K
@@ -17,6 +20,7 @@ from fibrefit.study import Study
 from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
 from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.workflow.groups_in_common import observed_group
 
 FEWEST_BLOCKS = 2
 """Of which a scatter can be told."""
@@ -30,12 +34,15 @@ class Rival:
     ----------
     blocks, pareto_k : (n_block,)
         Expected log density of each block left out, and how reliable that is.
+    observed : mapping of channel to (n_record, n_time) in SI units
+        Readings that it counts; NaN where it does not.
     """
 
     folder: Path
     summary: PosteriorSummary
     blocks: np.ndarray
     pareto_k: np.ndarray
+    observed: Mapping[str, np.ndarray]
 
 
 def rival_of(folder: Path, study: Study) -> Rival:
@@ -88,7 +95,33 @@ def rival_of(folder: Path, study: Study) -> Rival:
             str(folder), "a posterior of a single block of time", "two blocks or more",
             "How sure a difference is comes of how it scatters between blocks: sample longer records.",
         )  # fmt: skip
-    return Rival(folder, summary, blocks, pareto_k)
+    observed = needed_group(groups, "observed_data", str(folder))
+    seen = {n: np.asarray(one.values, dtype=float) for n, one in observed.items() if n not in ("record", "time")}
+    return Rival(folder, summary, blocks, pareto_k, seen)
+
+
+def refuse_other_readings(rival: Rival, problem: Problem) -> None:
+    """Refuse a rival of which the same files were read otherwise: its density is one of other data.
+
+    Parameters
+    ----------
+    rival : Rival
+    problem : Problem
+        Of the posterior that it is compared with.
+
+    Raises
+    ------
+    UsageError
+        If it has other channels, or other readings in one of them, or counts others.
+    """
+    mine = {name: one.values for name, one in observed_group(problem, defaultdict(str)).items()}
+    for channel in problem.model.rig.channels:
+        theirs, own = rival.observed.get(channel), np.asarray(mine[channel], dtype=float)
+        if theirs is None or theirs.shape != own.shape or not np.allclose(theirs, own, rtol=1e-9, equal_nan=True):
+            raise UsageError(
+                str(rival.folder), f"a posterior of other readings of {channel}", "the same readings of the records",
+                "Columns, units, scales, clocks and masks of both studies must be alike.",
+            )  # fmt: skip
 
 
 def compared(own: CrossValidation, evidence: Evidence | None, rival: Rival, noise: str) -> ComparedModel:

@@ -20,10 +20,12 @@ from fibrefit.discovery.engine.candidates import (
     strengthened,
     trial_of,
 )
+from fibrefit.discovery.engine.priors import unknowns_of
 from fibrefit.discovery.engine.refit import Subset, predictor_step, refit
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from tests.discovery.made import BASE
 
@@ -45,6 +47,35 @@ def parent(search: Search) -> Hypothesis:
     """The base model at its minimum."""
     fit = refit(search.base.supermodel, search.context.subset(()), search.base.fit.local, search.context.whole)
     return Hypothesis((), fit, search.base.supermodel)
+
+
+def test_what_a_study_states_of_a_record_is_held_in_it_and_free_in_the_others(search: Search) -> None:
+    supermodel, context = search.base.supermodel, search.context
+    layout, name = supermodel.problem.layout, context.each[0]
+    held = (0.0, *[None] * (len(layout.records) - 1))
+    slots = [replace(slot, fixed=held) if slot.name == name else slot for slot in layout.slots]
+    problem = Problem(supermodel.problem.model, replace(layout, slots=tuple(slots)), supermodel.problem.observations)
+    stated = replace(supermodel, task=replace(supermodel.task, problem=problem))
+    place = supermodel.names.index(name)
+    found = refit(stated, context.subset(()), search.base.fit.local, context.whole).local[:, place]
+    begun = search.base.fit.local[:, place]
+    assert found[0] == begun[0]
+    assert np.all(found[1:] != begun[1:])
+
+
+def test_limits_of_a_study_are_those_of_every_comparison(search: Search) -> None:
+    supermodel, context = search.base.supermodel, search.context
+    narrow = {"stiffness": (1.9e4, 2.1e4), STRENGTH: (0.0, 3.0)}
+    reference = {name: BASE[name] for name in context.base}
+    layout = supermodel.problem.layout
+    slots = [replace(s, range=s.range.within(*narrow[s.name])) if s.name in narrow else s for s in layout.slots]
+    problem = Problem(supermodel.problem.model, replace(layout, slots=tuple(slots)), supermodel.problem.observations)
+    stated = replace(supermodel, task=replace(supermodel.task, problem=problem))
+    of = unknowns_of(stated, context, (VISCOUS,), reference)
+    for name, ends in narrow.items():
+        place = of.names.index(name)
+        z = np.stack([of.lower, of.upper])
+        np.testing.assert_allclose(of.value(z)[:, place], ends, rtol=1e-12)
 
 
 def test_a_start_that_blows_up_is_made_weaker_and_no_other(search: Search, parent: Hypothesis) -> None:

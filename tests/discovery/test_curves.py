@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import jax.numpy as jnp
@@ -9,6 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.statement import Statement
+from fibrefit.discovery.curves import curves
 from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, shape_errors
 from fibrefit.discovery.curves.probes import FINE_KNOTS, KNOTS, PROBES, FrictionOfPosition, TensionOfRate
 from fibrefit.laws.catalogue import suits
@@ -77,6 +80,20 @@ def test_a_stop_is_told_by_where_it_begins() -> None:
     says = said_of(stop)
     assert "beyond a position of 5" in says
     assert "rising and falling" not in says
+
+
+def test_a_curve_is_drawn_with_the_gap_that_it_leaves_of_the_readings_it_was_drawn_in(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of records that count up to the first bounce: a final fit of whole ones has more samples."""
+    stays = {"position": (np.linspace(-0.02, 0.01, 100), np.full(100, 5e-4))}
+    monkeypatch.setattr(curves, "in_motion", lambda found: stays)
+    seen: Any = SimpleNamespace(
+        supermodel=SimpleNamespace(samples=np.array([100.0, 60.0])), fit=SimpleNamespace(cost=640.0)
+    )
+    (drawn,) = curves.drawn([replace(fitted_curve(np.sin(PLACES * 1e3)), hypothesis=seen)], cast(Any, None))
+    assert (drawn.gap_after, drawn.cost) == (2.0, 640.0)
+    assert sum(drawn.seconds) == pytest.approx(0.05)
 
 
 def test_errors_of_a_shape_leave_out_a_level_that_is_not_known() -> None:

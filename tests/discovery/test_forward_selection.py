@@ -334,6 +334,35 @@ def test_of_explanations_nearly_as_good_the_one_with_fewer_parameters_is_taken(
     assert chosen.effects == (taken,)
 
 
+def test_what_is_simpler_and_no_more_than_chance_is_not_taken_first() -> None:
+    found = tuple(
+        SimpleNamespace(log=log, effects=(effect,), names=(effect.name,), evidence=FOLLOWED)
+        for effect, log in ((STRIBECK, NAMED + 0.5), (VISCOUS, NAMED - 0.5))
+    )
+    parent = SimpleNamespace(log=0.0, effects=())
+    ranked: Any = SimpleNamespace(
+        found=found, parent=parent, gain=lambda one: one.log, compared=(found[0].names,), gained=0.0
+    )
+    chosen = chosen_of(ranked, None)
+    assert chosen is not None
+    assert chosen.effects == (STRIBECK,)
+
+
+def test_a_round_that_leaves_the_effects_as_they_were_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it added may be needless beside what had been found: the next would add it again, until the time ends."""
+    names, rounds = iter([("a",), ("a", "b"), ("a", "b"), ("a", "b", "c")]), list[tuple[str, ...]]()
+
+    def further(at: forward_selection.Selection, *of: Any) -> Any:
+        rounds.append(next(names))
+        return replace(at, best=cast(Any, SimpleNamespace(names=rounds[-1], effects=rounds[-1]))), True
+
+    monkeypatch.setattr(forward_selection, "_further", further)
+    monkeypatch.setattr(forward_selection, "_more_to_conclude", lambda *of: 0.0)
+    base: Any = SimpleNamespace(names=(), effects=())
+    found = forward_select(cast(Any, None), base, cast(Any, None), Limits(max_effects=5))
+    assert (found.best.names, len(rounds)) == (("a", "b"), 3)
+
+
 @pytest.mark.parametrize(("gain", "named"), [(0.9 * BEYOND_DOUBT, False), (1.1 * BEYOND_DOUBT, True)])
 def test_candidates_that_the_time_did_not_suffice_to_compare_are_named_beyond_doubt_only(
     gain: float, named: bool

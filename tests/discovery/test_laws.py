@@ -18,6 +18,7 @@ from fibrefit.discovery.laws.places import PLACES, SECOND, SECOND_VARIABLES, Sec
 from fibrefit.discovery.laws.relaxation import nearest_curve, places_along
 from fibrefit.discovery.laws.source import composed, effect_of_law, heights_of, start_of_law
 from fibrefit.laws.contract import violations
+from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.catalogue import RIGS
 
 LOW, HIGH = 0.02, 0.11
@@ -224,7 +225,9 @@ def test_where_the_zero_of_its_variable_lies_makes_no_place_of_a_law_less_likely
     knots = KNOTS - KNOTS[0] + shift * span
     law = composed(probe, FittedForm(form, TRUE[form.name], 0.0), knots)
     place = next(one for one in effect_of_law(law).parameters if one.name == "knee")
-    _, middle, scale, *_ = _line(place, cast(Any, SimpleNamespace(name="guide.law.knee")), None, [])
+    _, middle, scale, *_ = _line(
+        place, cast(Any, SimpleNamespace(name="guide.law.knee", range=Range.of(place))), None, []
+    )
     assert middle == pytest.approx(knots[0] + span / 2.0)
     assert scale == pytest.approx(span / 2.0)
 

@@ -196,6 +196,14 @@ def test_an_input_run_faster_and_farther_and_slower() -> None:
     assert duration_of(experiment, Choice(0, {}, pace=0.5)) == 2.0
 
 
+def test_each_record_of_a_batch_lasts_as_long_as_the_one_it_is_taken_from(tmp_path: Path) -> None:
+    """So an instant, which is a share of the record, is where it would be."""
+    task = planned(tmp_path, DRIVES.replace('duration = "0.4 s"', 'duration = "0.8 s"', 1))
+    problem, local = task.problem, np.asarray(task.problem.layout.local(jnp.asarray(task.start)))
+    data, _ = records_of(problem, local, [Choice(1, {}, pace=2.0), Choice(0, {}, pace=0.5)])
+    np.testing.assert_allclose(np.asarray(data.experiment.duration), [0.4, 1.6])
+
+
 def test_a_slower_drive_comes_to_its_end_and_its_weight_with_it(tmp_path: Path) -> None:
     task = planned(tmp_path, DRIVES)
     problem, local = task.problem, np.asarray(task.problem.layout.local(jnp.asarray(task.start)))

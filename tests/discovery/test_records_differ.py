@@ -196,7 +196,7 @@ def alone(of: tuple[Task, list[str], dict[str, list[float]]], **how: bool) -> An
     def search(one: Task) -> Starts:
         asked.append(one.traces[0].name)
         others = [np.full(1, float(i)) for i in range(1, len(gaps[asked[-1]]))]
-        return SimpleNamespace(cost=np.zeros(1), values=np.zeros((1, 1)), others=lambda: others)  # type: ignore[return-value]
+        return SimpleNamespace(cost=np.zeros(1), best=(np.zeros(1), 0.0), others=lambda: others)  # type: ignore[return-value]
 
     return each_by_itself.each_by_itself(task, search, [1.0, 3.0, 2.0, 1.5, 1.0], **how)
 
@@ -236,7 +236,7 @@ def test_a_record_by_itself_is_followed_from_the_minimum_that_leaves_noise(
 
     def ends(one: Task) -> Any:
         others = [np.ones(1), np.full(1, 2.0)]
-        return SimpleNamespace(cost=np.zeros(1), values=np.zeros((1, 1)), others=lambda: others)
+        return SimpleNamespace(cost=np.zeros(1), best=(np.zeros(1), 0.0), others=lambda: others)
 
     # A third is not looked at where the second leaves noise; where none does, the lowest counts.
     for record, left, noise in ((1, 1.05, True), (2, 1.3, False)):

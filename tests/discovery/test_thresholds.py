@@ -477,7 +477,7 @@ def at_a_kink(share: float) -> bool:
 def by_logarithm(share: float) -> bool:
     """Whether a base parameter is told by its logarithm that is such a share of its typical size."""
     declared = SimpleNamespace(typical=1.0, lower=0.0, upper=9.0)
-    slot = SimpleNamespace(name="friction", belief=None)
+    slot = SimpleNamespace(name="friction", belief=None, range=declared)
     return priors._line(cast(Any, declared), cast(Any, slot), share, ())[0]
 
 

@@ -17,6 +17,7 @@ from fibrefit.fitting import minima
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.minima import Led, Minima, SecondSolver
 from fibrefit.fitting.result import Starts
+from fibrefit.fitting.search.solve import Descent
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
@@ -220,21 +221,29 @@ def test_records_whose_differences_errors_of_the_drive_would_take_up_are_told_ap
 
 @pytest.mark.parametrize("better", [2, 9])
 def test_what_a_second_solver_gained_is_no_longer_to_be_gained(monkeypatch: pytest.MonkeyPatch, better: int) -> None:
-    """The values go where it led, each time; that the last time was the last chance leaves nothing behind."""
+    """The values go where it led, each time, as further starts; the last chance leaves nothing behind."""
     costs = iter([90.0, 80.0, *([70.0] if better > 2 else [80.0])])
-    layout = SimpleNamespace(free=lambda values: values, values=lambda free: free)
+    entries = [(SimpleNamespace(name="stiffness"), None)]
+    layout = SimpleNamespace(free=lambda values: values, values=lambda free: free, entries=entries)
     problem: Any = SimpleNamespace(layout=layout, n_measured=100)
     task: Any = SimpleNamespace(problem=problem, counts=np.array([[1]]))
-    starts: Any = SimpleNamespace(values=np.zeros((1, 1)), cost=np.array([100.0]))
+    row, none = np.zeros((1, 1)), np.zeros(1, dtype=int)
+    starts = Starts(("stiffness",), row, row, row, np.array([100.0]), none, none, 1)
     last = [100.0]
 
     def second_opinion(*of: Any) -> Any:
         last[0] = next(costs)
         return SimpleNamespace(values=np.zeros(1), cost=last[0])
 
+    def descend(*of: Any) -> Descent:
+        return Descent(np.full(1, last[0]), last[0], 1, True)
+
     monkeypatch.setattr(identifying, "rough_errors", lambda *of: np.ones(1))
     monkeypatch.setattr(identifying, "second_opinion", second_opinion)
-    monkeypatch.setattr(identifying, "descend", lambda *of: SimpleNamespace(free=np.zeros(1), cost=last[0]))
-    second = identifying._settled(task, lambda: np.ones(1), starts, lambda: False)[1]
+    monkeypatch.setattr(identifying, "descend", descend)
+    found, second = identifying._settled(task, lambda: np.ones(1), starts, lambda: False)
     assert second is not None
     assert second.gain == 0.0
+    assert found.best == (found.cost.min(), found.cost.min())
+    # No start but the last one ended in the best minimum.
+    assert (found.agreeing, found.tried) == (1, len(found.cost)) == (1, 3 + (better > 2))

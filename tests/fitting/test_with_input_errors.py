@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import equinox as eqx
@@ -13,6 +14,7 @@ import pytest
 from fibrefit.core.progress import quiet
 from fibrefit.fitting.checks import converged
 from fibrefit.fitting.identify import _search, identify
+from fibrefit.fitting.search import with_input_errors as module
 from fibrefit.fitting.search.multistart import HorizonSchedule
 from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.with_input_errors import (
@@ -40,6 +42,37 @@ def test_a_descent_ends_where_it_is_judged_to_have_arrived() -> None:
     assert converged(REDUCTION_TOLERANCE, True, rough=True).passed
     assert not converged(1.01 * REDUCTION_TOLERANCE, True, rough=True).passed
     assert not converged(REDUCTION_TOLERANCE, True).passed
+
+
+@pytest.mark.parametrize("followed", [True, False])
+def test_where_errors_of_inputs_lead_nowhere_the_values_stay_and_nothing_has_converged(
+    monkeypatch: pytest.MonkeyPatch, followed: bool
+) -> None:
+    look = SimpleNamespace(is_followed=followed, variance=1.0, left=np.zeros(1), coefficients={"drive": "found"})
+    look.end, look.view = SimpleNamespace(place="end", predicted_reduction=0.01), "about it"
+    view = SimpleNamespace(beforehand=None)
+    for name, what in {
+        "fit_unknowns": None,
+        "place_of": None,
+        "no_errors": {"drive": "none"},
+        "_reactions": [None],
+        "_values": "values",
+        "_seen_with": view,
+        "replace": view,
+        "_descended": None,
+        "_look_at": look,
+        "_tells_more": False,
+        "corrected": "corrected",
+    }.items():
+        monkeypatch.setattr(module, name, lambda *of, what=what, **more: what)
+    layout = SimpleNamespace(size=1, local=lambda values: np.zeros((1, 1)), records=("drive.csv",))
+    task: Any = SimpleNamespace(problem=SimpleNamespace(layout=layout))
+    found = with_input_errors(task, {}, np.array([3.0]))
+    if followed:
+        assert (found.values, found.coefficients, found.predicted_reduction) == ("values", look.coefficients, 0.01)
+    else:
+        assert (found.problem, found.coefficients, found.predicted_reduction) == (task.problem, {"drive": "none"}, None)
+        np.testing.assert_array_equal(found.values, [3.0])
 
 
 @pytest.mark.slow
@@ -82,8 +115,6 @@ def test_what_is_learnt_of_the_errors_lets_more_samples_count() -> None:
 
 @pytest.mark.slow
 def test_readings_linearised_by_somebody_else_are_not_linearised_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    from fibrefit.fitting.search import with_input_errors as module
-
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[0],)})
     task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))
@@ -155,8 +186,6 @@ def test_readings_up_to_an_instant_tell_what_they_would_tell_without_the_others(
 def test_a_look_that_the_time_does_not_suffice_for_is_not_begun(
     monkeypatch: pytest.MonkeyPatch, left: float, looks: int
 ) -> None:
-    from fibrefit.fitting.search import with_input_errors as module
-
     study = load_study(STUDY)
     study = study.model_copy(update={"records": (study.records[-1],)})
     task = formulate(study, read_records(study), Model(RIGS["pulley_drive"], ()))

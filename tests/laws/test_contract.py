@@ -438,6 +438,11 @@ def test_the_slope_of_a_singular_effect_at_its_null_points_where_it_goes(
     change = there - respond(record, effects, **none)[role]
     assert np.isfinite(slope).all()
     assert slope @ change / np.linalg.norm(slope) / np.linalg.norm(change) > ALIKE
+    # It is that of a small strength, and no other part of it.
+    size = effect.singular / p.typical if p.reciprocal else effect.singular * p.typical
+    small = respond(record, effects, **none | {name: 1.0 / size if p.reciprocal else p.null + size})[role]
+    difference = (small - respond(record, effects, **none)[role]) / size
+    assert np.linalg.norm(slope - difference) < 1e-6 * np.linalg.norm(difference)
 
 
 def test_the_contract_sees_a_law_that_leaves_a_trace() -> None:

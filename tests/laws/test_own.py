@@ -62,6 +62,11 @@ AT_ONCE = [
         """history: 'pat'; expected a tuple of 'path', 'rest', 'cycles'.*"path""",
     ),
     (FIELD, f"    history = 'rest'\n{FIELD}", "history: 'rest'; expected a tuple of"),
+    (
+        f'class Mine(GuideLaw):\n{DOC}\n    name: ClassVar[str] = "guide.mine"',
+        f'class Mine(SensorLaw):\n{DOC}\n    timed = True\n    name: ClassVar[str] = "sensor.mine"',
+        "timed: True; expected a law that takes part in the motion; not one of a sensor.*`times` in measure",
+    ),
 ]
 ONLY_WHEN_ASKED = [
     (ANSWER, f"{ANSWER} + 5.0", "force: does not vanish at its null: position or stretch"),

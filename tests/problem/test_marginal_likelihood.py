@@ -333,6 +333,28 @@ def test_what_was_found_is_not_lost_where_other_scatters_lead_to_what_is_worth_n
     assert found.log <= found.log_if(begun_at) + np.log(len(found.grid))
 
 
+def test_where_a_prediction_has_failed_others_like_it_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a small scatter a larger one looks far better; there the descent ends in another, dearer minimum.
+
+    What the first place predicts of the scatters beside that one, where nobody has been, is of the same kind.
+    """
+    of, linear = unknowns(), Linear.drawn(9, TRUTH, scatter=0.03, loud=20.0)
+    begun_at, rounds = np.array([0.004]), list[PosteriorMode]()
+
+    def elsewhere(of: Unknowns, start: Any, gram: Any, sigma: Any, *how: Any) -> PosteriorMode:
+        found = mode(of, start, gram, sigma, *how)
+        dearer = replace(found, normal=found.normal._replace(cost=found.normal.cost + (1e3 if rounds else 0.0)))
+        rounds.append(dearer)
+        return dearer
+
+    monkeypatch.setattr(weighing, "mode", elsewhere)
+    found = laplace_evidence(of, begun(of), linear.gram, begun_at, 1e-9)
+    assert len(rounds) == 2
+    assert found.mode is rounds[0]
+    assert found.log_if(begun_at) <= found.log <= found.log_if(begun_at) + np.log(len(found.grid))
+    np.testing.assert_array_equal(found.grid[np.argmax(found.weight)], begun_at)
+
+
 def test_what_lies_beyond_a_bound_takes_the_others_along() -> None:
     """Held at the bound, the others are where a normal law is highest there; what is inside stays to the last bit."""
     random = np.random.default_rng(5)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fibrefit.problem.inputs.error_signals import amplitudes, wave_numbers
 from fibrefit.problem.noise.spectrum import (
     Noise,
     at_rest,
@@ -162,6 +163,27 @@ def test_lines_are_found_whichever_rest_comes_first() -> None:
         assert sorted(f for f, _ in found.lines) == pytest.approx([50.1, 150.3], abs=0.1)
         # What is left of a line that is missed would pass for slow noise, in which a drift is nothing.
         assert found.density(np.array([1.0]))[0] == pytest.approx(found.white, rel=0.5)
+
+
+def test_what_is_too_short_for_a_line_says_nothing_of_it() -> None:
+    random, pieces = np.random.default_rng(3), []
+    for n in (2000, *[180] * 5):
+        phase = random.uniform(0.0, 6.0)
+        hum = np.sqrt(2.0) * np.sin(2.0 * np.pi * 50.0 * np.arange(n) / RATE + phase)
+        pieces.append((0.1 * random.standard_normal(n) + hum, RATE))
+    assert noise_of(pieces).line == pytest.approx(1.0, abs=0.02)
+    assert noise_of(pieces[1:]).line == 0.0
+
+
+@pytest.mark.parametrize("durations", [(20.0, 5.0), (5.0, 20.0), (20.0, 20.0), (5.0, 5.0)])
+def test_hum_of_a_drive_is_an_error_of_it_in_each_record_however_long_the_others_are(
+    durations: tuple[float, float],
+) -> None:
+    noise, each = Noise(1e-12, 0.0, 0.0, 1000, lines=((50.0, 1e-10),)), np.array(durations)
+    numbers = wave_numbers(noise, each)
+    for row, duration in zip(numbers, durations, strict=True):
+        near = np.abs(0.5 * row / duration - 50.0) <= 1.0
+        assert np.sum(amplitudes(noise, duration, row)[near] ** 2) / 2.0 == pytest.approx(1e-10, rel=0.2)
 
 
 def test_lines_are_taken_off_and_a_level_and_what_is_beside_them_stay() -> None:

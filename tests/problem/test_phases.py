@@ -112,6 +112,19 @@ def test_a_drive_that_turns_round_moves_and_its_noise_does_not() -> None:
     np.testing.assert_array_equal(found[apart], swing[apart])
 
 
+def test_a_pause_of_a_drive_is_one_at_the_rate_of_its_own_record() -> None:
+    """Strokes a fifth of a second apart, at 10 kHz and at 500 Hz."""
+    found = []
+    for rate in (1e4, 500.0):
+        times = np.arange(1000) / 500.0 if rate == 500.0 else np.arange(1000) / rate * 2.0
+        scale = 1.0 if rate == 500.0 else 500.0 / rate * 2.0
+        strokes = (np.abs(times - 0.7 * scale) < 0.3 * scale) | (np.abs(times - 1.5 * scale) < 0.3 * scale)
+        found.append((times, np.where(strokes, 0.2, 0.0), strokes))
+    times, rates, strokes = (np.stack(part) for part in zip(*found, strict=True))
+    np.testing.assert_array_equal(moves(rates, times)[1], moves(rates[1:], times[1:])[0])
+    assert not moves(rates, times)[1][np.abs(times[1] - 1.1) < 0.05].any()
+
+
 def test_both_fibres_of_an_upright_pendulum_are_stretched_by_their_preload() -> None:
     model, experiment = Model(RIGS["inverted_pendulum"]), pendulum(41, preload=400.0)
     values = given(OF_RIG["inverted_pendulum"])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.search.solve import compressed_residuals, gram_at, linearised
+from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.statement.jump_sides import nearest_side
 from fibrefit.problem.statement.problem import Problem, gram_root
 from fibrefit.problem.task import Task
@@ -113,6 +114,20 @@ def test_padding_counts_for_nothing(task: Task) -> None:
     assert linear.residuals.shape[-1] > made.SAMPLES
     assert not linear.residuals[..., made.SAMPLES :].any()
     assert not linear.slopes[..., made.SAMPLES :, :].any()
+
+
+def test_an_instant_is_a_share_of_the_whole_record_however_far_that_is_followed(tmp_path: Path) -> None:
+    slip = find_effect("fibre.knot_slip@1")
+    task = made.task(tmp_path, effects=(slip,))
+    problem, names = task.problem, list(task.problem.layout.names)
+    local = np.array(problem.layout.local(task.start))
+    local[:, [names.index(f"{slip.name}.{name}") for name in ("slip", "instant")]] = 3e-4, 0.6
+    of = lambda one: np.asarray(one.predict(jnp.asarray(local), one.observations.experiment)["position"])  # noqa: E731
+    whole, short = of(problem), made.SAMPLES // 2
+    early = problem.until(np.full(len(task.traces), short))
+    for followed, every in ((early, 1), (problem.shortened(short), 1), (problem.thinned(2), 2)):
+        seen, n = of(followed), short // every
+        assert np.abs(seen[:, :n] - whole[:, : n * every : every]).max() < 1e-6 * np.ptp(whole)
 
 
 def test_the_soft_loss_is_soft_l1(task: Task) -> None:

@@ -259,7 +259,8 @@ def told_though_masked(share: float) -> bool:
 def line_told(seconds: float) -> bool:
     """Whether the line of the mains is told by a rest of such a length."""
     count = round(1e4 * seconds)
-    return spectrum._line_variance(np.sin(2.0 * np.pi * 50.0 * np.arange(count) / 1e4), 1e4) > 0.0
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(count)
+    return spectrum.noise_of([(noise + np.sin(2.0 * np.pi * 50.0 * np.arange(count) / 1e4), 1e4)]).line > 0.4
 
 
 def line_reaches(distance: float) -> bool:

@@ -11,6 +11,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import stats
 
 from fibrefit.core.errors import UsageError
 from fibrefit.fitting.identify import identify
@@ -160,6 +161,20 @@ def test_drawn_noise_has_the_colour_of_the_likelihood(posterior: Posterior) -> N
     for lag in (0, 1, 50):
         found = np.mean(drawn[..., : size - lag] * drawn[..., lag:], axis=(0, -1))
         np.testing.assert_allclose(found, expected[..., lag], atol=0.03)
+
+
+def test_drawn_noise_with_heavy_tails_has_their_law(posterior: Posterior) -> None:
+    """Of so few degrees of freedom a normal law of the same variance is far wider where most readings lie."""
+    white = posterior.density.likelihood.whitening
+    heavy = replace(posterior.density.likelihood, heavy=True, whitening=white)
+    random, size, freedom = np.random.default_rng(0), 256, 2.2
+    flat = SimpleNamespace(autocovariance=lambda n: np.eye(1, n)[0] + np.zeros((1, 2, n)))
+    heavy = replace(heavy, whitening=cast(Any, flat))
+    noise = np.array([0.0, 0.0, np.log(freedom)])
+    drawn = np.concatenate([draw_noise(heavy, size, noise, random).ravel() for _ in range(40)])
+    level = float(np.asarray(heavy.levels(jnp.asarray(noise)))[0])
+    low, high = np.quantile(drawn / level, [0.05, 0.95])
+    assert (-low + high) / 2.0 == pytest.approx(stats.t(freedom).ppf(0.95), rel=0.06)
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from scipy.linalg import expm
 
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.drive.play import Play
-from tests.simulation.drops import CONDITIONS, STEP, TRAPEZOID, drive, drop, respond
+from fibrefit.rigs.parts.guide import Guide, Sliding
+from tests.simulation.drops import CONDITIONS, STEP, TRAPEZOID, drive, drop, pendulum, respond
 
 GRAVITY = 9.81
 #: Of the range: what is exact is solved to rounding, what the integrator follows to its own error.
@@ -126,6 +128,41 @@ def test_a_play_does_not_swallow_the_noise_of_a_drive_that_rests() -> None:
     np.testing.assert_allclose(end[:201], course[:201], atol=1e-15)
     np.testing.assert_array_equal(passed[101:201], rates[101:201])
     np.testing.assert_allclose(end[-90:], course[-90:] + 5e-5, atol=1e-12)
+
+
+def test_a_gauge_feels_the_acceleration_by_true_time_whatever_the_clock_says() -> None:
+    crosstalk, clock = CATALOGUE["sensor.acceleration_crosstalk"], CATALOGUE["study.clock"]
+    (error,) = (p.name for p in clock.parameters)
+    values = {f"{crosstalk.name}.seismic_mass": 0.2, f"{clock.name}.{error}": 0.1}
+    record = drop(801)
+    with_both, with_clock = (
+        respond(record, effects, friction=0.0, **{k: v for k, v in values.items() if k.split(".")[1] in names})["force"]
+        for effects, names in (((crosstalk, clock), ("acceleration_crosstalk", "clock")), ((clock,), ("clock",)))
+    )
+    felt = 0.2 * (GRAVITY - with_clock / MASS)
+    np.testing.assert_allclose(with_both - with_clock, felt, atol=1e-9 * np.ptp(with_clock))
+
+
+def test_laws_that_change_are_followed_on_a_pendulum() -> None:
+    """A fibre that lengthens by and by holds it less and less: forces of both fibres differ from those without."""
+    effects, values = of("fibre.length_drift", drift=1e-4)
+    record = pendulum(801)
+    found, without = respond(record, effects, **values), respond(record)
+    assert np.abs(found["force_1"] - without["force_1"])[1:].max() > 0.1
+    np.testing.assert_array_equal(found["angle"][0], without["angle"][0])
+
+
+def test_laws_of_friction_that_leave_none_together_never_drive() -> None:
+    laws = (
+        CATALOGUE["guide.friction_change"](jnp.asarray(-0.9)),
+        CATALOGUE["guide.asymmetric_friction"](jnp.asarray(0.2)),
+    )
+    guide, none = Guide(jnp.asarray(4.0), laws), jnp.zeros(())
+    levels = [float(guide.level(jnp.asarray(way), none, Sliding(none, none, none))) for way in (1.0, -1.0)]
+    assert levels == [pytest.approx(4.0 * 0.3), 0.0]
+    # What is just at nothing still has its slope.
+    slope = jax.grad(lambda friction: Guide(friction).level(jnp.ones(()), none, Sliding(none, none, none)))
+    assert float(slope(none)) == 1.0
 
 
 def test_play_shows_in_the_motion_of_the_weight() -> None:

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from fibrefit.laws.catalogue import CATALOGUE
+from fibrefit.rigs.catalogue import RIGS
+from fibrefit.simulation.model import Model
 from fibrefit.simulation.sensing import Lags, in_series, lag
 from tests.simulation.drop_by_scipy import Drop
-from tests.simulation.drops import deviation, drop, jacobian, respond
+from tests.simulation.drops import CONDITIONS, STEP, VALUES, deviation, drop, jacobian, respond
 
 LAG, DELAY, GAUGE = (CATALOGUE[f"sensor.{name}"] for name in ("force_lag", "force_delay", "gauge_resonance"))
 TIME_CONSTANT, LATE = "sensor.force_lag.time_constant", "sensor.force_delay.delay"
@@ -28,6 +30,35 @@ TIMES = np.asarray(SHORT.times)
 
 def test_the_bare_force() -> None:
     assert deviation(respond(SHORT)["force"], Drop().reading(TIMES)) < AS_SCIPY
+
+
+def heights(*effects: type, **values: float) -> np.ndarray:
+    """Of the force, at the switches where the fibre goes taut or slack at speed."""
+    model, values = Model(RIGS["fibre_mass"], effects), VALUES | values
+    jumps = model.respond({name: jnp.asarray(value) for name, value in values.items()}, SHORT).jumps
+    return np.asarray(jumps.heights["force"])
+
+
+def test_a_jump_of_the_reading_is_what_the_sensors_make_of_one_of_the_force() -> None:
+    true = heights()
+    assert np.abs(true).max() > 1.0
+    gain, offset = (CATALOGUE[f"sensor.force_{name}"] for name in ("gain", "offset"))
+    np.testing.assert_allclose(heights(gain, **{f"{gain.name}.gain": 1.3}), 1.3 * true, rtol=1e-12)
+    np.testing.assert_allclose(heights(offset, **{f"{offset.name}.offset": 5.0}), true, atol=1e-12)
+    # Of a slow gauge, what comes through until the next sample.
+    for constant in (1e-4, 2e-2):
+        passed = 1.0 - math.exp(-STEP / constant)
+        np.testing.assert_allclose(heights(LAG, **{TIME_CONSTANT: constant}), passed * true, rtol=1e-9)
+    np.testing.assert_array_equal(heights(LAG, **{TIME_CONSTANT: 0.0}), true)
+    np.testing.assert_allclose(heights(LAG, GAUGE, **{TIME_CONSTANT: 0.0, FREQUENCY: 1e9, RATIO: 0.5}), true, rtol=1e-3)
+
+
+def test_the_acceleration_that_a_gauge_feels_jumps_with_the_force() -> None:
+    """Where the fibre goes taut or slack, its force is all that jumps on a weight that slides on."""
+    crosstalk = CATALOGUE["sensor.acceleration_crosstalk"]
+    true, found = heights(), heights(crosstalk, **{f"{crosstalk.name}.seismic_mass": 0.2})
+    jumps = np.abs(true) > 0.1
+    np.testing.assert_allclose(found[jumps], (1.0 - 0.2 / CONDITIONS["weight_mass"]) * true[jumps], rtol=1e-9)
 
 
 @pytest.mark.parametrize("constant", [2e-5, 1e-4, 1e-3, 1e-2])

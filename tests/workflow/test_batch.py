@@ -278,6 +278,34 @@ def test_an_interrupted_batch_goes_on(
     assert list(found.items) == ["a", "bad", "c", "d"]
 
 
+def test_what_was_done_is_kept_where_its_study_or_record_cannot_be_read_for_a_time(
+    series: Path, asked: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hours of work are not lost to a misprint, or to a share that is away."""
+    out, kept = tmp_path / "out", batch.identified
+    work = [replace(job, record=0) for job in jobs(series, "b/1", "b/2", "gone")]
+    carried_out(work, out)
+
+    def away(job: Job) -> Outcome:
+        raise DataError(job.name, "no such file", "a record")
+
+    # Now "b" is one job, as its study cannot be read, and the record of "gone" is away.
+    monkeypatch.setattr(batch, "identified", away)
+    monkeypatch.setattr(batch, "_resumed", lambda *of: None)
+    now = [*jobs(series, "b"), work[2]]
+    found = carried_out(now, out, resume=True)
+    batch.forget_others(out, now)
+    assert [item.status for item in found.items.values()] == [None, None]
+    monkeypatch.undo()
+    monkeypatch.setattr(batch, "identified", kept)
+    asked.clear()
+    assert carried_out(work, out, resume=True).taken_up == 3
+    assert asked == []
+    # What is listed no more is gone.
+    batch.forget_others(out, work[:1])
+    assert [path.parent.name for path in out.glob("items/*/item.json")] == ["b_1"]
+
+
 def test_what_has_changed_is_done_again(series: Path, asked: list[str], tmp_path: Path) -> None:
     work = jobs(series, "a", "b")
     carried_out(work, tmp_path / "out")

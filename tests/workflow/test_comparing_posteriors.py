@@ -58,6 +58,7 @@ def asked(
             "pareto_k": Variable(np.zeros(len(blocks)), ("block",)),
         },
         "log_likelihood": {"block_record": Variable(labels, ("block",))},
+        "observed_data": {"force": Variable(np.zeros((len(labels), 4)), ("record", "time"))},
     }
     monkeypatch.setattr(compare, "read_summary", lambda folder: summary)
     monkeypatch.setattr(compare, "read_result", lambda path: (groups, ""))
@@ -109,7 +110,7 @@ def against(own: np.ndarray, own_k: np.ndarray, their_k: np.ndarray, likelihood:
     told = PosteriorSummary.model_construct(
         study="made", effects=(), likelihood=likelihood, log_evidence=Measure(value=1.0, error=0.1)
     )  # fmt: skip
-    rival = Rival(Path("rival"), told, np.zeros(len(own)), their_k)
+    rival = Rival(Path("rival"), told, np.zeros(len(own)), their_k, {})
     return compared(CrossValidation(own, own_k, 2.0), Evidence(5.0, 0.1), rival, "coloured")
 
 

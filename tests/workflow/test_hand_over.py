@@ -335,3 +335,6 @@ def test_values_of_a_series_have_the_columns_of_any_values_and_its_conditions(tm
     told = fibrefit.load_result(tmp_path).to_dataframe()
     assert list(told.columns) == [*COLUMNS, "lift [m]"]
     assert told.loc[0, ["low", "high"]].tolist() == pytest.approx([8.04, 11.96], abs=1e-3)
+    pd.DataFrame(tidy | {"std_error": [0.6], "common_error": [0.8]}).to_parquet(tmp_path / "table.parquet")
+    told = fibrefit.load_result(tmp_path).to_dataframe()
+    assert told.loc[0, ["low", "high"]].tolist() == pytest.approx([8.04, 11.96], abs=1e-3)

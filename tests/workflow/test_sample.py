@@ -25,7 +25,7 @@ from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
-from fibrefit.workflow.compare import compared, rival_of
+from fibrefit.workflow.compare import compared, refuse_other_readings, rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.prepare import read_records
@@ -180,6 +180,20 @@ def test_models_are_compared_block_by_block(study: Study, sampled: Sampled, kept
     fewer = dataclasses.replace(own, blocks=own.blocks[1:])
     with pytest.raises(UsageError, match="Both must use the same samples"):
         compared(fewer, None, rival, "coloured")
+
+
+def test_a_posterior_of_other_readings_of_the_same_files_is_no_rival(
+    study: Study, sampled: Sampled, kept: Path
+) -> None:
+    rival, problem = rival_of(kept, study), sampled.posterior.density.problem
+    refuse_other_readings(rival, problem)
+    other = {"force": 1.001 * rival.observed["force"]}
+    fewer = {"force": np.where(np.arange(rival.observed["force"].shape[1]) == 7, np.nan, rival.observed["force"])}
+    for changed in (other, fewer):
+        with pytest.raises(UsageError, match="other readings of force"):
+            refuse_other_readings(dataclasses.replace(rival, observed={**rival.observed, **changed}), problem)
+    with pytest.raises(UsageError, match="other readings of position"):
+        refuse_other_readings(dataclasses.replace(rival, observed={"force": rival.observed["force"]}), problem)
 
 
 def test_a_comparison_is_reported(sampled: Sampled, kept: Path, study: Study) -> None:

@@ -29,6 +29,7 @@ from fibrefit.series.together.models import _at_its_mode
 from fibrefit.series.together.search import SpeedSearch
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study
+from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.workflow.outcome.stored import load_result
 from fibrefit.workflow.together.series import SeriesResult, series_study
@@ -100,6 +101,10 @@ def test_the_result_is_for_programs_and_for_persons(lawful: SeriesResult, saved:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(LIFTS) * 3
     assert float(rows[0]["lift [m]"]) == LIFTS[0]
+    # An interval holds what all records share of the error, too.
+    frame = lawful.to_dataframe()
+    half, both = 0.5 * (frame["high"] - frame["low"]), np.hypot(frame["std_error"], frame["common_error"])
+    np.testing.assert_allclose(half, Z_95 * both)
     pandas.testing.assert_frame_equal(
         pandas.read_parquet(saved / "table.parquet"), pandas.read_csv(saved / "table.csv"), rtol=1e-8, check_dtype=False
     )

@@ -50,5 +50,5 @@ def _drawn(curve: FittedCurve, values: np.ndarray, stays: np.ndarray) -> FreeCur
         seconds=tuple(np.bincount(np.clip(places, 0, len(knots) - 1), stays, len(knots)).tolist()),
         acts=None if acts is None else (float(knots[acts[0]]), float(knots[acts[1]])),
         gap_after=float(np.sqrt(curve.hypothesis.fit.cost / samples)),
-        cost=curve.hypothesis.fit.cost - 2.0 * curve.gain,
+        cost=curve.hypothesis.fit.cost,
     )

@@ -123,6 +123,7 @@ def records_of(problem: Problem, local: np.ndarray, batch: Sequence[Choice]) -> 
         times=_times(before, batch),
         conditions=_conditions(before.conditions, batch, len(local) + 1),
         inputs=_driven(before, batch),
+        duration=jnp.array([duration_of(problem.observations.experiment, choice) for choice in batch]),
     )
     of = lambda experiment, r: {name: np.asarray(each)[r] for name, each in experiment.conditions.items()}  # noqa: E731
     values = [

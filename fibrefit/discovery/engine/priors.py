@@ -117,24 +117,25 @@ def with_held(unknowns: Unknowns, place: Place, names: Iterable[str]) -> Unknown
 
 def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
     """Row of `Unknowns`: log, reference, scale, mean, sd, lower, upper."""
-    name = slot.name
+    # Limits that a study sets are kept; whether a value is logarithmic is what it is.
+    name, low, high = slot.name, slot.range.lower, slot.range.upper
     strengths = {f"{effect.name}.{each}" for effect in effects for each in effect.strength}
     typical = declared.typical
     if reference is not None:
         if declared.lower >= 0.0 and reference > VANISHES * abs(typical) and (slot.belief is None or slot.belief.log):
-            limits = [max(-FURTHEST, _log(declared.lower / reference)), min(FURTHEST, _log(declared.upper / reference))]
+            limits = [max(-FURTHEST, _log(low / reference)), min(FURTHEST, _log(high / reference))]
             return True, reference, 1.0, *prior_of(slot.belief, True, reference, 1.0, (0.0, BASE_SD)), *limits
         size = max(abs(typical), abs(reference))
-        limits = [(declared.lower - reference) / size, (declared.upper - reference) / size]
+        limits = [(low - reference) / size, (high - reference) / size]
         return False, reference, size, *prior_of(slot.belief, False, reference, size, (0.0, BASE_SD)), *limits
     spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
     if spans:
-        return True, typical, 1.0, 0.0, SHAPE_SD, _log(declared.lower / typical), _log(declared.upper / typical)
+        return True, typical, 1.0, 0.0, SHAPE_SD, _log(low / typical), _log(high / typical)
     if declared.relative:
-        return True, 1.0, 1.0, 0.0, np.log1p(typical), np.log1p(declared.lower), np.log1p(declared.upper)
+        return True, 1.0, 1.0, 0.0, np.log1p(typical), np.log1p(low), np.log1p(high)
     null = declared.null if name in strengths else typical
     scale = typical - null if name in strengths else (declared.spread or abs(typical) or 1.0)
-    ends = sorted([(declared.lower - null) / scale, (declared.upper - null) / scale])
+    ends = sorted([(low - null) / scale, (high - null) / scale])
     return False, null, scale, 0.0, STRENGTH_SD, *ends
 
 

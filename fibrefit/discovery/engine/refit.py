@@ -74,9 +74,12 @@ class _Map:
         self.scattering = np.array([i for i, name in enumerate(subset.shared) if name in subset.scatter], dtype=int)
         self.sigma = np.array([subset.scatter[subset.shared[i]] for i in self.scattering])
         self.rest = local.copy()
-        ranges = {slot.name: slot.range for slot in supermodel.problem.layout.slots}
-        self.lower = np.array([ranges[name].lower for name in subset.shared])
-        self.upper = np.array([ranges[name].upper for name in subset.shared])
+        slots = {slot.name: slot for slot in supermodel.problem.layout.slots}
+        self.lower = np.array([slots[name].range.lower for name in subset.shared])
+        self.upper = np.array([slots[name].range.upper for name in subset.shared])
+        # What a study states of some records is held in these.
+        self.free = np.array([[slots[name].held(r) is None for name in subset.each] for r in range(self.records)])
+        self.free = self.free.reshape(self.records, len(subset.each))
         self.size = supermodel.sizes((*subset.shared, *subset.each))
 
     def unknowns(self) -> np.ndarray:
@@ -111,6 +114,7 @@ class _Map:
         per[:, self.scattering] *= np.exp(deviations)
         columns = np.r_[:active, self.scattering, active].astype(int)
         per = per[:, columns]
+        per[:, n:active] *= self.free
         per[:, active:-1] *= unknowns[self.scattering]
         grams = changes[:, columns][:, :, columns] * per[:, :, None] * per[:, None, :]
         each = n + np.arange(self.records * len(self.each)).reshape(self.records, -1)

@@ -39,8 +39,7 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
     layout, counts, every = problem.layout, np.repeat(whole, STARTS_AT_ONCE, axis=0), thinning(problem)
     low, high = (np.array([getattr(slot.range, end) for slot, _ in layout.entries]) for end in ("lower", "upper"))
     for number in range(ROUNDS):
-        best = int(np.argmin(starts.cost))
-        values, cost = starts.values[best], float(starts.cost[best])
+        values, cost = starts.best
         places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), number)
         began, width = np.clip(places, low, high), widths(problem, layout.free(values))
         free, active = layout.free(began), np.ones(STARTS_AT_ONCE, dtype=bool)
@@ -52,7 +51,9 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         lower = cost - np.asarray(found.cost).min() > FIT_TOLERANCE
         if not lower and not number:
             return starts
-        starts = _joined(starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found)))
+        starts = with_further_starts(
+            starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found))
+        )
         if not lower:
             break
     return starts
@@ -75,7 +76,7 @@ def _ends(
     )
 
 
-def _joined(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -> Starts:
+def with_further_starts(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -> Starts:
     """The starts with others, that began at `began` ``(n, n_free)``."""
     shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
     with np.errstate(invalid="ignore"):

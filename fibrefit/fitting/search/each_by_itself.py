@@ -84,7 +84,7 @@ def _end(one: Task, search: Callable[[Task], Starts]) -> _End | None:
     if not np.isfinite(found.cost).any():
         return None
     best: _End | None = None
-    for values in (found.values[int(np.argmin(found.cost))], *found.others()):
+    for values in (found.best[0], *found.others()):
         there = optimum(one, values)
         end = _End(there, total(evaluate(one, there.problem, there.local).gap))
         best = end if best is None or end.excess < best.excess else best

@@ -34,7 +34,7 @@ from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unk
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
-from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights, spacing
+from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights, samples_about
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -218,10 +218,10 @@ def _look_at(
 
 def _followed(problem: Problem, view: View, end: PosteriorMode) -> list[int]:
     """Number of samples of each record up to where more is left than errors of inputs leave, half of them at least."""
-    number = counted(problem, _weighted(view).downweight)
+    number, about = counted(problem, _weighted(view).downweight), samples_about(problem, NEARBY)
     left = np.sum(view.residuals(end.local)[0][0] ** 2, axis=1)
-    around = 1 + 2 * round(NEARBY / spacing(problem))
-    lost = uniform_filter1d(left, around) > HOPELESS * np.maximum(uniform_filter1d(number, around), 1.0)
+    power, count = (np.stack(list(map(uniform_filter1d, rows, about))) for rows in (left, number))
+    lost = power > HOPELESS * np.maximum(count, 1.0)
     middle = np.argmax(np.cumsum(number, axis=-1) > 0.5 * number.sum(axis=-1, keepdims=True), axis=-1)
     first = np.where(lost.any(axis=-1), np.argmax(lost, axis=-1), 0)
     is_far = left.sum(axis=-1) > HOPELESS * number.sum(axis=-1)

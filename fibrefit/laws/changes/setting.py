@@ -27,7 +27,7 @@ class Setting(FibreLaw):
     name: ClassVar[str] = "fibre.setting"
     memory: ClassVar[tuple[str, ...]] = ("stretching",)
     setting: jax.Array = quantity(
-        "-", "growth of the free length over the path of stretching", 2e-3, lower=-0.1, upper=0.5, symbol="x"
+        "-", "growth of the free length over the path of stretching", 2e-3, lower=0.0, upper=0.5, symbol="x"
     )
 
     def tension(self, stiffness: jax.Array, stretch: jax.Array, rate: jax.Array, memory: Memory) -> jax.Array:

@@ -87,10 +87,15 @@ def moves(rates: np.ndarray, times: np.ndarray) -> np.ndarray:
     rates : (n_record, n_time) in m/s
     times : (n_record, n_time) in s
     """
-    width = 2 * round(0.5 * AVERAGED / float(times[0, 1] - times[0, 0])) + 1
-    size = np.abs(uniform_filter1d(rates, width, axis=1, mode="nearest"))
-    fast = size > CREEPS * size.max(axis=1, keepdims=True)
-    return minimum_filter1d(maximum_filter1d(fast, width, axis=1), width, axis=1)
+    return np.stack([_moves(rate, float(time[1] - time[0])) for rate, time in zip(rates, times, strict=True)])
+
+
+def _moves(rates: np.ndarray, step: float) -> np.ndarray:
+    width = 2 * round(0.5 * AVERAGED / step) + 1
+    size = np.abs(uniform_filter1d(rates, width, mode="nearest"))
+    fast = size > CREEPS * size.max()
+    found: np.ndarray = minimum_filter1d(maximum_filter1d(fast, width), width)
+    return found
 
 
 def _known(moved: Moved) -> dict[str, np.ndarray]:

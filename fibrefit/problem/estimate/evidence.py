@@ -138,7 +138,7 @@ def laplace_evidence(
         evidence = _as_seen(evidence, seen)
         best = int(np.argmax(evidence.weight))
         if best in seen:
-            return _as_seen(seen[best], seen)
+            return _as_seen(seen[best], seen, float(seen[best].logs[best]))
         # Standard deviations are priors: what the records say of a place stays what it was.
         at, sigma = found, evidence.grid[best]
     best = max(seen, key=lambda i: float(seen[i].logs[i]))

@@ -135,7 +135,7 @@ def wave_numbers(noise: Noise, durations: np.ndarray) -> np.ndarray:
     number = max(min(int(2.0 * FASTEST * durations.max()), MOST) // COSINES, 1) * COSINES
     runs = [np.tile(np.arange(number), (len(durations), 1))]
     width = -(-int(4.0 * LINE_WIDTH * durations.max()) // COSINES) * COSINES
-    for place in (place for place, _ in noise.lines if 2.0 * place * durations.min() > number):
+    for place in (place for place, _ in noise.lines if 2.0 * place * durations.max() > number):
         middle = np.round(2.0 * place * durations).astype(int)
         runs.append(np.maximum(middle - width // 2, number)[:, None] + np.arange(width))
     return np.concatenate(runs, axis=1)

@@ -56,7 +56,8 @@ def downweights(
         predicted = np.stack(for_each(np.matmul, flat, sensitivities))
         missed = np.maximum(missed, np.abs(there - here - predicted.reshape(here.shape)))
     missed = np.where(np.isfinite(missed), missed, np.inf)
-    missed = maximum_filter1d(missed, 1 + 2 * round(NEARBY / spacing(problem)), axis=-1)
+    about = samples_about(problem, NEARBY)
+    missed = np.stack([maximum_filter1d(one, size, axis=-1) for one, size in zip(missed, about, strict=True)])
     sizes = for_each(_size, sensitivities, [None] * len(here) if roots is None else roots)
     strength = np.stack(sizes).reshape(here.shape)
     return 1.0 / np.sqrt((1.0 + (missed / MISSED) ** 4) * (1.0 + (strength / STRONG) ** 4))
@@ -83,7 +84,9 @@ def counted(problem: Problem, downweight: np.ndarray | float = 1.0) -> np.ndarra
     return np.sum(seen * np.square(downweight), axis=1)
 
 
-def spacing(problem: Problem) -> float:
-    """Time between samples in s."""
-    times = np.asarray(problem.observations.experiment.times[0])
-    return float(np.median(np.diff(times[: int(np.asarray(problem.observations.experiment.count)[0])])))
+def samples_about(problem: Problem, reach: float) -> list[int]:
+    """Samples of each record within a `reach` [s] of one of them, it among them."""
+    experiment = problem.observations.experiment
+    counts = np.asarray(experiment.count)
+    steps = [np.median(np.diff(times[:n])) for times, n in zip(np.asarray(experiment.times), counts, strict=True)]
+    return [1 + 2 * round(reach / float(step)) for step in steps]

@@ -190,7 +190,11 @@ def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
     frequency, power = (np.concatenate(parts) for parts in zip(*(periodogram(*p) for p in pieces), strict=True))
     near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < BESIDE_MAINS
     white, pink = whittle(frequency[~near_mains], power[~near_mains])
-    line = sum(_line_variance(*piece) * len(piece[0]) for piece in pieces) / sum(len(p[0]) for p in pieces)
+    # A piece that is too short for a line says nothing of one.
+    told = [
+        (_line_variance(values, rate), len(values)) for values, rate in pieces if len(values) / rate > SHORTEST_LINE
+    ]
+    line = sum(variance * number for variance, number in told) / max(sum(number for _, number in told), 1)
     return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
 
 
@@ -261,11 +265,10 @@ def _misfit(logs: np.ndarray, shape: np.ndarray, power: np.ndarray, floor: float
 
 def _line_variance(values: np.ndarray, rate: float) -> float:
     """Variance of a sinusoid at the stronger mains frequency, less what white noise would show."""
-    n, t = len(values), np.arange(len(values)) / rate
-    found = []
+    found, t = [], np.arange(len(values)) / rate
     for line in MAINS:
         wave = np.exp(-2j * np.pi * line * t)
         amplitude = 2.0 * abs(np.mean((values - values.mean()) * wave))
         beside = [2.0 * abs(np.mean((values - values.mean()) * wave * np.exp(2j * np.pi * d * t))) for d in (-12, 12)]
         found.append(max(0.0, 0.5 * (amplitude**2 - np.mean(np.square(beside)))))
-    return float(max(found)) if n / rate > SHORTEST_LINE else 0.0
+    return float(max(found))

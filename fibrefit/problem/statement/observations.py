@@ -69,6 +69,7 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observ
             name: Signals(*(_stacked([_padded(t.inputs[name][:, i], size) for t in traces]) for i in (0, 1)))
             for name in traces[0].inputs
         },
+        duration=_stacked([float(trace.times[-1] - trace.times[0]) for trace in traces]),
     )
     channels = traces[0].channels
     return Observations(

@@ -62,7 +62,8 @@ class Guide(eqx.Module):
         level = self.friction
         for law in self.laws:
             level = level + law.friction(self.friction, direction, velocity, now.tension) + law.roughness(now.position)
-        return level
+        # Laws that each leave a level may leave none together: friction never drives.
+        return jnp.where(level < 0.0, 0.0, level)
 
     def single_valued(self, position: jax.Array, velocity: jax.Array) -> jax.Array:
         """Sum of the forces that need no mode, in N; positive opposes motion in the + direction."""

@@ -104,7 +104,7 @@ class FreeCurve(Part):
     gap_after: float = Field(description="With the curve in the model.")
     cost: Known = Field(
         default=None,
-        description="Sum of squared residuals over the noise, and what chance gives to so many knots.",
+        description="Sum of squared residuals over the noise, with the curve in the model.",
     )
     law: tuple[float, ...] | None = Field(default=None, description="Heights of the law proposed in its place.")
 

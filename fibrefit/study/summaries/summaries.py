@@ -191,7 +191,10 @@ class StatisticsSummary(Part):
 
     samples: int = Field(description="Samples that count, of all channels.")
     free_values: int = Field(description="Values that were fitted, those of single records included.")
-    chi_square: float = Field(description="Sum of the squared residuals in units of the noise.")
+    chi_square: float = Field(
+        description="Sum of the squared residuals in units of the noise. Where inputs have errors, "
+        "samples of which the problem linearised in these tells little count less."
+    )
     bic: Known = Field(
         default=None,
         description="Bayesian information criterion, chi-square + free values * ln(samples): for models of the same "

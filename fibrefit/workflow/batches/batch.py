@@ -227,7 +227,6 @@ def batch_studies(
                 errors[job.name] = _error_line(done.error)
             counts[NOT_POSSIBLE if done.error else done.outcome.status] += 1
             follow(*_progress_line(counts, len(jobs), counts.total() - before, time.perf_counter() - began))
-    _forget(place for job, place in places.items() if job.name in errors)  # what an earlier run kept of them
     items, read = _all_of(places, errors)
     done_before = before - len(refused or {})
     return Batch(name, tuple(jobs), items, conditions, time.perf_counter() - began, done_before, read)
@@ -246,7 +245,10 @@ def forget_others(folder: Path, jobs: Sequence[Job]) -> None:
     from fibrefit.plots.save import file_names
 
     kept = set(file_names([job.name for job in jobs]))
-    _forget(place for place in (folder / ITEMS).glob("*") if place.name not in kept)
+    # A study that cannot be read now is one job: what its records took is still theirs once it can.
+    whole = tuple(f"{name}_" for name in file_names([job.name for job in jobs if job.record is None]))
+    places = (place for place in (folder / ITEMS).glob("*") if not place.name.startswith(whole))
+    _forget(place for place in places if place.name not in kept)
 
 
 def _forget(places: Iterable[Path]) -> None:

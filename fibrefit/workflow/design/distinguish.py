@@ -144,5 +144,5 @@ def _beyond_noise(fit: Identification) -> tuple[tuple[str, ...], float]:
     if gap <= NOISE_LIKE * fit.expected_gap:
         return (), 1.0
     times = gap * max(fit.error_inflation, 1.0)
-    said = f"The normalised residual RMS is {gap:.3g}, expected 1, which drowns weak effects: detection limits are "
-    return (f"{said}{times:,.0f} times those under noise alone.",), times**2
+    said = f"The normalised residual RMS is {gap:.3g}, expected {fit.expected_gap:.3g}, which drowns weak effects"
+    return (f"{said}: detection limits are {times:,.0f} times those under noise alone.",), times**2

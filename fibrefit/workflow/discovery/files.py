@@ -159,7 +159,7 @@ def _curves(curves: Sequence[d.FreeCurve]) -> dict[str, Variable]:
         "cost": Variable(
             np.array([curve.cost for curve in curves], dtype=float),
             ("curve",),
-            doc="Sum of squared residuals over the noise, and what chance gives to so many knots.",
+            doc="Sum of squared residuals over the noise, with the curve in the model.",
         ),
         "curve_of": Variable(np.repeat(np.arange(len(curves)), sizes), ("value",), doc="Curve it belongs to."),
         "knot": knots("knots", "`unit`", "Value of the variable"),

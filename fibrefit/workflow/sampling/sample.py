@@ -24,7 +24,7 @@ from fibrefit.sampling.settings import AS_A_FIT, Settings
 from fibrefit.store.summary import files_of_result, provenance
 from fibrefit.study import PriorSetting, Study, as_study
 from fibrefit.study.summaries.summaries import PosteriorSummary
-from fibrefit.workflow.compare import rival_of
+from fibrefit.workflow.compare import refuse_other_readings, rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of, task_to_fit
@@ -300,6 +300,8 @@ def sample_study(
     task = task_to_fit(study, task_of(study, records))
     settings.walkers_for(number_of_coordinates(task, options.heavy))  # refused before the fit, not after it
     rivals = tuple(rival_of(Path(rival), study) for rival in options.compare)
+    for rival in rivals:
+        refuse_other_readings(rival, task.problem)
     stated = _stated(study, task)
     kept = None if folder is None else Path(folder)
     begun = begin(digest_of(study, records), task, start, settings.seed, kept, on_progress)

@@ -65,7 +65,8 @@ def _parameter(name: str, unit: str, items: Sequence[BatchItem]) -> Quantity:
     # Priors are those of the study: an error of theirs is no difference between records, and none of them averages it.
     own = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
     own = np.where(own > NOTHING_OWN * errors, own, np.nan)
-    told = common[np.isfinite(common)]
+    # One that holds the value, or has none, says nothing of what the others share.
+    told = common[np.isfinite(own)] if np.isfinite(own).any() else common[np.isfinite(common)]
     return Quantity(name, unit, values, own, float(np.median(told)) if len(told) else 0.0)
 
 

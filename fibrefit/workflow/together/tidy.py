@@ -49,7 +49,9 @@ def tidy_rows(
     conditions: Sequence[Quantity],
     shrunk: Mapping[str, Mapping[str, Measure]],
 ) -> list[dict[str, object]]:
-    """One row a record and parameter: value, error, unit, every condition, and errors of those that have one.
+    """One row a record and parameter: value, errors, unit, every condition, and errors of those that have one.
+
+    The standard error is that of the record alone; the common one is the same in all of them.
 
     Parameters
     ----------
@@ -66,6 +68,7 @@ def tidy_rows(
             "parameter": parameter.name,
             "value": float(parameter.values[r]),
             "std_error": float(parameter.errors[r]),
+            "common_error": parameter.common,
             "unit": parameter.unit,
             **_drawn(shrunk.get(name, {}).get(parameter.name)),
             **{headed(one.name, one.unit): float(one.values[r]) for one in conditions},
