@@ -56,6 +56,7 @@ REASONS: dict[str, dict[str, str]] = {
     "records.build": {"1e-09": ROUNDING},
     "records.stamps": {"1000000.0": FORM},
     "records.clock.timebase": {"0.05": START},
+    "records.files.arrays.values": {"_DAY": FORM},
     "records.clock.wall_clock": {"_HOUR": FORM, "_DAY": FORM, "0.001": FORM},
     "records.columns.damage": {"1e-300": ROUNDING},
     "records.files.block": {"_LONG": WORK},

@@ -113,3 +113,15 @@ _STEERING = {
     )
 }
 """Control characters (C0 without line feed and tab, DEL, C1) and the marks of direction of Unicode."""
+
+
+def or_others(name: str, alike: Iterable[Sequence[str]]) -> str:
+    """A name with those that records do not tell from it: ``guide.viscous_friction (or drive.play)``.
+
+    Parameters
+    ----------
+    alike : iterable of sequence of str
+        Names that are not distinguished.
+    """
+    others = [other for names in alike if name in names for other in names if other != name]
+    return f"{name} (or {', or '.join(dict.fromkeys(others))})" if others else name

@@ -130,6 +130,9 @@ def _intervals(axes: Axes, name: str, estimate: ParameterSummary, chosen: str) -
     if estimate.plain_error is not None and estimate.plain_value is not None:
         reach = Z_95 * estimate.plain_error
         rows.append(("not whitened (OLS)", estimate.plain_value - reach, estimate.plain_value + reach, False))
+    if estimate.interval_95 is not None:
+        # A bound may cut it short.
+        rows = [(words, *(estimate.interval_95 if own else (low, high)), own) for words, low, high, own in rows]
     if (words := ITSELF.get(estimate.interval_kind)) and estimate.interval_95 is not None:
         rows = [(*row[:3], False) for row in rows] + [(words, *estimate.interval_95, True)]
     unit, worth = readable_unit(np.array([estimate.value]), estimate.unit)

@@ -99,7 +99,8 @@ class Fitted:
 
     def worst(self, most: int) -> list[int]:
         """Records that are explained worst, in their order."""
-        sizes = [self.record_gaps[name].total or 0.0 for name in self.records]
+        # One that cannot be simulated is explained worst of all.
+        sizes = [np.inf if (total := self.record_gaps[name].total) is None else total for name in self.records]
         return sorted(sorted(range(len(sizes)), key=lambda r: -sizes[r])[:most])
 
     def conditions(self, record: int) -> str:

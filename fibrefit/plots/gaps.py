@@ -29,6 +29,7 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
+from fibrefit.study.summaries.summaries import Gap
 
 ROW, BETWEEN = 5.0, 6.0
 """Height of a record, two lines of small text, and room between channels for the end of a number, in mm."""
@@ -56,7 +57,7 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     names = list(after)
     channels = [channel for channel in summary.gap.channels if summary.gap.ratio_of(channel) is not None]
     columns: dict[str, dict[str, Pair]] = {
-        channel: {name: (before[name].ratio_of(channel) or 0.0, after[name].ratio_of(channel) or 0.0) for name in names}
+        channel: {name: (_known(before[name], channel), _known(after[name], channel)) for name in names}
         for channel in channels
     }
     if summary.held_out:
@@ -64,8 +65,9 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     left = 5.0 + LETTER * min(max(map(len, names)), LONGEST_BESIDE_AXES)
     figure = new_figure(TOP + BOTTOM + ROW * len(names))
     noise = summary.expected_gap or 1.0
-    totals = before["all records"].total or 0.0, summary.gap.total or 0.0
-    said = from_to(*totals, ".2f") if changed else f"is {totals[1]:.2f}"
+    then, now = before["all records"].total, summary.gap.total
+    said = "is not known" if now is None else f"is {now:.2f}"
+    said = from_to(then, now, ".2f") if changed and then is not None and now is not None else said
     title(
         figure,
         f"The gap of all records {said}; {noise:.2f} is expected of noise alone",
@@ -83,6 +85,12 @@ def gap_figure(summary: DiscoverySummary) -> Figure:
     return figure
 
 
+def _known(gap: Gap, channel: str) -> float:
+    """Gap of a channel; what is not known is not drawn."""
+    found = gap.ratio_of(channel)
+    return np.nan if found is None else found
+
+
 def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float) -> None:
     there = [(row, *pair) for row, pair in enumerate(pairs) if pair is not None]
     rows, before, after = (np.array(column) for column in zip(*there, strict=True))
@@ -94,10 +102,10 @@ def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float
     axes.plot(
         after, rows, linestyle="none", marker="o", markersize=4.0, color=FINAL, label="after" if changed else "gap"
     )
-    largest = float(np.max(np.maximum(before, after)))
+    largest = float(np.nanmax([noise, *before, *after]))
     if largest > WIDE:
         logarithmic(axes, "x")
-        least = np.concatenate([before, after, [noise]])
+        least = np.nan_to_num(np.concatenate([before, after, [noise]]))
         axes.set_xlim(0.8 * min(1.0, float(least[least > 0.0].min())), 1.25 * largest)
     else:
         axes.set_xlim(0.0, max(1.08 * largest, 1.5))
@@ -126,11 +134,9 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     figure = new_figure(TOP + BOTTOM + ROW * len(shown))
     best = min(ranking, key=lambda one: one.gap_after)
     said = f"{best.effect} leaves the smallest gap of all effects tried: {best.gap_after:.2f}"
-    more = (
-        f"; and {ranked.others} more {'with less evidence' if ranked.gain else 'that gain nothing'}"
-        if ranked.others
-        else ""
-    )
+    gain = "gains" if ranked.others == 1 else "gain"
+    rest = "with less evidence" if ranked.gain else f"that {gain} nothing"
+    more = f"; and {ranked.others} more {rest}" if ranked.others else ""
     title(figure, said, f"gaps of the search, where all models are fitted in one noise{more}")
     across, up = figure.get_size_inches() * 25.4
     axes = axes_at(figure, left, BOTTOM, across - left - NUMBERS, up - TOP - BOTTOM)

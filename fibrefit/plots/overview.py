@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import or_others
 from fibrefit.core.units import shown_unit, typeset_unit
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line
@@ -98,7 +99,7 @@ def _verdict(summary: FitResultSummary) -> str:
             return VERDICTS[summary.status]
         return LACKS[summary.bars_allow] if leaves_more(summary.checks) else DOUBTED
     if summary.verdict == "named":
-        return f"The model lacked {' and '.join(summary.added)}"
+        return f"The model lacked {' and '.join(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
     if summary.verdict == "nothing_missing":
         return "Nothing is missing: the model explains these records down to their noise"
     if summary.verdict == "not_trusted":
@@ -234,9 +235,11 @@ def _values(figure: Figure, values: Sequence[tuple[str, ParameterSummary]], top:
 def _gaps(figure: Figure, final: Fitted, first: Fitted | None, top: float, height: float) -> None:
     """Gap of each record before and after, those that are explained worst on top."""
     up = figure.get_size_inches()[1] * 25.4
-    totals = {name: gap.total or 0.0 for name, gap in final.record_gaps.items()}
-    before = {name: gap.total or 0.0 for name, gap in first.record_gaps.items()} if first else totals
-    names = sorted(totals, key=lambda name: -before[name])[:MOST_GAPS]
+    totals = {name: np.nan if gap.total is None else gap.total for name, gap in final.record_gaps.items()}
+    before = (
+        {name: np.nan if g.total is None else g.total for name, g in first.record_gaps.items()} if first else totals
+    )
+    names = sorted(totals, key=lambda name: -np.nan_to_num(before[name], nan=np.inf))[:MOST_GAPS]
     figure.text(100.0 / WIDTH, top / up, "Gap by record", fontsize=USUAL, fontweight="bold", va="top")
     axes = axes_at(figure, 140.0, top - height - LINE, WIDTH - 140.0 - RIGHT, height)
     rows = np.arange(len(names))
@@ -247,7 +250,9 @@ def _gaps(figure: Figure, final: Fitted, first: Fitted | None, top: float, heigh
     axes.plot([totals[name] for name in names], rows, "o", color=FINAL, markersize=3)
     axes.set_yticks(rows, [cut_name(name) for name in names])
     axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.1 * max(1.2, *(max(before[name], totals[name]) for name in names)))
+    axes.set_xlim(
+        0.0, 1.1 * float(np.nanmax([1.2, *(size for name in names for size in (before[name], totals[name]))]))
+    )
     axes.tick_params(axis="y", length=0)
     label(axes, x="residual RMS / noise")
 

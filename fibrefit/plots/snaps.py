@@ -37,7 +37,9 @@ def snap_figures(fitted: Fitted, taut: tuple[int, ...]) -> Iterator[Figure]:
         return
     contacts = [(r, contact) for r in range(len(fitted.records)) if (contact := first_contact(fitted, r, taut))]
     for first in range(0, len(contacts), ROWS):
-        yield _figure(fitted, gauge, contacts[first : first + ROWS])
+        shown = contacts[first : first + ROWS]
+        which = "each record" if len(shown) == len(fitted.records) else f"{len(shown)} of {len(fitted.records)} records"
+        yield _figure(fitted, gauge, shown, which)
 
 
 def first_contact(fitted: Fitted, record: int, taut: tuple[int, ...]) -> tuple[int, int | None] | None:
@@ -51,11 +53,11 @@ def first_contact(fitted: Fitted, record: int, taut: tuple[int, ...]) -> tuple[i
     return start, start + int(slack[0]) if slack.size else None
 
 
-def _figure(fitted: Fitted, gauge: int, contacts: list[tuple[int, tuple[int, int | None]]]) -> Figure:
+def _figure(fitted: Fitted, gauge: int, contacts: list[tuple[int, tuple[int, int | None]]], which: str) -> Figure:
     figure = new_figure(TOP + BOTTOM + len(contacts) * (HEIGHT + ABOVE) - ABOVE)
     title(
         figure,
-        "How the model follows the first contact of each record: take-up and release",
+        f"How the model follows the first contact of {which}: take-up and release",
         "dots: measured samples; line: simulated; dashed: the instant at which the simulated fibre goes taut or slack",
     )
     up = figure.get_size_inches()[1] * 25.4

@@ -153,6 +153,10 @@ def _remark(curve: _Curve) -> str:
     up, down = (
         np.where(curve.branches[way].overturned, np.nan, curve.branches[way].amplitude) for way in ("up", "down")
     )
+    one_way = np.flatnonzero(np.isnan(up) != np.isnan(down))
+    if one_way.size:
+        way = "below" if np.isnan(up[one_way[0]]) else "above"
+        return f"at {curve.frequencies[one_way[0]]:.3g} Hz it overturns coming from {way} alone"
     apart = np.nan_to_num(np.abs(down - up))
     most = int(np.argmax(apart))
     if apart[most] > OTHER_MOTION * max(up[most], down[most]):

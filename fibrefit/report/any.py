@@ -54,7 +54,9 @@ def sentence_of(summary: Part) -> str:
 
 def _compared(summary: DistinguishSummary) -> str:
     seen = sum(one.smallest_detectable is not None for one in summary.effects)
-    return f"{seen} of {len(summary.effects)} effects would show; {len(summary.cannot_tell_apart)} pairs are confounded"
+    pairs = len(summary.cannot_tell_apart)
+    confounded = f"{pairs} {'pair is' if pairs == 1 else 'pairs are'} confounded"
+    return f"{seen} of {len(summary.effects)} effects would show; {confounded}"
 
 
 def _counted(summary: BatchSummary) -> str:

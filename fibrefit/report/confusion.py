@@ -32,6 +32,7 @@ def distinguish_report(summary: DistinguishSummary) -> str:
     heading = "Confounded pairs: |cosine| of their sensitivities (1: not separable)"
     lines += ["", heading, "-" * len(heading)]
     lines += [f"{cosine:.3f}  {first} / {second}" for first, second, cosine in pairs[:MOST_PAIRS]]
+    lines += [f"and {len(pairs) - MOST_PAIRS} more" for _ in pairs[MOST_PAIRS : MOST_PAIRS + 1]]
     if not pairs:
         lines.append(f"No two effects have sensitivities of |cosine| {CONFOUNDED:g} or more.")
     if summary.best_further_record is not None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.shown import from_to
+from fibrefit.core.shown import from_to, or_others
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
@@ -32,8 +32,10 @@ from fibrefit.report.text import (
     earlier_value,
     input_noise,
     parameter_row,
-    population_sentence,
+    quantity_text,
+    said_of_values,
     size_of,
+    tables_by_record,
     with_error,
 )
 from fibrefit.report.text_plot import WIDTH as ACROSS
@@ -122,7 +124,7 @@ def _in_short(names: Sequence[str]) -> str:
 def verdict_line(summary: DiscoverySummary) -> str:
     """The verdict in one line, e.g. ``NAMED: guide.viscous_friction``."""
     if summary.verdict == "named":
-        return f"NAMED: {' and '.join(_or_others(name, summary) for name in summary.added)}"
+        return f"NAMED: {' and '.join(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
     if summary.verdict == "unexplained":
         if summary.proposed_law is not None:
             return f"UNEXPLAINED: {_asked_for(summary.proposed_law)}"
@@ -136,11 +138,6 @@ def verdict_line(summary: DiscoverySummary) -> str:
 def _asked_for(law: ProposedLawSummary) -> str:
     """What the records ask for, in words."""
     return f"the records ask for {law.says[:1].lower()}{law.says[1:].rstrip('.')}"
-
-
-def _or_others(name: str, summary: DiscoverySummary) -> str:
-    others = [other for names in summary.cannot_tell_apart if name in names for other in names if other != name]
-    return f"{name} (or {', or '.join(dict.fromkeys(others))})" if others else name
 
 
 def _opening(summary: DiscoverySummary) -> str:
@@ -203,7 +200,11 @@ def _law(summary: DiscoverySummary) -> list[str]:
     law = summary.proposed_law
     if law is None:
         return []
-    rows = [(one.symbol, name, *with_error(one.value, one.std_error, one.unit)) for name, one in law.parameters.items()]
+    rows = [
+        (one.symbol, name, value, error, "" if unit == "-" else unit)
+        for name, one in law.parameters.items()
+        for value, error, unit in [with_error(one.value, one.std_error, one.unit)]
+    ]
     shown = [f"    {law.expression}", "", *table(("", "", "value", "+/-", "unit"), rows, right={2, 3}), ""]
     first, *others = law_sentences(law)
     return [paragraph(first), "", *shown, *map(paragraph, others)]
@@ -211,11 +212,8 @@ def _law(summary: DiscoverySummary) -> list[str]:
 
 def law_sentences(law: ProposedLawSummary) -> list[str]:
     """What is said of a law that was composed: how it does first, then what its equation and its file are."""
-    numbers = (with_error(one.value, one.std_error, one.unit) for one in law.parameters.values())
-    told = (
-        f"{one.symbol} = {value}{f' +/- {error}' if error else ''} {unit}"
-        for one, (value, error, unit) in zip(law.parameters.values(), numbers, strict=True)
-    )
+    numbers = law.parameters.values()
+    told = (f"{one.symbol} = {quantity_text(one.value, one.std_error, one.unit)}" for one in numbers)
     said = f"No catalogued effect does it; {_asked_for(law)}, {', '.join(told)}. "
     said += f"With it, the gap {from_to(law.gap_before, law.gap_after, '.3g')} "
     said += f"(logarithm of the Bayes factor {law.evidence:.3g}"
@@ -259,7 +257,8 @@ def _curves(summary: DiscoverySummary) -> list[str]:
     errors = [error / size for error in best.std_errors if error is not None]
     said = f"{best.says[:1].upper()}{best.says[1:]}: with it, the gap is {best.gap_after:.2f}."
     if errors:
-        said += f" The heights are good to {np.median(errors):.2g} {high} (median standard error)."
+        good = f"{np.median(errors):.2g} {high}".removesuffix(" -")
+        said += f" The heights are good to {good} (median standard error)."
     lines = [paragraph(said), *text_plot(f"{best.variable} / {unit}", high, x / worth, np.zeros(ACROSS), heights), ""]
     others = [(shortened(curve.says, LONGEST_CURVE), f"{curve.gap_after:.3f}") for curve in curves[1:]]
     return lines + table(("other curves", "gap after"), others, right={1})
@@ -342,7 +341,8 @@ def _candidates(ranking: Sequence[Candidate], added: str | None = None) -> list[
 
 def others_listed(ranked: ListedCandidates) -> str:
     """What is said of candidates that are not listed one by one."""
-    return f"and {ranked.others} more {'with less evidence' if ranked.gain else 'that gain nothing'}"
+    gain = "gains" if ranked.others == 1 else "gain"
+    return f"and {ranked.others} more {'with less evidence' if ranked.gain else f'that {gain} nothing'}"
 
 
 def evidence_text(candidate: Candidate) -> str:
@@ -362,9 +362,7 @@ def _candidate_rows(candidate: Candidate) -> list[tuple[str, ...]]:
 
 def _value(parameter: ParameterSummary) -> str:
     """A value with its error; the name is left out, the unit tells."""
-    value, error, unit = with_error(parameter.value, parameter.std_error, parameter.unit)
-    shown = "" if unit == "-" else f" {unit}"
-    return f"{value} +/- {error}{shown}" if error else f"{value}{shown}"
+    return quantity_text(parameter.value, parameter.std_error, parameter.unit)
 
 
 def alike_sentence(names: Sequence[str]) -> str:
@@ -388,4 +386,4 @@ def _parameters(summary: DiscoverySummary) -> list[str]:
     # A name beside the columns would push them over the edge.
     for i, effect in reversed(headings.items()):
         lines.insert(i + 1, effect)
-    return lines + [paragraph(said) for said in filter(None, [population_sentence(summary.parameters)])]
+    return [*lines, *tables_by_record(summary), *map(paragraph, said_of_values(summary))]

@@ -26,13 +26,13 @@ def plan_report(summary: PlanSummary) -> str:
     if summary.rivals and summary.ahead is not None:
         ahead, behind = summary.rivals if summary.ahead >= 0.0 else summary.rivals[::-1]
         first += (
-            f" The {len(summary.records)} at hand make {ahead} more probable than {behind} by "
-            f"{abs(summary.ahead):.2g} nats; beyond 5 they are told apart."
+            f" {_at_hand(summary, 'make')} {ahead} more probable than {behind} by {abs(summary.ahead):.2g} nats; "
+            "beyond 5 they are told apart."
         )
     elif summary.rivals and summary.probability_distinguished_now is not None:
         first += (
-            f" The {len(summary.records)} at hand tell {summary.rivals[0]} from {summary.rivals[1]} with a probability "
-            f"of {shown_probability(summary.probability_distinguished_now)} %."
+            f" {_at_hand(summary, 'tell')} {summary.rivals[0]} from {summary.rivals[1]} with a probability of "
+            f"{shown_probability(summary.probability_distinguished_now)} %."
         )
     parts = [
         titled(summary.study),
@@ -84,3 +84,8 @@ def _resolved(one: FurtherRecord) -> str:
 
 def _mean(factors: dict[str, float]) -> float:
     return math.exp(sum(math.log(factor) for factor in factors.values()) / len(factors))
+
+
+def _at_hand(summary: PlanSummary, verb: str) -> str:
+    number = len(summary.records)
+    return f"The one at hand {verb}s" if number == 1 else f"The {number} at hand {verb}"

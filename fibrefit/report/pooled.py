@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from fibrefit.core.units import format_number, shown_unit
 from fibrefit.report.layout import decimals_of, items, table
-from fibrefit.report.text import with_error
+from fibrefit.report.text import quantity_text
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
@@ -50,12 +50,16 @@ def trend_lines(trends: Sequence[TrendSummary]) -> list[str]:
 
 def trend_sentences(trends: Sequence[TrendSummary]) -> list[str]:
     """The same, each in a sentence."""
-    significant = [one for one in trends if one.chance_corrected < SIGNIFICANT][:MOST_TRENDS]
-    said = [_trend(one) for one in significant]
+    significant = [one for one in trends if one.chance_corrected < SIGNIFICANT]
+    said = [_trend(one) for one in significant[:MOST_TRENDS]]
+    if further := significant[MOST_TRENDS:]:
+        said.append(f"Further trends that are more than chance: {len(further)}.")
     outliers = dict.fromkeys(outlier.record for one in trends for outlier in one.outliers)
     said += [
         f"{record} does not follow the others: {_outlying(record, trends)}." for record in list(outliers)[:MOST_TRENDS]
     ]
+    if others := list(outliers)[MOST_TRENDS:]:
+        said.append(f"Further records that do not follow the others: {len(others)}.")
     if not significant and trends:
         said.append(f"None of {len(trends)} looks shows more than chance, corrected for all of them.")
     return said
@@ -84,8 +88,8 @@ def _listed(trends: Sequence[TrendSummary]) -> str:
 def _trend(one: TrendSummary) -> str:
     counted = "record" if one.condition == BY_ORDER else one.condition_unit
     per = "" if counted == "-" else f" per {counted}"
-    value, error, unit = with_error(one.slope, one.slope_error, one.unit)
+    slope = quantity_text(one.slope, one.slope_error, one.unit)
     return (
-        f"{one.parameter} over {one.condition.replace('_', ' ')}: {value} +/- {error} {unit}{per} "
+        f"{one.parameter} over {one.condition.replace('_', ' ')}: {slope}{per} "
         f"({one.records} records, probability by chance {one.chance_corrected:.2g})."
     )

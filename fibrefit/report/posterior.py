@@ -10,7 +10,8 @@ from scipy.special import ndtri, stdtrit
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
-from fibrefit.report.text import between_sentence, rows_of, with_error
+from fibrefit.report.sentences.alike import between_sentence
+from fibrefit.report.text import rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K, PRIOR_MATTERS
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.held_against import ComparedModel

@@ -101,5 +101,4 @@ def _values(summary: PredictionSummary) -> list[str]:
 
 
 def _parameter(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
-    row = parameter_row(name, parameter)
-    return (*row[:4], "" if parameter.interval_95 is None and parameter.std_error else row[4])
+    return parameter_row(name, parameter)

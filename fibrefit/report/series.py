@@ -6,7 +6,7 @@ from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
-from fibrefit.report.text import MOST_RECORDS, with_error
+from fibrefit.report.text import MOST_RECORDS, quantity_text, with_error
 from fibrefit.study.summaries.series import SeriesSummary
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -65,13 +65,14 @@ def _value(name: str, one: ParameterSummary) -> tuple[str, ...]:
     return name, value, error, "" if unit == "-" else unit
 
 
+def _number(one: ParameterSummary) -> str:
+    return "not determined" if one.std_error is None else quantity_text(one.value, one.std_error, one.unit)
+
+
 def _laws(summary: SeriesSummary) -> list[str]:
     rows = []
     for law in summary.laws[:LAWS_LISTED]:
-        said = [
-            f"{name.rpartition('.')[2]} {one.value:.3g} +/- {one.std_error or 0.0:.1g}"
-            for name, one in law.parameters.items()
-        ]
+        said = [f"{name.rpartition('.')[2]} {_number(one)}" for name, one in law.parameters.items()]
         said = said or ["predicted by linearisation, not fitted"] * law.linearised
         rows.append((law.parameter, law.form, f"{law.log_bayes_factor:.4g}", said[0] if said else ""))
         rows += [("", "", "", one) for one in said[1:]]

@@ -22,13 +22,11 @@ from fibrefit.report.layout import (
     table,
     titled,
 )
-from fibrefit.report.sentences.alike import taken_alike_sentence
+from fibrefit.report.sentences.alike import between_sentence, taken_alike_sentence
 from fibrefit.report.sentences.minima import multistart_sentence
-from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
 from fibrefit.study.summaries.summaries import (
-    BetweenRecordsSummary,
     ChannelGap,
     ConditionSummary,
     FitResultSummary,
@@ -151,6 +149,12 @@ def with_error(value: float, error: float | None, unit: str) -> tuple[str, str, 
     return f"{value:.{decimals}f}", f"{error / worth:.{decimals}f}", chosen
 
 
+def quantity_text(value: float, error: float | None, unit: str) -> str:
+    """``14.69 +/- 0.03 kN/m``; a pure number has no unit, and what has no error bar none."""
+    shown, bar, chosen = with_error(value, error, unit)
+    return f"{shown}{f' +/- {bar}' if bar else ''}{'' if chosen == '-' else f' {chosen}'}"
+
+
 def _found(summary: FitResultSummary) -> list[str]:
     rows = [
         row
@@ -158,13 +162,27 @@ def _found(summary: FitResultSummary) -> list[str]:
         for row in rows_of(name, partial(parameter_row, parameter=parameter))
     ]
     lines = table(("", "value", "+/-", "unit", "95 % interval"), rows, right={1, 2})
-    for name in summary.own_parameters:
-        lines += _by_record(name, summary.records)
+    lines += tables_by_record(summary)
     if summary.effects:
         lines += [paragraph(f"The model: the base model and {', '.join(summary.effects)}.")]
-    priors, between = prior_sentences(summary.parameters), between_sentence(summary.between_records)
-    said = population_sentence(summary.parameters), *priors, between, taken_alike_sentence(summary), *summary.findings
-    return lines + [paragraph(one) for one in said if one]
+    return lines + list(map(paragraph, said_of_values(summary)))
+
+
+def tables_by_record(summary: FitResultSummary) -> list[str]:
+    """Tables of parameters that each record has for itself."""
+    return [line for name in summary.own_parameters for line in _by_record(name, summary.records)]
+
+
+def said_of_values(summary: FitResultSummary) -> list[str]:
+    """What is said of a table of values: of means, of priors, of how records differ, and what else was found."""
+    said = (
+        population_sentence(summary.parameters),
+        *prior_sentences(summary.parameters),
+        between_sentence(summary.between_records),
+        taken_alike_sentence(summary),
+        *summary.findings,
+    )
+    return [one for one in said if one]
 
 
 def _by_record(name: str, records: Mapping[str, RecordSummary]) -> list[str]:
@@ -199,29 +217,11 @@ def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
         if one.prior_centre is None or not one.prior_error or one.std_error is None:
             continue
         share = one.std_error / one.prior_error
-        value, error, unit = with_error(one.prior_centre, one.prior_error, one.unit)
+        prior = quantity_text(one.prior_centre, one.prior_error, one.unit)
         word = "is held by" if share > UNCONTRACTED else "rests also on" if share > PRIOR_MATTERS else "hardly hangs on"
         width = f"{100.0 * share:.0f} %" if share < 1.0 else "all"
-        said.append(f"{name} {word} its prior, {value} +/- {error} {unit}: its error is {width} of the prior's.")
+        said.append(f"{name} {word} its prior, {prior}: its error is {width} of the prior's.")
     return said
-
-
-def between_sentence(found: Mapping[str, BetweenRecordsSummary]) -> str:
-    """How much records differ, or may differ all the same unless that is little; empty where it was not requested."""
-    said = []
-    for name, between in found.items():
-        low, high = (f"{100.0 * end:.2g}" for end in between.interval_95)
-        if between.interval_95[0] > 0.0:
-            size = f"{100.0 * between.sd:.2g} % (95 %: {low} to {high} %)"
-            said.append(f"{name} differs by {size} from record to record, beyond its error.")
-        elif between.sd > 0.0:
-            said.append(f"{name} may differ by up to {high} %.")
-        elif between.interval_95[1] > SMALL_DIFFERENCE:
-            said.append(f"{name}: no difference found; up to {high} % is not excluded.")
-    if any(between.sd > 0.0 for between in found.values()):
-        means = "Values of parameters that differ are means of the population; their intervals are as wide as so few "
-        said.append(f"{means}records ask for.")
-    return f"Between records: {' '.join(said) or 'no difference beyond the errors.'}" if found else ""
 
 
 def rows_of(name: str, row: Callable[[str], tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -241,7 +241,9 @@ def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
     if not parameter.free:
         return name, value, "", shown, "held"
     if parameter.std_error is None or parameter.interval_95 is None:
-        return name, value, error, shown, "at its bound" if parameter.at_bound else "not determined"
+        # What a prediction takes over is known to its error, and has no interval of its own.
+        unknown = "not determined" if parameter.std_error is None else ""
+        return name, value, error, shown, "at its bound" if parameter.at_bound else unknown
     worth = shown_unit(parameter.value if parameter.value else parameter.std_error, parameter.unit)[1]
     decimals = len(error.partition(".")[2])
     low, high = (f"{limit / worth:.{decimals}f}" for limit in parameter.interval_95)
@@ -345,9 +347,8 @@ def conditions_told(records: Mapping[str, RecordSummary]) -> tuple[str, dict[str
 
 def _condition(one: ConditionSummary) -> str:
     """``10 mm``, with its error where it has one; of one that no study states it is said."""
-    value, error, unit = with_error(one.value, one.std_error, one.unit)
     told = format_quantity(one.value, one.unit, 6)
-    told = f"{value} +/- {error} {unit}".removesuffix(" -") if error else told
+    told = quantity_text(one.value, one.std_error, one.unit) if one.std_error else told
     return f"{told} (found)" if one.found else told
 
 

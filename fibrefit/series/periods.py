@@ -85,7 +85,8 @@ class SteadyState(NamedTuple):
     trouble : () bool
         Whether the integrator had to give up on locating switches somewhere.
     time : () in s
-        Until it had settled or was no longer waited for.
+        That was simulated until it had settled or was no longer waited for; less than a motion takes by itself, as
+        Newton's method leads there.
     """
 
     state: Any

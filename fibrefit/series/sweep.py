@@ -81,7 +81,7 @@ class Branch(Extremes):
         Largest modulus of a Floquet multiplier; the motion is stable below 1.
     overturned, trouble : (n_frequency,) bool
     time : (n_frequency,) in s
-        Until settled.
+        That was simulated until it had settled.
     """
 
     periods: np.ndarray

@@ -26,7 +26,7 @@ from fibrefit.core.paths import (
 from fibrefit.study.explain import explained, in_place_of, meant_as
 from fibrefit.study.files.scaled import with_scale_parameters
 from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties
-from fibrefit.study.overrides import apply_overrides
+from fibrefit.study.overrides import apply_overrides, note_unused
 from fibrefit.study.parameters import ParameterTable
 from fibrefit.study.places import Places
 from fibrefit.study.quantity import Unit, shown
@@ -282,6 +282,8 @@ def _completed(study: Study, place: Places, mistakes: Mistakes) -> tuple[Any, ..
                 mistakes.note(StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do))
                 lacking.add(key)
         records.append(record.model_copy(update=absent))
+    for key, value in constants.items():
+        note_unused(key, value, study.records, place, mistakes)
     return tuple(records)
 
 
@@ -294,6 +296,10 @@ def _stands_in(key: str, study: Study, place: Places) -> str:
         return f"It stands in {len(own)} of {len(study.records)} records alone. "
     names = [f"records[{i}]" if place.table is None else f"record {i + 1}" for i in own]
     return f"It stands in {' and '.join(filter(None, (', '.join(names[:-1]), names[-1])))} alone. "
+
+
+_TOGETHER = (("lateral_offset", "guide_distance"), ("mass", "centre_distance"))
+"""Keys of a record that say nothing one without the other."""
 
 
 def _check_records(study: Study, place: Places, mistakes: Mistakes) -> None:
@@ -312,9 +318,11 @@ def _check_records(study: Study, place: Places, mistakes: Mistakes) -> None:
             if getattr(record, name) is None:
                 do = f"State {name} as well, here or under [rig]."
                 mistakes.note(StudyError(where, f"the uncertainty of {name}", f"a value of {name}", do))
-        if (getattr(record, "lateral_offset", None) is None) != (getattr(record, "guide_distance", None) is None):
-            got = "lateral_offset or guide_distance alone"
-            mistakes.note(StudyError(where, got, "both or neither", "They go together."))
+        for pair in _TOGETHER:
+            stated = [getattr(record, name) is not None for name in pair if name in type(record).model_fields]
+            if len(stated) == len(pair) and any(stated) != all(stated):
+                got = f"{' or '.join(pair)} alone"
+                mistakes.note(StudyError(where, got, "both or neither", "They go together."))
 
 
 def _check_effects(study: Study, place: Places, mistakes: Mistakes) -> None:

@@ -7,9 +7,10 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.errors import Mistakes, StudyError, UsageError
 from fibrefit.study.explain import key_text
 from fibrefit.study.parameters import ParameterTable
+from fibrefit.study.places import Places
 
 _PART = re.compile(r'"([^"]+)"|\[(\d{1,9})\]|([^.\[\]"]+)')
 
@@ -111,3 +112,11 @@ def _put(raw: Any, keys: list[str | int], value: Any, where: str) -> None:
             raw[key] = value
         else:
             raw = raw.setdefault(key, {}) if isinstance(raw, dict) else raw[key]
+
+
+def note_unused(key: str, value: Any, records: Sequence[Any], place: Places, mistakes: Mistakes) -> None:
+    """Note a constant of the rig that was set for this run, and that no record takes: each has a value of its own."""
+    own = [getattr(record, key) for record in records]
+    if f"rig.{key}" in place.changed and None not in own and any(one != value for one in own):
+        got, do = f"set for the rig, and each record states a {key} of its own", f"Set it there: records[0].{key}=..."
+        mistakes.note(StudyError(place(f"rig.{key}"), got, "a value that some record takes", do))

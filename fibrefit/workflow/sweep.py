@@ -203,7 +203,7 @@ def _columns(branch: Branch) -> dict[str, tuple[np.ndarray, str]]:
         "periods": (branch.periods, "-"),
         "multiplier": (branch.multiplier, "-"),
         "overturned": (branch.overturned.astype(int), "-"),
-        "settled after": (branch.time, "s"),
+        "simulated for": (branch.time, "s"),
     }
 
 

@@ -101,7 +101,7 @@ def test_two_of_five_are_found_together(tmp_path: Path) -> None:
     assert abs(first.shared[change] - 0.3) < 3.0 * first.errors[change] < 0.05
 
 
-@pytest.mark.parametrize("seed", [5, 6])
+@pytest.mark.parametrize("seed", [5, pytest.param(6, marks=pytest.mark.slow)])
 def test_records_that_merely_differ_are_of_one_fibre(tmp_path: Path, seed: int) -> None:
     """The negative control: two percent between records, and the best set of them tried whatever it promises."""
     series(tmp_path, seed, (), 0.02)

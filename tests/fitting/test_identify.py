@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +94,7 @@ def torn(one: made.Made) -> made.Made:
     return dataclasses.replace(one, time=one.time[keep], channels=channels)
 
 
-DAMAGE = {
+DAMAGE: dict[str, Callable[[made.Made], made.Made]] = {
     "a gap in the middle": lambda r: with_nan(with_nan(r, "force", slice(400, 460)), "position", slice(400, 460)),
     "peaks saturated and masked": lambda r: with_nan(r, "force", r.channels["force"] > 60.0),
     "rows missing": torn,
@@ -102,7 +103,12 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGE)
+OFTEN = ("a gap in the middle", "peaks saturated and masked", "rows missing")
+
+
+@pytest.mark.parametrize(
+    "damage", [pytest.param(name, marks=() if name in OFTEN else pytest.mark.slow) for name in DAMAGE]
+)
 def test_masked_samples_do_not_disturb_the_fit(tmp_path: Path, found: Identification, damage: str) -> None:
     records = [DAMAGE[damage](one) for one in made.records(share=0.5, seed=3)]
     hurt = identify(made.task(tmp_path, records), starts=made.STARTS)

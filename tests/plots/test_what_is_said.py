@@ -12,13 +12,15 @@ from matplotlib.figure import Figure
 from fibrefit.core.roles import LOADING, SLACK
 from fibrefit.plots.certainty import METHODS, errors_figure
 from fibrefit.plots.fitted import Fitted
+from fibrefit.plots.gaps import gap_figure
 from fibrefit.plots.snaps import first_contact, snap_figures
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import caption_of
-from fibrefit.plots.sweep import CHANNELS, _comparison_figure, _remark_on_all, sweep_figures
+from fibrefit.plots.sweep import CHANNELS, _comparison_figure, _remark, _remark_on_all, sweep_figures
 from fibrefit.plots.traces import Way, traces_figure
 from fibrefit.report.text import ERROR_METHODS
 from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.summaries import Gap, ParameterSummary
 from tests.study.test_summaries import EXAMPLES
 
@@ -134,6 +136,34 @@ def test_of_several_curves_the_largest_angle_is_told_where_there_is_any(
         for name, over in zip(("10 mm", "20 mm"), overturned, strict=True)
     ]
     assert _remark_on_all(curves).endswith(says)
+
+
+@pytest.mark.parametrize(
+    ("up", "down", "says"),
+    [
+        ([0.3, 0.4], [0.3, np.nan], "at 4.1 Hz it overturns coming from above alone"),
+        ([np.nan, 0.4], [0.3, 0.4], "at 4 Hz it overturns coming from below alone"),
+        ([np.nan, 0.4], [np.nan, 0.4], "reaches 0.4 rad at 4.1 Hz, from above as from below"),
+        ([np.nan, np.nan], [np.nan, np.nan], "it overturns at every frequency"),
+    ],
+)
+def test_a_pendulum_that_overturns_one_way_alone_is_not_said_to_do_the_same_both_ways(
+    up: list[float], down: list[float], says: str
+) -> None:
+    branches = {
+        way: SimpleNamespace(overturned=np.isnan(values), amplitude=np.nan_to_num(values))
+        for way, values in (("up", up), ("down", down))
+    }
+    curve: Any = SimpleNamespace(frequencies=np.array([4.0, 4.1]), branches=branches)
+    assert _remark(curve).endswith(says)
+
+
+def test_a_gap_that_is_not_known_is_not_nought() -> None:
+    summary = EXAMPLES["fibrefit/discovery/1"]
+    assert isinstance(summary, DiscoverySummary)
+    unknown = summary.gap.model_copy(update={"total": None})
+    figure = gap_figure(summary.model_copy(update={"gap": unknown}))
+    assert any("is not known" in text.get_text() for text in figure.texts)
 
 
 def test_curves_of_a_sweep_are_told_apart_without_colours() -> None:

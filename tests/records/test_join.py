@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fibrefit.core.errors import DataError
@@ -87,6 +89,25 @@ def test_clocks_tell_the_offset_themselves(write) -> None:
     whole = side_by_side(force, position)
     np.testing.assert_allclose(whole.channels["position"][10:], POSITION[:-10] * 1e-3, rtol=1e-3)
     assert not whole.valid["position"][:10].any()
+
+
+@pytest.mark.parametrize("dated", [True, False])
+def test_clocks_in_columns_of_a_parquet_file_tell_the_offset_too(dated: bool, tmp_path) -> None:
+    day = "2024-05-12T14:22:11" if dated else "1970-01-01T14:22:11"
+
+    def stamped(name: str, column: str, values: np.ndarray, late: int) -> Path:
+        times = np.datetime64(day, "ns") + (np.arange(N) + late) * np.timedelta64(500_000, "ns")
+        pd.DataFrame({"Time": times, column: values}).to_parquet(tmp_path / name)
+        return tmp_path / name
+
+    force = read_record(stamped("f.parquet", "Force [N]", FORCE, 0))
+    position = read_record(stamped("x.parquet", "Position [mm]", POSITION, 10))
+    whole = side_by_side(force, position)
+    # A number of seconds since the year 1 is good to 8 us.
+    np.testing.assert_allclose(whole.channels["position"][10:], POSITION[:-10] * 1e-3, rtol=1e-3, atol=5e-6)
+    assert not whole.valid["position"][:10].any()
+    # The same clock as one in words.
+    assert force.origin == pytest.approx((739018 * 86400.0 if dated else 0.0) + 51731.0)
 
 
 CONFIGURATIONS = {

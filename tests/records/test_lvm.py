@@ -45,6 +45,10 @@ REFUSED = {
         one().replace("Decimal_Separator\t.", "Decimal_Separator\t;"),
         'Decimal_Separator ";" in the header; expected "." or ","',
     ),
+    "a spectrum": (
+        one().replace("Y_Unit_Label", "X_Dimension\tFrequency\tFrequency\nY_Unit_Label"),
+        'X_Dimension "Frequency" in the header; expected channels over time',
+    ),
     "thousands": (one(BODY.replace("12.500", "1,012.500", 1)), "has a thousands separator"),
 }
 
@@ -65,6 +69,26 @@ def test_segments_at_their_hours(write: Callable) -> None:
     assert record.time[N] == pytest.approx(1.5)
     assert record.gaps[0].missing == 2976
     assert "2 segments are joined." in record.history
+
+
+@pytest.mark.parametrize("units", ["kN||", "kN"])
+def test_a_channel_without_a_unit_has_not_that_of_another(units: str, write: Callable) -> None:
+    with pytest.raises(DataError, match="position|u"):
+        read_record(write(one(units=units), "a.lvm"))
+
+
+def test_units_in_names_of_channels_are_read(write: Callable) -> None:
+    named = lvm("No", "\t", segment(N, "X_Value|Force [N]|Position [mm]", "|", STEPS, 0.0, BODY))
+    record, usual = read_record(write(named, "a.lvm")), read_record(write(one(), "b.lvm"))
+    for channel in ("force", "position"):
+        np.testing.assert_allclose(record.channels[channel], usual.channels[channel])
+
+
+def test_channels_of_unlike_rates_in_segments_are_refused(write: Callable) -> None:
+    both = "".join(segment(N, "X_Value|F|u", "N|mm", "0.0005|0.0010", at, BODY) for at in (0.0, 0.012))
+    said = r"channels that were sampled at different times \(Delta_X 0.0005 and 0.0010\); expected one rate"
+    with pytest.raises(DataError, match=said):
+        read_record(write(lvm("No", "\t", both), "a.lvm"))
 
 
 def test_a_special_block_is_passed_over(write: Callable) -> None:

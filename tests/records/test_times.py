@@ -169,6 +169,13 @@ def test_the_slow_group_may_come_first(write: Callable) -> None:
     assert "Left out, sampled at 10 Hz: Temp [°C]." in record.history
 
 
+def test_minutes_that_begin_anew_without_their_hours_are_no_summer_time(write: Callable) -> None:
+    cells = [f"{(3599.5 + 0.0005 * i) % 3600 // 60:02.0f}:{(3599.5 + 0.0005 * i) % 60:07.4f}" for i in range(2000)]
+    rows = "".join(f"{cell};{i % 7};{i % 5}\n" for i, cell in enumerate(cells))
+    with pytest.raises(DataError, match="minutes and seconds without their hours.*h:mm:ss.000"):
+        read_record(write("Time;Force [N];Position [mm]\n" + rows))
+
+
 def test_a_clock_that_stood_still(write: Callable) -> None:
     times = regular(1000)
     times[500:530] = [times[500]] * 30

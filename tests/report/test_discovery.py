@@ -31,6 +31,17 @@ BEFORE = d.Before(
 )
 
 
+def test_values_of_each_record_and_how_records_differ_are_told_of_a_search_as_of_a_fit() -> None:
+    own = {name: one.model_copy(update={"parameters": values("offset")}) for name, one in NAMED.records.items()}
+    between = {"stiffness": s.BetweenRecordsSummary(sd=0.01, interval_95=(0.005, 0.02), agree=0.01)}
+    told = NAMED.model_copy(update={"records": own, "own_parameters": ("offset",), "between_records": between})
+    said = discovery_report(told)
+    assert "offset of" in said
+    assert "stiffness differs by 1 % (95 %: 0.5 to 2 %) from record to record, beyond its error." in " ".join(
+        said.split()
+    )
+
+
 def values(*names: str) -> dict[str, s.ParameterSummary]:
     return {name: s.ParameterSummary(value=1.766, std_error=0.015, unit="N s/m") for name in names}
 

@@ -21,10 +21,16 @@ from fibrefit.report.page import Result, page
 from fibrefit.report.page.fit import fit_page
 from fibrefit.report.pooled import trend_sentences
 from fibrefit.report.prediction import prediction_report
-from fibrefit.report.sentences.alike import RECORDS_AGREE, taken_alike_sentence
+from fibrefit.report.sentences.alike import RECORDS_AGREE, between_sentence, taken_alike_sentence
 from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
 from fibrefit.report.sweep import sweep_report
-from fibrefit.report.text import between_sentence, fit_report, parameter_row, prior_sentences, with_error
+from fibrefit.report.text import (
+    fit_report,
+    parameter_row,
+    prior_sentences,
+    quantity_text,
+    with_error,
+)
 from fibrefit.study.summaries import summaries as s
 from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.pooled import TrendSummary
@@ -353,6 +359,18 @@ def test_a_trend_says_what_it_is_per(condition: str, unit: str, said: str) -> No
     )  # fmt: skip
     (line,) = trend_sentences([trend])
     assert said in line
+    share = trend.model_copy(update={"unit": "-", "condition_unit": "m", "condition": "x"})
+    assert "over x: -9.50 +/- 0.10 per m (" in trend_sentences([share])[0]
+    many = trend_sentences([trend.model_copy(update={"parameter": f"p{i}"}) for i in range(9)])
+    assert many[-1] == "Further trends that are more than chance: 3."
+
+
+def test_a_pure_number_has_no_unit_and_what_is_known_without_an_interval_is_determined() -> None:
+    assert quantity_text(1.52, 0.031, "-") == "1.520 +/- 0.031"
+    assert quantity_text(14690.0, None, "N/m").endswith(" kN/m")
+    known = s.ParameterSummary(value=34200.0, std_error=300.0, unit="N/m")
+    assert parameter_row("stiffness", known)[2:] == ("0.30", "kN/m", "")
+    assert parameter_row("stiffness", known.model_copy(update={"std_error": None}))[4] == "not determined"
 
 
 def test_what_could_not_be_simulated_is_not_known() -> None:

@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from fibrefit.report import batch, confusion, text
-from fibrefit.report.sentences import discovery, posterior, thresholds
+from fibrefit.report.sentences import alike, discovery, posterior, thresholds
 from fibrefit.study.summaries.discovery import Separation, Weight
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ParameterSummary
 from tests.brackets import Bracket
@@ -59,11 +59,11 @@ def of_prior(share: float) -> str:
 def told_to_agree(most: float) -> bool:
     """Whether records are told to agree of whose differences so much is not excluded."""
     one = BetweenRecordsSummary(sd=0.0, interval_95=(0.0, most), agree=0.9)
-    return "no difference beyond the errors" in text.between_sentence({"stiffness": one})
+    return "no difference beyond the errors" in alike.between_sentence({"stiffness": one})
 
 
 CASES = (
-    Bracket("SMALL_DIFFERENCE", text, told_to_agree, 0.005, 0.01),
+    Bracket("SMALL_DIFFERENCE", alike, told_to_agree, 0.005, 0.01),
     Bracket("SURE", discovery, lambda x: "only" not in of_weight(x, 0.1), 6.0, 4.0),
     Bracket("SMALL_SHARE", discovery, lambda x: "small" in of_weight(9.0, x), 0.04, 0.07),
     Bracket("LITTLE_HELP", discovery, helps, 6.0, 4.0),

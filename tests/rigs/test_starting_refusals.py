@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
+from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.pendulum import PENDULUM
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.starting.force_only import starting_force_only
@@ -41,6 +42,21 @@ def test_a_force_without_a_whole_fall_is_refused(trace: Trace, says: str) -> Non
     with pytest.raises(DataError) as refused:
         starting_force_only([trace], (), {})
     assert says in str(refused.value)
+
+
+@pytest.mark.parametrize("channel", ["position", "force"])
+def test_a_channel_of_a_drive_that_is_masked_through_the_rest_is_named(channel: str) -> None:
+    course = np.clip(0.2 * (TIMES - 0.2), 0.0, 0.04)
+    drive = np.stack([course, np.gradient(course, TIMES)], axis=1)
+    conditions = {"weight_mass": 3.0, "added_mass": 0.0, "inclination": 0.5 * np.pi}
+    channels = {"position": 0.9 * course, "force": 29.4 + 14000.0 * 0.1 * course}
+    starting = RIGS["pulley_drive"].starting
+    begun = starting([Trace("a.csv", TIMES, channels, {"drive": drive}, conditions)], (), {})
+    assert np.isfinite(begun.each["position_zero"]).all()
+    channels |= {channel: np.where(TIMES < 0.19, np.nan, channels[channel])}
+    said = f"samples of the {channel} before 190 ms are masked as saturated or damaged, the rest among them"
+    with pytest.raises(DataError, match=said):
+        starting([Trace("a.csv", TIMES, channels, {"drive": drive}, conditions)], (), {})
 
 
 def test_an_angle_that_does_not_swing_is_refused() -> None:

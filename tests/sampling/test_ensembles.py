@@ -79,6 +79,9 @@ def test_the_same_seed_gives_the_same_bits_whatever_the_threads() -> None:
 def test_ensembles_know_nothing_of_each_other() -> None:
     found = course()
     assert len({ensemble[0, 0, 0] for ensemble in found.points}) == 4
+    few, more = (course(5, settings={**LONG, "walkers": 20, "ensembles": number}) for number in (4, 5))
+    steps = min(few.points.shape[1], more.points.shape[1])
+    np.testing.assert_array_equal(few.points[:, :steps], more.points[:4, :steps])
 
 
 class StopError(Exception):

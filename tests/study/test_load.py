@@ -409,3 +409,15 @@ def test_records_in_single_brackets_are_told_the_double_ones(second: str, tmp_pa
     path.write_text(f'[records]\nfile = "one.csv"\n{second}\nfile = "two.csv"\n', encoding="utf-8")
     with pytest.raises(StudyError, match=r"Write \[\[records\]\], in double brackets, above each record"):
         load_study(path)
+
+
+@pytest.mark.parametrize("key", ['mass = "0.2 kg"', 'centre_distance = "0.3 m"'])
+def test_of_a_pendulum_mass_and_distance_go_together(tmp_path: Path, key: str) -> None:
+    """One alone would be left out, and values would be those of another inertia."""
+    (tmp_path / "a.csv").write_text("time [s],angle [rad]\n0,1\n")
+    text = (
+        f'schema = "fibrefit/study/1"\nname = "swing"\n[rig]\nkind = "pendulum"\n{key}\n[[records]]\nfile = "a.csv"\n'
+    )
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(StudyError, match="mass or centre_distance alone; expected both or neither"):
+        load_study(tmp_path)

@@ -37,6 +37,24 @@ def test_what_is_no_override(override: str) -> None:
         parse(override)
 
 
+def test_a_constant_of_the_rig_that_no_record_takes_is_refused(load: Loader) -> None:
+    """Each record has its own: the run would be that of the old value, and nothing would say so."""
+    own = (
+        ('lift = "10 mm"', 'lift = "10 mm"\nweight_mass = "3.1 kg"'),
+        ('lift = "5 mm"', 'lift = "5 mm"\nweight_mass = "3.2 kg"'),
+    )
+    with pytest.raises(StudyError) as refused:
+        load(*own, overrides=("rig.weight_mass=3.3 kg",))
+    said = "--set rig.weight_mass=3.3 kg: set for the rig, and each record states a weight_mass of its own; expected"
+    assert said in str(refused.value)
+    assert "records[0].weight_mass=..." in str(refused.value)
+    # Where a record takes it, it is what the others do not say.
+    some = load(own[0], overrides=("rig.weight_mass=3.3 kg",))
+    assert [record.weight_mass for record in some.records] == [3.1, 3.3]
+    inclined = load(overrides=("rig.inclination=80 deg",))
+    assert inclined.records[0].inclination != inclined.records[1].inclination
+
+
 def test_a_value_is_changed_and_the_rest_stays(load: Loader) -> None:
     before, after = load(), load(overrides=("records[1].lift=7 mm",))
     assert after.records[1].lift == 0.007

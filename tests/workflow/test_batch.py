@@ -733,6 +733,24 @@ def test_the_same_again_finds_its_folder_whatever_was_put_right(
     assert other.folder != found.folder
 
 
+def test_another_batch_is_not_gone_on_with_in_the_folder_of_one(lifted: Path, tmp_path: Path) -> None:
+    """A wrong folder that is typed costs nothing."""
+    for job in of_records(lifted):
+        (lifted / job.study.records[0].file).write_text(job.name)
+    out = tmp_path / "out"
+    done = batch_command(lifted, out, starts=4, processes=1)
+    file = lifted / "study.toml"
+    head, *records = file.read_text(encoding="utf-8").split("[[records]]")
+    (lifted / "other.csv").write_text("another")
+    other = records[0].replace(of_records(lifted)[0].study.records[0].file or "", "other.csv")
+    file.write_text("[[records]]".join([head, other]), encoding="utf-8")
+    with pytest.raises(UsageError, match="items of another batch, such as .*; expected items of this one.*--out"):
+        batch_command(lifted, out, starts=4, processes=1, resume=True)
+    assert {path.parent.name for path in out.glob("items/*/summary.json")} == {
+        Path(item.result or "").name for item in done.items.values()
+    }
+
+
 def test_what_a_part_has_no_longer_is_kept_for_the_part_that_has_it(lifted: Path, tmp_path: Path) -> None:
     """A record that is taken off the list makes each one behind it another part's."""
     for job in of_records(lifted):

@@ -158,6 +158,9 @@ def _refuse_change_of_hour(seconds: np.ndarray, texts: Sequence[str], where: str
     jumps = np.flatnonzero((np.abs(np.abs(steps) - _HOUR) <= 10 * usual) & (usual < _HOUR / 100))
     if jumps.size:
         before, after = (texts[present[jumps[0] + k]].strip() for k in (0, 1))
+        if after.count(":") == 1:
+            got = f'"{before}" is followed by "{after}": minutes and seconds without their hours'
+            raise DataError(where, got, "times that run on", "Show the hours, as h:mm:ss.000, and export it again.")
         got = f'"{before}" is followed by "{after}", an hour apart as at the change of summer time'
         do = "Export the times in UTC, with their UTC offsets, or in seconds; or split the file there."
         raise DataError(where, got, "times that run on", do)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,9 +14,10 @@ from fibrefit.records.columns.raw import Annotation, Raw, RawColumn
 from fibrefit.records.columns.said import unread_cells
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.facts import Facts
-from fibrefit.records.grammar.headings import known_unit
+from fibrefit.records.grammar.headings import known_unit, split_heading
 from fibrefit.records.grammar.numbers import Numbers, parse_column
 from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.thresholds import FEWEST_ROWS
 
 _MAGIC = "labview measurement"
@@ -64,10 +65,11 @@ def read_lvm(text: Text, where: str) -> Raw:
     separator = _SEPARATORS.get(head.get("separator", ["tab"])[0].casefold(), "\t")
     mark = (head.get("decimal_separator") or ["."])[0] or "."
     if mark not in (".", ","):
-        do = "Correct the line, or export the file again."
-        raise DataError(where, f'Decimal_Separator "{mark[:20]}" in the header', '"." or ","', do)
+        got, do = f'Decimal_Separator "{mark[:20]}" in the header', "Correct the line, or export the file again."
+        raise DataError(where, got, '"." or ","', do)
     x_columns = (head.get("x_columns") or ["One"])[0].casefold()
     segments = _segments(text.lines, separator, where, timeless=x_columns == "no")
+    _refuse_spectra(segments, where)
     if x_columns == "no":
         _refuse_uncertain(segments, where)
     first = segments[0]
@@ -79,8 +81,7 @@ def read_lvm(text: Text, where: str) -> Raw:
     lines = np.array([n for segment in segments for n in segment.numbers])
     if lines.size < FEWEST_ROWS:
         raise DataError(where, f"only {lines.size} rows of numbers", f"at least {FEWEST_ROWS} samples")
-    columns = _channels(segments, cells, lines, mark, where, x_columns)
-    inside, notes = unread_cells(columns, lines, {})
+    inside, notes = unread_cells(columns := _channels(segments, cells, lines, mark, where, x_columns), lines, {})
     return Raw(
         columns=columns,
         facts=Facts(),
@@ -102,6 +103,7 @@ def read_lvm(text: Text, where: str) -> Raw:
     )
 
 
+_FREQUENCY = ("frequency", "frequenz", "fréquence", "frecuencia")
 #: Tags of the format itself, which it tells the use of.
 _TAGS = re.compile(
     r"(?:labview|writer_|reader_|separator|decimal_|multi_|x_col|time_pref|operator|date|time|channels|samples|y_unit|x_dim"
@@ -193,6 +195,14 @@ def _refuse_uncertain(segments: Sequence[_Segment], where: str) -> None:
             raise DataError(where, got, "", do)
 
 
+def _refuse_spectra(segments: Sequence[_Segment], where: str) -> None:
+    """Refuse what is written over frequencies: its steps pass for those of time."""
+    said = next((x for one in segments for x in one.tags.get("x_dimension", []) if x.casefold() in _FREQUENCY), None)
+    if said is not None:
+        got, do = f'X_Dimension "{said}" in the header', "Write the signals themselves, and no spectra of them."
+        raise DataError(where, got, "channels over time", do)
+
+
 def _channels(
     segments: Sequence[_Segment],
     cells: Sequence[tuple[str, ...]],
@@ -206,12 +216,12 @@ def _channels(
     units = first.tags.get("y_unit_label", [])
     columns = []
     for channel, place in enumerate(places):
-        name = first.names[place]
-        unit = _at(units, place, channel) or None
-        numbers = parse_column(cells[place], mark, lines, f'{where}, column "{name}"')
-        header = f"{name} [{unit}]" if unit else name
+        (name, within), own = split_heading(first.names[place]), _own(units, place, channel, len(places))
+        unit, twice = own or within, contradicted([own or None, within])
+        numbers = parse_column(cells[place], mark, lines, f'{where}, column "{first.names[place]}"')
+        header = f"{name} [{unit}]" if unit else first.names[place]
         known = None if unit is None else known_unit(name, unit) or unit
-        column = RawColumn(header, name, known, numbers, resolution=numbers.resolution)
+        column = RawColumn(header, name, known, numbers, resolution=numbers.resolution, contradicted=twice)
         if x_columns == "multi":
             columns.append(_time_column(cells[place - 1], mark, lines, where))
         elif x_columns == "one" and channel == 0:
@@ -240,9 +250,15 @@ def _with_rate(column: RawColumn, segment: _Segment, at: tuple[int, int], mark: 
     numbers = Numbers(whole.values[:n], whole.reasons[:n], whole.shapes[:n], whole.texts[:n], whole.mark)
     start = _tag(segment, "x0", at, mark) or 0.0
     rate = float(f"{1 / step:.12g}")
-    return RawColumn(
-        column.header, column.name, column.unit, numbers, rate=rate, start=start, resolution=column.resolution
-    )
+    return replace(column, numbers=numbers, rate=rate, start=start)
+
+
+def _own(values: Sequence[str], place: int, channel: int, channels: int) -> str:
+    """Unit of a channel: it stands in the channel's own column, or in order where each channel has one."""
+    if 0 < place <= len(values) and values[place - 1]:
+        return values[place - 1]
+    filled = [value for value in values if value]
+    return filled[channel] if len(filled) == channels else ""
 
 
 def _at(values: Sequence[str], place: int, channel: int) -> str:
@@ -264,6 +280,8 @@ def _tag(segment: _Segment, tag: str, at: tuple[int, int], mark: str) -> float |
 def _joined_times(segments: Sequence[_Segment], mark: str, where: str) -> RawColumn:
     """Times of all segments: each begins where its header says, or at its hour if all begin at zero."""
     times: list[np.ndarray] = []
+    for segment in segments:
+        _refuse_own_steps(segment, where)
     hours = [_hour(segment, mark) for segment in segments]
     starts = [_tag(segment, "x0", (1, 0), mark) or 0.0 for segment in segments]
     if len(set(starts)) == 1 and all(hour is not None for hour in hours):
@@ -276,6 +294,15 @@ def _joined_times(segments: Sequence[_Segment], mark: str, where: str) -> RawCol
         got = f"{len(segments)} segments that do not follow on one another"
         raise DataError(where, got, "one recording", "Split the file.")
     return RawColumn("X_Value", "X_Value", "s", Numbers.of_array(joined), resolution=1e-7)
+
+
+def _refuse_own_steps(segment: _Segment, where: str) -> None:
+    """Refuse channels that stand side by side and were sampled at different times."""
+    for tag, said in (("delta_x", "Delta_X"), ("samples", "Samples")):
+        filled = [value for value in segment.tags.get(tag, []) if value]
+        if len(set(filled)) > 1:
+            got = f"channels that were sampled at different times ({said} {' and '.join(sorted(set(filled)))})"
+            raise DataError(where, got, "one rate", "Write channels of one rate to a file of their own.")
 
 
 def _hour(segment: _Segment, mark: str) -> float | None:

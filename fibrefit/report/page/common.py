@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from fibrefit.core.units import format_quantity, typeset_unit
@@ -16,11 +17,12 @@ from fibrefit.report.text import (
     earlier_value,
     parameter_row,
     population_sentence,
+    said_of_values,
     size_of,
 )
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import Gap, ParameterSummary, Provenance, RecordSummary
+from fibrefit.study.summaries.summaries import FitResultSummary, Gap, ParameterSummary, Provenance, RecordSummary
 
 ARROW = " \N{RIGHTWARDS ARROW} "
 
@@ -59,6 +61,12 @@ def parameters_table(
     return TableBlock(
         "What it does to the parameters", ("parameter", "before", "after", *rest), rows, frozenset({1, 2, 3}), note
     )
+
+
+def values_tables(summary: FitResultSummary, before: Mapping[str, ParameterSummary] | None = None) -> list[TableBlock]:
+    """Tables of shared values, with what is said of them, and of those that each record has for itself."""
+    table = replace(parameters_table(summary.parameters, before), note=" ".join(said_of_values(summary)))
+    return [table, *(own_table(name, summary.records) for name in summary.own_parameters)]
 
 
 def own_table(name: str, records: Mapping[str, RecordSummary]) -> TableBlock:

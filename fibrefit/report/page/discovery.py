@@ -19,7 +19,7 @@ from fibrefit.report.discovery import (
     verdict_line,
 )
 from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Step, Story, TableBlock, Words
-from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, parameters_table, records_table
+from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, records_table, values_tables
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.arrays import Groups
@@ -46,7 +46,7 @@ def discovery_page(result: Result) -> PageContent:
         Words("What to do next", summary.advice, listed=True),
         _law(summary),
         _alike(summary),
-        parameters_table(summary.parameters, before.parameters if before else None),
+        *values_tables(summary, before.parameters if before else None),
         _story(summary, keys),
         view,
         gaps_table(

@@ -6,14 +6,12 @@ from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Wor
 from fibrefit.report.page.common import (
     gap_line,
     gaps_table,
-    own_table,
     page_content,
-    parameters_table,
     records_table,
+    values_tables,
 )
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
-from fibrefit.report.sentences.alike import taken_alike_sentence
-from fibrefit.report.text import VERDICTS, between_sentence, prior_sentences
+from fibrefit.report.text import VERDICTS
 from fibrefit.study.summaries.summaries import FitSummary
 
 
@@ -21,24 +19,10 @@ def fit_page(result: Result) -> PageContent:
     """A fit: its verdict, values, records, pictures."""
     summary = result.summary
     assert isinstance(summary, FitSummary)
-    table = parameters_table(summary.parameters)
-    notes = " ".join(
-        filter(
-            None,
-            [
-                table.note,
-                between_sentence(summary.between_records),
-                taken_alike_sentence(summary),
-                *prior_sentences(summary.parameters),
-                *summary.findings,
-            ],
-        )
-    )
     view = view_of_fit(result)
     blocks: list[Block | None] = [
         Words("What to do next", summary.advice, listed=True),
-        type(table)(table.heading, table.head, table.rows, table.right, notes),
-        *(own_table(name, summary.records) for name in summary.own_parameters),
+        *values_tables(summary),
         view,
         gaps_table({name: one.gap for name, one in summary.records.items()}, summary.gap, None, None),
         records_table(summary.records),

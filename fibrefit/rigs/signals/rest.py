@@ -10,6 +10,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.roles import ROLES
+from fibrefit.core.units import format_quantity
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.thresholds import DRIFT, FAST_NOISE, FIRST_BLOCKS, SHORTEST_REST, SLOW_NOISE, SPREADS
 
@@ -70,6 +72,24 @@ def first_rest(trace: Trace, got: str, expected: str, do: str) -> slice:
     if not found:
         raise DataError(trace.name, got, expected, do)
     return found[0]
+
+
+def mean_at_rest(trace: Trace, channel: str, rest: slice, called: str, expected: str, do: str) -> float:
+    """Mean of a channel over a rest, in its SI unit; a `DataError` where nothing of it was read.
+
+    Parameters
+    ----------
+    called, expected, do : str
+        What the rest is called, what is expected and what to do, for the message.
+    """
+    values, unit = trace.channels[channel], ROLES[channel]
+    if np.isfinite(values[rest]).any():
+        return float(np.nanmean(values[rest]))
+    lowest, highest = (format_quantity(end(values), unit, 4) for end in (np.nanmin, np.nanmax))
+    first = int(np.argmax(np.isfinite(values)))
+    got = f"all {first} samples of the {channel} before {format_quantity(trace.times[first], 's', 4)} are masked as "
+    got += f"saturated or damaged, the {called} among them; those that are left go from {lowest} to {highest}"
+    raise DataError(trace.name, got, expected, do)
 
 
 class _Signal(NamedTuple):

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.roles import ROLES
 from fibrefit.core.units import format_quantity
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
-from fibrefit.rigs.signals.rest import first_rest
+from fibrefit.rigs.signals.rest import first_rest, mean_at_rest
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.starting.stated_lifts import LiftShown, told_of_lifts
 from fibrefit.rigs.thresholds import FALLEN, FALLS_AT_ALL, FEWEST_FALLING, FORCE_RISES
@@ -125,16 +124,11 @@ def _onset(trace: Trace, level: float) -> float:
 
 def _mean_held(trace: Trace, channel: str, held: slice) -> float:
     """Mean of a channel while the weight is held, in its SI unit; a `DataError` where nothing of it was read."""
-    values, unit = trace.channels[channel], ROLES[channel]
-    if np.isfinite(values[held]).any():
-        return float(np.nanmean(values[held]))
-    lowest, highest = (format_quantity(end(values), unit, 4) for end in (np.nanmin, np.nanmax))
-    first = int(np.argmax(np.isfinite(values)))
-    got = f"all {first} samples of the {channel} before {format_quantity(trace.times[first], 's', 4)} are masked as "
-    got += f"saturated or damaged, the hold among them; those that are left go from {lowest} to {highest}"
-    raise DataError(
-        trace.name,
-        got,
+    return mean_at_rest(
+        trace,
+        channel,
+        held,
+        "hold",
         "a rest before the release, from which zero and release are found",
         f"Set the range of the {channel} sensor so that it reads the hold. For this record give "
         'lift = ".. mm", release = ".. s" and position_zero = ".. mm"; fibrefit inspect says what was masked, and why.',

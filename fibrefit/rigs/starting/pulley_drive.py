@@ -11,7 +11,7 @@ from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper
-from fibrefit.rigs.signals.rest import first_rest
+from fibrefit.rigs.signals.rest import first_rest, mean_at_rest
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.thresholds import DRIVE_BEGINS, DRIVE_STANDS
 
@@ -26,11 +26,14 @@ FIRST = 0.25
 def starting_pulley_drive(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
     """First guesses without simulation."""
     still = [_rest(trace) for trace in traces]
-    tensions = np.array([float(np.nanmean(t.channels["force"][rest])) for t, rest in zip(traces, still, strict=True)])
-    stiffness, damping = _fibre(traces, still, tensions)
+    places, tensions = (
+        np.array([_mean_at_rest(trace, channel, rest) for trace, rest in zip(traces, still, strict=True)])
+        for channel in ("position", "force")
+    )
+    stiffness, damping = _fibre(traces, still, places, tensions)
     zeros = [
-        np.nanmean(t.channels["position"][rest]) - np.mean(t.inputs["drive"][rest, 0]) + tension / stiffness
-        for t, rest, tension in zip(traces, still, tensions, strict=True)
+        place - np.mean(t.inputs["drive"][rest, 0]) + tension / stiffness
+        for t, rest, place, tension in zip(traces, still, places, tensions, strict=True)
     ]
     begins = np.array([_begins(trace, rest) for trace, rest in zip(traces, still, strict=True)])
     return Starting(
@@ -68,8 +71,14 @@ def _rest(trace: Trace) -> slice:
         trace,
         "the rig moves from the first sample",
         "a rest before the drive starts, from which tension and zero are found",
-        "Cut the record so that it begins at rest.",
+        "Let the record begin earlier, with a rest of some hundred samples, or cut it so that it begins at one.",
     )
+
+
+def _mean_at_rest(trace: Trace, channel: str, rest: slice) -> float:
+    expected = "a rest before the drive starts, from which tension and zero are found"
+    do = f"Set the range of the {channel} sensor so that it reads the rest; fibrefit inspect says what was masked."
+    return mean_at_rest(trace, channel, rest, "rest", expected, do)
 
 
 def _begins(trace: Trace, rest: slice) -> float:
@@ -82,15 +91,19 @@ def _begins(trace: Trace, rest: slice) -> float:
     return float(trace.times[int(np.argmax(away))])
 
 
-def _fibre(traces: Sequence[Trace], still: Sequence[slice], tensions: np.ndarray) -> tuple[float, float]:
+def _fibre(
+    traces: Sequence[Trace], still: Sequence[slice], places: np.ndarray, tensions: np.ndarray
+) -> tuple[float, float]:
     """Stiffness and damping by regression of force on stretch and its rate, wherever the fibre carries load."""
     rows, forces = [], []
-    for trace, rest, tension in zip(traces, still, tensions, strict=True):
+    for trace, rest, place, tension in zip(traces, still, places, tensions, strict=True):
         drive, position = trace.inputs["drive"][:, 0], trace.channels["position"]
-        stretch = (drive - drive[rest].mean()) - (position - np.nanmean(position[rest]))
+        stretch = (drive - drive[rest].mean()) - (position - place)
         rate = trace.inputs["drive"][:, 1] - _derivative(trace, 1)
         force = trace.channels["force"] - tension
-        loaded = (trace.channels["force"] > 0.15 * np.nanmax(trace.channels["force"])) & np.isfinite(force + rate)
+        loaded = (trace.channels["force"] > 0.15 * np.nanmax(trace.channels["force"])) & np.isfinite(
+            force + rate + stretch
+        )
         rows.append(np.column_stack([stretch[loaded], rate[loaded]]))
         forces.append(force[loaded])
     refused = DataError(

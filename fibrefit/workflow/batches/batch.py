@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fibrefit.core.errors import FibrefitError
+from fibrefit.core.errors import FibrefitError, UsageError
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.records.copies import Fingerprint
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
@@ -242,13 +242,42 @@ def forget_others(folder: Path, jobs: Sequence[Job]) -> None:
     jobs : sequence of Job
         All that are in it.
     """
+    _forget(_others(folder, jobs)[0])
+
+
+def refuse_another_batch(folder: Path, out: Path, jobs: Sequence[Job]) -> None:
+    """Refuse to go on in a folder that holds none of the items of a batch: it would lose all it holds.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of what is kept.
+    out : pathlib.Path
+        As a person knows it.
+    jobs : sequence of Job
+        All that are in the batch.
+
+    Raises
+    ------
+    UsageError
+        If there are items of others alone.
+    """
+    others, own = _others(folder, jobs)
+    if others and not own:
+        do = "Name another folder with --out, or replace this one with --force."
+        raise UsageError(str(out), f"items of another batch, such as {others[0].name}", "items of this one", do)
+
+
+def _others(folder: Path, jobs: Sequence[Job]) -> tuple[list[Path], list[Path]]:
+    """Items that are kept in a folder: those that are in a batch no longer, and those that are."""
     from fibrefit.plots.save import file_names
 
-    kept = set(file_names([job.name for job in jobs]))
+    names = set(file_names([job.name for job in jobs]))
     # A study that cannot be read now is one job: what its records took is still theirs once it can.
     whole = tuple(f"{name}_" for name in file_names([job.name for job in jobs if job.record is None]))
-    places = (place for place in (folder / ITEMS).glob("*") if not place.name.startswith(whole))
-    _forget(place for place in places if place.name not in kept)
+    there = sorted((folder / ITEMS).glob("*"))
+    own = [place for place in there if place.name in names or place.name.startswith(whole)]
+    return [place for place in there if place not in own], own
 
 
 def _forget(places: Iterable[Path]) -> None:

@@ -13,7 +13,7 @@ from fibrefit.core.paths import name_of_several
 from fibrefit.core.programs.side_by_side import THREADS
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.store import default_directory
-from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies, forget_others
+from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies, forget_others, refuse_another_batch
 from fibrefit.workflow.batches.item import Job, loaded
 from fibrefit.workflow.batches.jobs import Each, copies_of, jobs_of, origins_of, run_of
 from fibrefit.workflow.batches.shards import part_of, parts_of
@@ -65,8 +65,8 @@ def batch(
     StudyError
         If the model of the only study goes by the places of its records, which are identified one by one.
     UsageError
-        If the folder may not be replaced, a folder holds no study, a scheduler does not answer, nothing is named, or an
-        argument makes no sense.
+        If the folder may not be replaced or holds another batch, a folder holds no study, a scheduler does not answer,
+        nothing is named, or an argument makes no sense.
 
     Examples
     --------
@@ -86,6 +86,8 @@ def batch(
     folder, jobs = part_of(whole, jobs, shard)
     engine, tell = Engine(processes or THREADS, scheduler), progress or quiet
     with growing_folder(folder, (ITEMS,), force=force, resume=resume, run=run_of(jobs)) as directory:
+        if shard is None:
+            refuse_another_batch(directory.path, folder, jobs)
         tell(f"{len(jobs)} identifications", None)
         places = (directory.path, *parts_of(whole))
         found = replace(batch_studies(name, jobs, places, engine, tell, copies_of(jobs)), folder=folder)

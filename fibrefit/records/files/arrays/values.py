@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from fibrefit.records.clock.times import EPOCH
 from fibrefit.records.clock.wall_clock import parse_clock
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.grammar.numbers import Numbers
@@ -17,6 +17,7 @@ from fibrefit.records.thresholds import FEWEST_ROWS, MOST_LOST
 
 _NANOSECOND = np.timedelta64(1, "ns")
 _PER_SECOND = 1e9
+_DAY = 86400.0
 
 
 def stamps_in(texts: Sequence[Any], where: str) -> np.ndarray | None:
@@ -32,7 +33,7 @@ def stamps_in(texts: Sequence[Any], where: str) -> np.ndarray | None:
     Returns
     -------
     (n,) array of datetime64 or None
-        To the nanosecond; of times of day without a date, on any day.
+        To the nanosecond; times of day without a date are on the first of January 1970.
     """
     first = texts[0] if len(texts) >= FEWEST_ROWS else None
     if not isinstance(first, str) or kind_of_cell(first, ".") != "clock" or ":" not in first:
@@ -42,11 +43,13 @@ def stamps_in(texts: Sequence[Any], where: str) -> np.ndarray | None:
     clock = parse_clock(texts, where)
     if np.isnan(clock.seconds).mean() > MOST_LOST:
         return None
-    start = np.datetime64(datetime.datetime(1, 1, 1) + datetime.timedelta(days=max(clock.origin // 86400 - 1, 0)), "s")
+    dated = clock.origin >= _DAY
+    start = np.datetime64(0, "ns") + round((clock.origin - (EPOCH if dated else 0.0)) * _PER_SECOND)
     since = np.array(
         [np.timedelta64("NaT") if np.isnan(s) else round(s * _PER_SECOND) for s in clock.seconds], "m8[ns]"
     )
-    return start.astype("M8[ns]") + since
+    found: np.ndarray = start + since
+    return found
 
 
 def stamp_column(header: str, name: str, stamps: np.ndarray) -> RawColumn | None:
@@ -63,7 +66,12 @@ def stamp_column(header: str, name: str, stamps: np.ndarray) -> RawColumn | None
     if not present.size or np.datetime_data(stamps.dtype)[0] in ("D", "W", "M", "Y"):
         return None
     seconds = (stamps - present[0]) / _NANOSECOND / _PER_SECOND
-    return RawColumn(header, name, None, Numbers.of_array(seconds), clock=True, resolution=1.0 / _PER_SECOND)
+    began = float((present[0] - np.datetime64(0, "s")) / _NANOSECOND / _PER_SECOND)
+    # On the first of January 1970 it is a time of day, or the clock of a logger that nobody has set.
+    start = began if abs(began) < _DAY else EPOCH + began
+    first, second = np.array([0, 1]).astype(stamps.dtype)
+    resolution = float((second - first) / _NANOSECOND / _PER_SECOND)
+    return RawColumn(header, name, None, Numbers.of_array(seconds), clock=True, start=start, resolution=resolution)
 
 
 def items_as_one(items: list[Any]) -> Any:
