@@ -118,5 +118,5 @@ def note_unused(key: str, value: Any, records: Sequence[Any], place: Places, mis
     """Note a constant of the rig that was set for this run, and that no record takes: each has a value of its own."""
     own = [getattr(record, key) for record in records]
     if f"rig.{key}" in place.changed and None not in own and any(one != value for one in own):
-        got, do = f"set for the rig, and each record states a {key} of its own", f"Set it there: records[0].{key}=..."
+        got, do = f"set for the rig, and each record states its own {key}", f"Set it there: records[0].{key}=..."
         mistakes.note(StudyError(place(f"rig.{key}"), got, "a value that some record takes", do))

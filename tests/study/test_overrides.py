@@ -45,7 +45,7 @@ def test_a_constant_of_the_rig_that_no_record_takes_is_refused(load: Loader) -> 
     )
     with pytest.raises(StudyError) as refused:
         load(*own, overrides=("rig.weight_mass=3.3 kg",))
-    said = "--set rig.weight_mass=3.3 kg: set for the rig, and each record states a weight_mass of its own; expected"
+    said = "--set rig.weight_mass=3.3 kg: set for the rig, and each record states its own weight_mass; expected"
     assert said in str(refused.value)
     assert "records[0].weight_mass=..." in str(refused.value)
     # Where a record takes it, it is what the others do not say.

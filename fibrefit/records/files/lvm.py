@@ -253,20 +253,21 @@ def _with_rate(column: RawColumn, segment: _Segment, at: tuple[int, int], mark: 
     return replace(column, numbers=numbers, rate=rate, start=start)
 
 
+def _cell(values: Sequence[str], place: int) -> str:
+    """What stands in a channel's own column, if anything."""
+    return values[place - 1] if 0 < place <= len(values) else ""
+
+
 def _own(values: Sequence[str], place: int, channel: int, channels: int) -> str:
     """Unit of a channel: it stands in the channel's own column, or in order where each channel has one."""
-    if 0 < place <= len(values) and values[place - 1]:
-        return values[place - 1]
     filled = [value for value in values if value]
-    return filled[channel] if len(filled) == channels else ""
+    return _cell(values, place) or (filled[channel] if len(filled) == channels else "")
 
 
 def _at(values: Sequence[str], place: int, channel: int) -> str:
     """Value of a tag for a channel: it stands in the channel's own column, or in order where columns are left out."""
-    if 0 < place <= len(values) and values[place - 1]:
-        return values[place - 1]
     filled = [value for value in values if value]
-    return filled[min(channel, len(filled) - 1)] if filled else ""
+    return _cell(values, place) or (filled[min(channel, len(filled) - 1)] if filled else "")
 
 
 def _tag(segment: _Segment, tag: str, at: tuple[int, int], mark: str) -> float | None:
