@@ -31,7 +31,7 @@ bench-series: .venv/installed-bench
 
 validate: .venv/installed-bench
 	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation tests/reliability
-	$(RUN) -m pytest -s -m slow --ignore=tests/validation --ignore=tests/reliability
+	$(RUN) -m pytest -s -m slow --ignore=tests/validation --ignore=tests/reliability --ignore=tests/release
 
 # ARGS="--release LABEL --kind null --rig fibre_mass --cases 20" carries out twenty further cases; a label draws its own.
 validate-discover: .venv/installed-bench
@@ -80,7 +80,7 @@ docs: .venv/installed-docs
 # EMPS=file of the record that 10_a_real_record reads; without it that notebook is left out.
 NOTEBOOKS ?= $(filter-out notebooks/10_%,$(wildcard notebooks/*.py)) $(if $(EMPS),notebooks/10_a_real_record.py)
 notebooks: .venv/installed-notebooks
-	FIBREFIT_EMPS="$(EMPS)" $(RUN) -m jupytext --to ipynb --execute $(NOTEBOOKS)
+	FIBREFIT_EMPS="$(if $(EMPS),$(abspath $(EMPS)))" $(RUN) -m jupytext --to ipynb --execute $(NOTEBOOKS)
 
 # Wheel and sdist, in dist/.
 dist: .venv/installed-release

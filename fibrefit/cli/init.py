@@ -29,8 +29,11 @@ def command(terminal: Terminal, place: Path | None, effect: str | None, port: st
     """
     from fibrefit.core.errors import UsageError
 
+    if port is not None and (effect is None or "." in effect):
+        beside = f"--effect {effect}" if effect else "no --effect"
+        raise UsageError(f"--port {port}", f"{beside}, which it adds nothing to", "--effect NAME", "Leave --port out.")
     if effect is not None:
-        _write_effect(terminal, effect if port is None or "." in effect else f"{port}.{effect}", place)
+        _write_effect(terminal, effect if port is None else f"{port}.{effect}", place)
     elif place is None:
         raise UsageError("init", "no folder", "DIR, or --effect PORT.NAME", "Name the folder to write to.")
     else:
@@ -39,10 +42,10 @@ def command(terminal: Terminal, place: Path | None, effect: str | None, port: st
 
 def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
     from fibrefit.core.errors import UsageError, did_you_mean
+    from fibrefit.core.paths import write_whole
     from fibrefit.laws.catalogue import CATALOGUE
     from fibrefit.laws.ports import PORTS
     from fibrefit.laws.template import class_name, template
-    from fibrefit.store.files import write_whole
 
     port, _, short = name.partition(".")
     where = f"--effect {name}"
@@ -76,7 +79,7 @@ def _write_study(terminal: Terminal, directory: Path) -> None:
     from importlib import resources
 
     from fibrefit.core.errors import UsageError
-    from fibrefit.store.files import write_whole
+    from fibrefit.core.paths import write_whole
 
     for name in FILES:
         if os.path.exists(directory / name):

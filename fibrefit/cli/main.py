@@ -141,6 +141,9 @@ def _refused_by_the_system(error: OSError) -> UsageError | None:
     where = shown_path(str(error.filename or "a file"))
     if error.errno == errno.ENAMETOOLONG:
         return UsageError(where, "is longer than the names of files may be", "a shorter one")
+    if error.errno in (errno.EACCES, errno.EPERM):
+        do = "Look at its permissions."
+        return UsageError(where, error.strerror or "cannot be used", "a file or folder that you may use", do)
     if error.errno in FULL:
         return UsageError(where, f"cannot be written: {error.strerror}", "room for it", "Make room and start again.")
     return None

@@ -164,11 +164,13 @@ class Request(NamedTuple):
 
     def folder(self, *settings: str) -> Path:
         """`out`, or ``results/<study>-<hash>`` by the study and the `settings`, which are all else it depends on."""
-        from fibrefit.core.paths import sha256_of
+        from fibrefit.core.paths import refuse_no_text, sha256_of
         from fibrefit.store.directory import default_directory
 
         digests = [sha256_of(path) for path in self.study.input_files() if is_plain_file(path)]
-        return self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
+        folder = self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
+        refuse_no_text(self.study.input_files(), folder)
+        return folder
 
     @contextmanager
     def reserved(self, *settings: str, files: Sequence[Path] = ()) -> Iterator[Path]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fibrefit.core.errors import FibrefitError, UsageError
+from fibrefit.core.errors import DataError, FibrefitError, UsageError
 
 LARGEST = 1 << 30
 """Bytes of a file, of what it unpacks to, or of the arrays it declares: 134 million numbers."""
@@ -71,6 +71,15 @@ def too_long(where: str, size: int, error: type[FibrefitError]) -> FibrefitError
     most = f"{MOST_PLANNED / 1e6:g} million at most, of all records together"
     do = "Give it a shorter duration, or a smaller sampling_rate."
     return error(where, f"a planned record of {size:.3g} samples", most, do)
+
+
+def too_far_apart(where: str, size: int, gap: float, after: float) -> DataError:
+    """Refusal of a record by the number of samples from its first to its last, and its longest gap in s."""
+    got = (
+        f"{size:.3g} samples from the first to the last, most of them missing: a gap of {gap:.6g} s after {after:.6g} s"
+    )
+    most = f"{MOST_PLANNED / 1e6:g} million at most"
+    return DataError(where, got, most, "Correct the times behind the gap, or split the file there.")
 
 
 def refuse_starts(starts: int) -> None:

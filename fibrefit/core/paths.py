@@ -1,4 +1,4 @@
-"""Files a user names: read where they are plain files, called by names that can be printed, identified by content."""
+"""Files: read where they are plain ones, written whole or not at all, named so that it can be printed."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import hashlib
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from fibrefit.core import allowance
-from fibrefit.core.errors import DataError, FibrefitError, did_you_mean
+from fibrefit.core.errors import DataError, FibrefitError, UsageError, did_you_mean
 from fibrefit.core.shown import printable
 
 _LONGEST = 260
@@ -140,6 +141,22 @@ def path_from(folder: Path, file: Path) -> str:
         return file.absolute().as_posix()
 
 
+def refuse_no_text(files: Iterable[Path], folder: Path) -> None:
+    """Refuse files of which a text in a folder cannot tell the names: a study written there would be none.
+
+    Raises
+    ------
+    UsageError
+        Naming the first.
+    """
+    for file in files:
+        try:
+            path_from(folder, file).encode("utf-8")
+        except UnicodeEncodeError:
+            got = "a name that is no text in UTF-8, in which a result names what it rests on"
+            raise UsageError(shown_path(file), got, "names of files and folders in UTF-8", "Rename it.") from None
+
+
 def name_of_several(files: Sequence[str | Path]) -> str:
     """Name of what belongs to some files: that of the first, and how many more there are; empty for none."""
     first = Path(files[0]).stem if files else ""
@@ -194,3 +211,46 @@ def numbered_stems(stems: Iterable[str]) -> list[str]:
         taken.add(stem.casefold())
         found.append(stem)
     return found
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Temporary name beside `path` that takes its place when the block ends well.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to write; an old one stays as it is until the new one is complete on disk.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        synchronise(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write `content` to `path`; text as UTF-8, what that lacks as escapes.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to write or replace.
+    content : str or bytes
+        All of it.
+    """
+    with whole(path) as temporary:
+        temporary.write_bytes(content.encode(errors="backslashreplace") if isinstance(content, str) else content)
+
+
+def synchronise(path: Path) -> None:
+    """Wait until a file, or the names in a folder, have reached the disk."""
+    if path.is_dir() and os.name == "nt":
+        return  # Windows opens no folders
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -11,15 +11,46 @@ from fibrefit.core.errors import FibrefitError, StudyError
 from fibrefit.core.units import ACCEPTED
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_SCALE = re.compile(rf"\s*({_NUMBER})(?:\s*(?:\+/-|\+-|±)\s*({_NUMBER}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+_WITHIN = r"(?:\+/-|\+-|±)"
+_SCALE = re.compile(rf"\s*({_NUMBER})(?:\s*{_WITHIN}\s*({_NUMBER}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+_UNIT_TWICE = re.compile(rf"\s*({_NUMBER})\s*([^\W\d%][^±%]*?)\s*{_WITHIN}\s*({_NUMBER})\s*([^±]*?)\s*", re.DOTALL)
+
+IN_PERCENT = "an uncertainty in %, of which the value may be a percentage too"
+NOT_IN_PERCENT = 'Write "2.07 +/- 0.04 N/A", or the share behind the unit, as in "2.07 N/A +/- 2 %".'
 
 
 def uncertain(text: object) -> tuple[str, str] | None:
-    """Value and standard uncertainty of ``"3.1 +/- 0.05 kg"``, each with the unit; None for what is not so written."""
-    match = _SCALE.fullmatch(text) if isinstance(text, str) else None
-    if match is None or match[2] is None:
+    """Value and standard uncertainty, each with its unit; None for what is not so written.
+
+    Of ``"3.1 +/- 0.05 kg"``, ``"3.1 kg +/- 50 g"`` and ``"3.1 kg +/- 2 %"``.
+    """
+    if not isinstance(text, str) or in_percent(text):
         return None
-    return f"{match[1]} {match[3]}".strip(), f"{match[2]} {match[3]}".strip()
+    if (match := _SCALE.fullmatch(text)) is not None and match[2] is not None:
+        return f"{match[1]} {match[3]}".strip(), f"{match[2]} {match[3]}".strip()
+    if (match := _UNIT_TWICE.fullmatch(text)) is None:
+        return None
+    value, unit, spread, beside = match.groups()
+    if beside == "%":
+        return f"{value} {unit}", f"{abs(float(value)) * float(spread) / 100.0:.12g} {unit}"
+    return f"{value} {unit}", f"{spread} {beside or unit}"
+
+
+def in_percent(text: object) -> bool:
+    """Whether a text is as ``"2.07 +/- 2 % N/A"``, which may be read in two ways."""
+    match = _SCALE.fullmatch(text) if isinstance(text, str) else None
+    return match is not None and match[2] is not None and match[3].startswith("%")
+
+
+def _in_one_unit(text: object) -> tuple[float, float, str] | None:
+    """Value, standard uncertainty and the unit of both; None for what is not so written."""
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        return None
+    if (parts := uncertain(text)) is not None:
+        (value, *unit), (spread, *other) = (part.split(" ", 1) for part in parts)
+        return (float(value), float(spread), "".join(unit)) if unit == other else None
+    match = _SCALE.fullmatch(str(text))
+    return None if match is None else (float(match[1]), 0.0, match[3])
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +93,11 @@ class Scale:
             Of class `error`: no number, zero, not finite, a negative uncertainty, or a unit that is not known.
         """
         expected = 'a number with a unit, such as "-200 N/V", "17.857 um" or "2.07 +/- 0.29 N/A"'
-        match = _SCALE.fullmatch(str(text)) if isinstance(text, str | int | float) and text is not True else None
-        if match is None:
+        if in_percent(text):
+            raise error(where, f'scale "{text}": {IN_PERCENT}', expected, NOT_IN_PERCENT)
+        if (stated := _in_one_unit(text)) is None:
             raise error(where, f'scale "{text}"', expected, "Write a decimal point." if "," in str(text) else "")
-        value, spread, unit = float(match[1]), float(match[2] or 0.0), match[3] or "-"
+        value, spread, unit = stated[0], stated[1], stated[2] or "-"
         if not (math.isfinite(value) and math.isfinite(spread)) or value == 0 or spread < 0:
             raise error(where, f'scale "{text}"', f"{expected}; neither zero nor infinite", "")
         if units.expression("1" if unit == "-" else unit) is None:

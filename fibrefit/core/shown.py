@@ -72,9 +72,10 @@ def from_to(before: float, after: float, form: str) -> str:
     return f"{'falls' if after < before else 'rises'} from {first} to {last}"
 
 
-def in_words(words: Sequence[str]) -> str:
-    """``a, b and c``."""
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+def in_words(words: Iterable[str]) -> str:
+    """``a, b and c``; nothing of nothing."""
+    *others, last = words if (words := list(words)) else [""]
+    return " and ".join(filter(None, (", ".join(others), last)))
 
 
 def _cell(text: str) -> str:

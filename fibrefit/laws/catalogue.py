@@ -61,7 +61,7 @@ from fibrefit.laws.guide.spring import Spring
 from fibrefit.laws.guide.stribeck_friction import StribeckFriction
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.laws.law import Effect
-from fibrefit.laws.own import checked, from_file, is_effect
+from fibrefit.laws.own import checked, from_file, from_package, is_effect
 from fibrefit.laws.pivot.quadratic_damping import QuadraticDamping
 from fibrefit.laws.pulley.bearing_friction import BearingFriction
 from fibrefit.laws.pulley.capstan_friction import CapstanFriction
@@ -282,7 +282,7 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
         if ".py:" in name:
             return _named_anew(checked(from_file(name, Path(directory)), name), name)
         known = CATALOGUE.get(name)
-        return known or (_named_anew(checked(offered[name].load(), name), name) if name in offered else None)
+        return known or (_named_anew(checked(from_package(offered[name]), name), name) if name in offered else None)
 
     if (found := called_with_place(name, called)) is not None:
         return found

@@ -46,9 +46,9 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
     if port_of(effect) is None or not effect.parameters:
         return tuple(found)
     try:
-        laws = {choose: effect(**values) for choose, values in _values(effect).items()}
-    except Exception as error:
-        return (*found, StudyError(where, f"cannot be made: {_shown(error)}", "a class without __init__ of its own"))
+        laws = _made(effect, where)
+    except StudyError as error:
+        return (*found, error)
     said = said_by(effect)
     for hook, flag in ANNOUNCED[port_of(effect) or ""].items():
         if hook in said and not getattr(effect, flag):
@@ -60,6 +60,36 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
         expected = f"an answer to one hook at least, somewhere at {probed}"
         found.append(StudyError(where, "changes nothing at its typical value", expected))
     return tuple(found)
+
+
+def unusable(effect: type[Effect], where: str) -> Iterator[StudyError]:
+    """What keeps a law from being compiled into a model: it cannot be made, or a hook fails or answers otherwise.
+
+    Parameters
+    ----------
+    effect : Effect class
+        One of which the declaration is right.
+    where : str
+        How messages name it.
+    """
+    try:
+        laws = _made(effect, where)
+    except StudyError as error:
+        yield error
+        return
+    hooks = hooks_of(port_of(effect) or "")
+    for hook in said_by(effect):
+        # What a law makes of the conditions of a rig hangs on which rig it is.
+        if "conditions" not in inspect.signature(hooks[hook]).parameters:
+            yield from _compiled(hook, laws, {}, f"{where}, {hook}")
+
+
+def _made(effect: type[Effect], where: str) -> dict[str, Any]:
+    """The law at its typical values, and with its strengths zero."""
+    try:
+        return {choose: effect(**values) for choose, values in _values(effect).items()}
+    except Exception as error:
+        raise StudyError(where, f"cannot be made: {_shown(error)}", "a class without __init__ of its own") from None
 
 
 def _values(effect: type[Effect]) -> dict[str, dict[str, Any]]:
@@ -75,15 +105,10 @@ def _values(effect: type[Effect]) -> dict[str, dict[str, Any]]:
 
 def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float], where: str) -> Iterator[StudyError]:
     """What is wrong with the answers of one hook."""
+    if wrong := list(_compiled(hook, laws, conditions, where)):
+        yield from wrong
+        return
     ask, places = _asking(hook, laws["null"], conditions)
-    try:
-        shape = jax.eval_shape(ask, laws["typical"], jnp.zeros(()), jnp.zeros(()))
-    except Exception as error:
-        yield StudyError(where, f"fails with {_shown(error)}", "an answer", FOR_ARRAYS)
-        return
-    if expected := _unlike(hook, laws["null"], shape, conditions):
-        yield StudyError(where, f"answers {_shape(shape)}", expected)
-        return
     for choose, law in laws.items():
         slopes = jax.jit(jax.vmap(partial(_with_slope, ask), (None, 0, 0)))(law, *places)
         for what, answer in zip(("value", "gradient"), slopes, strict=True):
@@ -93,6 +118,18 @@ def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float]
     if hook not in WITHOUT_A_TRACE and (row := _changed(hook, laws["null"], conditions)) is not None:
         said = _place(places, row)
         yield StudyError(where, f"does not vanish at its null: {said}", "exactly what the hook answers without the law")
+
+
+def _compiled(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float], where: str) -> Iterator[StudyError]:
+    """Why a hook cannot be compiled, or that its answer has another form; nothing is computed."""
+    ask, _ = _asking(hook, laws["null"], conditions)
+    try:
+        shape = jax.eval_shape(ask, laws["typical"], jnp.zeros(()), jnp.zeros(()))
+    except Exception as error:
+        yield StudyError(where, f"fails with {_shown(error)}", "an answer", FOR_ARRAYS)
+        return
+    if expected := _unlike(hook, laws["null"], shape, conditions):
+        yield StudyError(where, f"answers {_shape(shape)}", expected)
 
 
 def _with_slope(ask: Callable[..., Any], law: Any, x: jax.Array, v: jax.Array) -> Any:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from fibrefit.core.capability import Capability
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.units import is_si
@@ -46,6 +47,9 @@ def refusals(effect: type[Effect], where: str) -> Iterator[StudyError]:
     if port_of(effect) is None:
         yield StudyError(where, "it is a law of no port", KINDS, "Derive the class from one of them.")
         return
+    if wrong := [*_of_types(effect, where)]:
+        yield from wrong
+        return
     yield from _of_parameters(effect, where)
     yield from _of_methods(effect, where)
 
@@ -75,6 +79,28 @@ def omissions(effect: type[Effect], where: str) -> Iterator[StudyError]:
             yield StudyError(place, f"searched by its logarithm from {p.lower:g}", "a positive lower limit")
         if p.reciprocal != math.isinf(p.null):
             yield StudyError(place, f"null {p.null:g}", "reciprocal=True where the null is infinite, and only there")
+
+
+def _of_types(effect: type[Effect], where: str) -> Iterator[StudyError]:
+    """Declarations that are of another kind than they are taken for, of which nobody would say so later."""
+    for name in ("strength", "needs", "excludes", "stands_for"):
+        said: Any = getattr(effect, name)
+        if not isinstance(said, tuple | frozenset) or not all(isinstance(one, str) for one in said):
+            do = f'Write {name} = ("{said}",).' if isinstance(said, str) else ""
+            yield StudyError(f"{where}, {name}", f"{said!r}", "a tuple of names", do)
+    said = effect.acts_on
+    if not isinstance(said, set | frozenset) or not all(isinstance(one, Capability) for one in said):
+        yield StudyError(
+            f"{where}, acts_on", f"{said!r}", "a set of Capability", "Write frozenset({Capability.GUIDE})."
+        )
+    for p in effect.parameters:
+        for name in ("typical", "lower", "upper", "null"):
+            if isinstance(number := getattr(p, name), bool) or not isinstance(number, int | float):
+                do = 'Write quantity("N", "what it is", 1.0).'
+                yield StudyError(f"{where}, parameter {p.name}, {name}", f"{number!r}", "a number", do)
+        for name in ("unit", "doc"):
+            if not isinstance(text := getattr(p, name), str):
+                yield StudyError(f"{where}, parameter {p.name}, {name}", f"{text!r}", "text", "")
 
 
 def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:

@@ -122,11 +122,15 @@ def instants_of(effect: type[Effect]) -> tuple[str, ...]:
     return ("instant", *(f"instant_{place}" for place in range(2, effect.recurs + 1)))
 
 
+MOST_DIGITS = 9
+"""Of the number of a record: no series is longer, and Python does not read thousands of them."""
+
+
 def member(effect: type[Effect], where: str) -> type[Effect] | None:
     """The member of a family by what stands behind the mark in its name; None where there is no such."""
     first, to, last = where.partition(TO)
     if not to:
-        places = [int(place) if place.isdecimal() else 0 for place in where.split(AND)]
+        places = [int(place) if place.isdecimal() and len(place) <= MOST_DIGITS else 0 for place in where.split(AND)]
         known = 0 not in places and places == sorted(set(places)) and (len(places) == 1 or may_be_shared(effect))
         return of_records(effect, *places) if known else None
     # A law with thousands of instants takes minutes to make, and is a slip of the pen.

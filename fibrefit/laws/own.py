@@ -6,11 +6,14 @@ import hashlib
 import importlib.util
 import inspect
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import ModuleType
 from typing import TypeGuard
 
 from fibrefit.core.errors import StudyError, did_you_mean
+from fibrefit.core.paths import is_plain_file, read_plain_file
+from fibrefit.laws.contract import unusable
 from fibrefit.laws.declared import KINDS, refusals
 from fibrefit.laws.law import Effect
 
@@ -32,7 +35,7 @@ def from_file(name: str, directory: Path) -> object:
     """
     file, _, wanted = name.rpartition(":")
     path = (directory / file).resolve()
-    if not path.is_file():
+    if not is_plain_file(path):
         raise StudyError(f'effect "{name}"', f"no file {path}", "a Python file beside the study", "Check the path.")
     module = _load(path, name)
     found = getattr(module, wanted, None)
@@ -43,8 +46,24 @@ def from_file(name: str, directory: Path) -> object:
     return found
 
 
+def from_package(point: EntryPoint) -> object:
+    """What an installed package offers as an effect.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be imported.
+    """
+    try:
+        return point.load()
+    except (Exception, SystemExit) as error:
+        got = f"{point.value}, which an installed package offers, fails with {type(error).__name__}: {error}"
+        raise StudyError(f'effect "{point.name}"', got, do="Mend that package, or remove it.") from error
+
+
 def _load(path: Path, name: str) -> ModuleType:
-    digest = hashlib.sha256(str(path).encode() + path.read_bytes()).hexdigest()
+    source = read_plain_file(path, "a Python file", StudyError)
+    digest = hashlib.sha256(str(path).encode("utf-8", "surrogateescape") + source).hexdigest()
     title = f"fibrefit_user_{path.stem}_{digest[:12]}"
     if title in sys.modules:
         # A second class of the same file must be of the same module: JAX tells pytrees apart by their class.
@@ -55,8 +74,9 @@ def _load(path: Path, name: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[title] = module
     try:
-        spec.loader.exec_module(module)
-    except Exception as error:
+        # The very bytes of the digest: byte code that Python keeps beside a file is as old as its clock tells seconds.
+        exec(compile(source, str(path), "exec"), vars(module))
+    except (Exception, SystemExit) as error:
         del sys.modules[title]
         raise StudyError(
             f'effect "{name}"', f"{path.name} fails with {type(error).__name__}: {error}", do="Run the file by itself."
@@ -75,11 +95,13 @@ def checked(found: object, name: str) -> type[Effect]:
     Raises
     ------
     StudyError
-        If it is no effect, or breaks the contract of one: with the first thing that is wrong.
+        If it is no effect, breaks the contract of one, or cannot be compiled: with the first thing that is wrong.
     """
     where = f'effect "{name}"'
     if not is_effect(found):
         raise StudyError(where, f"{found!r} is no effect", KINDS)
     for refusal in refusals(found, where):
+        raise refusal
+    for refusal in unusable(found, where):
         raise refusal
     return found

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import in_words
 from fibrefit.plots.lines import MOST, draw_line, thinned
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
@@ -67,7 +68,7 @@ def bands_figure(heading: str, channels: list[Banded], beside: str = "bands hold
     """
     heights = [TALL, LOW] * len(channels)
     figure, axes = stacked_figure(heights)
-    inside = " and ".join(f"{100 * channel.covered:.1f} % ({channel.name})" for channel in channels)
+    inside = in_words(f"{100 * channel.covered:.1f} % ({channel.name})" for channel in channels)
     title(figure, f"{heading}: {inside} of the samples lie inside the band", beside)
     for number, channel in enumerate(channels):
         _readings(axes[2 * number], channel)

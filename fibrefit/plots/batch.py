@@ -16,6 +16,7 @@ from fibrefit.plots.style import (
     BLACK,
     ENDED,
     ENDED_AS,
+    GREY,
     LETTER_SMALL,
     SMALL,
     in_own_style,
@@ -32,6 +33,10 @@ ROW = 30.0
 """Height of a parameter, in mm: five of them and the gap stand on a page."""
 MOST_NAMED = 30
 """Items whose names are written below the axis."""
+NEARLY_ALL = (0.02, 0.98)
+"""Quantiles of the values of usable items between which those lie that a panel is made for."""
+FEWEST_FOR_LIMITS = 3
+"""Usable items from which it is."""
 MOST_LETTERS = 40
 """Letters of a name there is room for below the axis."""
 
@@ -90,8 +95,9 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
     found = [item.parameters.get(name) for item in items.values()]
     values = np.array([np.nan if one is None else one.value for one in found])
     errors = np.array([np.nan if one is None or one.std_error is None else one.std_error for one in found])
-    unit, worth = readable_unit(values, si)
     states = np.array([item.status or "" for item in items.values()])
+    usable = np.isin(states, ("ok", "suspect"))
+    unit, worth = readable_unit(values[usable] if np.isfinite(values[usable]).any() else values, si)
     lacking = np.array([bool(item.lacks) for item in items.values()])
     for state, colour in ENDED.items():
         for lacks, filled, said in ((False, colour, state), (True, "white", f"{state}, model lacks something")):
@@ -101,6 +107,26 @@ def _values(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem], nam
                 style: dict[str, Any] = {"color": colour, "markerfacecolor": filled, "elinewidth": 0.6, "label": said}
                 axes.errorbar(numbers[here], values[here] / worth, bars, fmt=ENDED_AS[state], markersize=2, **style)
     label(axes, y=axis_label(name.rpartition(".")[2], unit))
+    _limit(axes, numbers, values / worth, errors / worth, usable)
+
+
+def _limit(axes: Axes, numbers: np.ndarray, values: np.ndarray, errors: np.ndarray, usable: np.ndarray) -> None:
+    """Show what can be used at a size to be read; what lies far outside, as a failed item may, by marks at the edge."""
+    known = values[usable & np.isfinite(values)]
+    if known.size < FEWEST_FOR_LIMITS:
+        return
+    low, high = np.quantile(known, NEARLY_ALL)
+    bar = 2.0 * float(np.median(np.nan_to_num(errors[usable & np.isfinite(values)])))
+    room = bar + 0.5 * (high - low)
+    if not room > 0.0 or not np.any((values < low - 2.0 * room) | (values > high + 2.0 * room)):
+        return
+    ends = low - room, high + room
+    axes.set_ylim(*ends)
+    for beyond, edge, marker in ((values < ends[0], ends[0], "v"), (values > ends[1], ends[1], "^")):
+        if beyond.any():
+            axes.plot(numbers[beyond], np.full(beyond.sum(), edge), marker, color=GREY, markersize=3, clip_on=False)
+    said = f"{np.count_nonzero((values < ends[0]) | (values > ends[1]))} beyond"
+    axes.text(0.005, 0.96, said, transform=axes.transAxes, fontsize=SMALL, ha="left", va="top", color="0.25")
 
 
 def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> None:

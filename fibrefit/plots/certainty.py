@@ -9,6 +9,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import typeset_unit
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
@@ -165,7 +166,7 @@ def each_figure(estimates: Mapping[tuple[str, str], ParameterSummary]) -> Figure
     bottom = 7.0 if flat else 5.0 + LETTER * max(map(len, shown))
     figure = new_figure(top + bottom + len(names) * (height + gap) - gap)
     words = [name.replace("_", " ") for name in names]
-    title(figure, f"Each record has its own {' and '.join(words)}", "bars: 95 % intervals; dashed: mean of all records")
+    title(figure, f"Each record has its own {in_words(words)}", "bars: 95 % intervals; dashed: mean of all records")
     up = figure.get_size_inches()[1] * 25.4
     for row, name in enumerate(names):
         axes = axes_at(figure, left, up - top - height - row * (height + gap), room, height)

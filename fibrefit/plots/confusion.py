@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fibrefit.core.shown import in_words
 from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.style import in_own_style
@@ -22,6 +23,6 @@ def confusion_figures(summary: DistinguishSummary) -> Figures:
     below = np.tril(np.nan_to_num(cosine), -1) if len(names) > 1 else np.zeros((0, 0))
     if below.any():
         worst = np.unravel_index(int(np.argmax(below)), below.shape)
-        pair = " and ".join(names[i] for i in sorted(worst))
+        pair = in_words(names[i] for i in sorted(worst))
         heading = f"{pair} are the most confounded pair: |cosine| of sensitivities {below[worst]:.2f}"
     return Figures({"confusion": correlation_figure(names, cosine, heading)})

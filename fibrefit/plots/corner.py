@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
-from fibrefit.plots.quantities import axis_label, readable_unit
+from fibrefit.core.shown import in_words
+from fibrefit.plots.quantities import axis_label, last_part, readable_unit
 from fibrefit.plots.style import FINAL, POSTERIOR, SMALL, USUAL, new_figure, title
 
 CELL, WIDEST = 33.0, 178.0
@@ -64,8 +65,8 @@ class Drawn:
 
     @property
     def short(self) -> str:
-        """The last part of a dotted name, without its record."""
-        return self.name if self.name.startswith("noise.") else self.name.partition("[")[0].rpartition(".")[2]
+        """The last part of its name."""
+        return last_part(self.name)
 
 
 def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
@@ -113,7 +114,7 @@ def corner_figure(drawn: Sequence[Drawn], probability: float) -> Figure:
     if len(drawn) == 1 and fitted[0] is not None:
         figure.axes[0].axvline(fitted[0], color=FINAL)
     _tidy(figure, drawn, shown, tails)
-    levels = " and ".join(f"{100 * level:.0f} %" for level in LEVELS)
+    levels = in_words(f"{100 * level:.0f} %" for level in LEVELS)
     beside = f"contours hold {levels} of the draws; dashed: median and {100 * probability:g} % interval; black: the fit"
     title(figure, _heading(drawn), beside)
     return figure

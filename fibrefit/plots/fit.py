@@ -5,6 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from fibrefit.core.roles import PHASES, TAUT
+from fibrefit.core.shown import in_words
 from fibrefit.plots.certainty import correlation_figure, each_figure, errors_figure
 from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.fitted import Fitted
@@ -90,4 +91,4 @@ def record_figure(fitted: Fitted, record: int) -> Figure:
 
 def gaps_in_words(channels: list[Compared]) -> str:
     """What is left of each channel: ``1.02 (force) and 0.98 (position) times``."""
-    return f"{' and '.join(f'{one.gap:.2f} ({one.name})' for one in channels)} times"
+    return f"{in_words(f'{one.gap:.2f} ({one.name})' for one in channels)} times"

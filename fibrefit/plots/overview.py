@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import or_others
+from fibrefit.core.shown import in_words, or_others
 from fibrefit.core.units import shown_unit, typeset_unit
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line
@@ -99,7 +100,7 @@ def _verdict(summary: FitResultSummary) -> str:
             return VERDICTS[summary.status]
         return LACKS[summary.bars_allow] if leaves_more(summary.checks) else DOUBTED
     if summary.verdict == "named":
-        return f"The model lacked {' and '.join(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
+        return f"The model lacked {in_words(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
     if summary.verdict == "nothing_missing":
         return "Nothing is missing: the model explains these records down to their noise"
     if summary.verdict == "not_trusted":
@@ -153,7 +154,8 @@ def _records(figure: Figure, final: Fitted, first: Fitted | None, chosen: Sequen
         panels: list[Axes] = []
         models = [(final, FINAL), *([(first, FIRST)] if first else [])]
         for channel in range(len(final.channels)):
-            for height, draw in ((TALL, _readings), (LOW, _residuals)):
+            readings = partial(_readings, in_unit=_unit_of(channel, [model for model, _ in models], chosen))
+            for height, draw in ((TALL, readings), (LOW, _residuals)):
                 axes = axes_at(figure, left, upper - height, width, height)
                 draw(axes, [(model.compared(record)[channel], colour) for model, colour in models], column == 0)
                 panels.append(axes)
@@ -181,9 +183,15 @@ def _finish(panels: list[Axes], final: Fitted, record: int, width: float) -> Non
     )
 
 
-def _readings(axes: Axes, models: Sequence[tuple[Compared, str]], labelled: bool) -> None:
-    one = models[0][0]
-    unit, worth = readable_unit(np.concatenate([one.measured, one.simulated]), one.unit)
+def _unit_of(channel: int, models: Sequence[Fitted], chosen: Sequence[int]) -> tuple[str, float]:
+    """Unit of a channel in all records that are drawn, as one label is of all of them, and what it is worth."""
+    every = [model.compared(record)[channel] for record in chosen for model in models]
+    parts = [part for one in every for part in (one.measured, one.simulated)]
+    return readable_unit(np.concatenate(parts), every[0].unit)
+
+
+def _readings(axes: Axes, models: Sequence[tuple[Compared, str]], labelled: bool, in_unit: tuple[str, float]) -> None:
+    one, (unit, worth) = models[0][0], in_unit
     draw_line(axes, one.times, one.measured / worth, label="measured", **MEASURED)
     for (model, colour), said in zip(reversed(models), _names(len(models)), strict=True):
         draw_line(axes, one.times, model.simulated / worth, label=said, **{**SIMULATED, "color": colour})

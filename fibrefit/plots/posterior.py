@@ -58,9 +58,12 @@ def trace_figures(summary: PosteriorSummary, groups: Groups, names: Sequence[str
         low, middle, high = (kept[part].values[places[name]] for part in ("low", "median", "high"))
         steps, warm_up = kept["step"].values, summary.warm_up or 0
         r_hat = np.nan if one.r_hat is None else one.r_hat
-        ways.append(Way(name, one.unit, steps, low, middle, high, _draws(groups, name), warm_up, r_hat))
+        ess = np.nan if one.ess_bulk is None else one.ess_bulk
+        ways.append(Way(name, one.unit, steps, low, middle, high, _draws(groups, name), warm_up, r_hat, ess))
     limit = next((check.threshold for check in summary.checks if check.identifier == "convergence"), None)
-    return Figures({"traces": traces_figure(ways, limit)})
+    every = [*summary.parameters.values(), *(one for own in summary.records.values() for one in own.values())]
+    worst = float(np.max([np.nan if one.r_hat is None else one.r_hat for one in every]))
+    return Figures({"traces": traces_figure(ways, limit, worst)})
 
 
 @in_own_style

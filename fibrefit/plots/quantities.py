@@ -14,6 +14,11 @@ def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:
     return typeset_unit(unit), worth
 
 
+def last_part(name: str) -> str:
+    """The last part of a dotted name, without its record; of a level of noise all of it, as its channel is another."""
+    return name if name.startswith("noise.") else name.partition("[")[0].rpartition(".")[2]
+
+
 def axis_label(name: str, unit: str) -> str:
     """``position / mm``, the way of the standard for quantities (ISO 80000-1); the bare name for a pure number."""
     words = name.replace("_", " ")

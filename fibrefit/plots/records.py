@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import in_words
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import MEASURED, PALE, RESIDUAL, SIMULATED, SMALL, label, legend, stacked_figure, title
@@ -83,12 +84,20 @@ def compared_figure(
     for number, channel in enumerate(channels):
         _curves(next(panels), channel)
         if number == 0:
-            legend(axes[len(axes) - len(heights) + bool(phases)], loc="upper right")
+            _legend(axes[bool(phases)], above=not phases)
         if channel.noise is not None:
             _residual(next(panels), channel)
     crop(axes[0], channels[0].times, ends)
     figure.align_ylabels(axes)
     return figure
+
+
+def _legend(axes: Axes, above: bool) -> None:
+    """Above the panel where nothing else stands there; inside it on white, or its lines would be taken for data."""
+    if above:
+        legend(axes, loc="lower right", bbox_to_anchor=(1.005, 1.0))
+    else:
+        legend(axes, loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def crop(axes: Axes, times: np.ndarray, ends: tuple[float, float] | None) -> None:
@@ -98,7 +107,7 @@ def crop(axes: Axes, times: np.ndarray, ends: tuple[float, float] | None) -> Non
     axes.set_xlim(from_s, to_s)
     rest = [f"{size:.2g} s at its {end}" for size, end in ((from_s - first, "start"), (last - to_s, "end")) if size > 0]
     if rest:
-        said = f"not shown: rest, {' and '.join(rest)}"
+        said = f"not shown: rest, {in_words(rest)}"
         axes.figure.text(0.995, 0.005, said, fontsize=SMALL, color="0.4", ha="right", va="bottom")
 
 

@@ -18,7 +18,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
 from fibrefit.core.formats import requested_formats
-from fibrefit.core.paths import numbered_stems, safe_stem, without_end
+from fibrefit.core.paths import numbered_stems, safe_stem, without_end, write_whole
 from fibrefit.core.shown import harmless
 from fibrefit.plots.style import caption_of, in_own_style
 
@@ -58,7 +58,7 @@ def save_figures(
         if stop():
             break
         for path, kind in zip(paths, kinds, strict=True):
-            path.write_bytes(figure_file(figure, kind))
+            write_whole(path, figure_file(figure, kind))
         written += paths
     return written
 

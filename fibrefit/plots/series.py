@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import in_words
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.pooled import ACROSS, BOTTOM, LEFT, UP, RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit
@@ -84,7 +85,7 @@ def _headline(summary: SeriesSummary) -> str:
         serves = "serves" if summary.answer == "constant" else "serve"
         return f"{ANSWERS[summary.answer]} {serves} all {len(summary.records)} records"
     lawful = list(dict.fromkeys(one.parameter for one in summary.curves))
-    return f"{' and '.join(lawful)} {'depends' if len(lawful) == 1 else 'depend'} on speed"
+    return f"{in_words(lawful)} {'depends' if len(lawful) == 1 else 'depend'} on speed"
 
 
 def _gaps(summary: SeriesSummary) -> str:

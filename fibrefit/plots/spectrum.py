@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fibrefit.core.shown import in_words
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (
@@ -93,7 +94,7 @@ def _heading(spectra: Mapping[str, _Spectrum], changed: bool) -> str:
         shares = [np.mean(power > found.chance[1] * found.floor) for power in (found.first, found.final)]
         share = f"{100 * shares[0]:.0f} %" + (f", then {100 * shares[1]:.0f} %" if changed else "")
         said.append(f"{share} ({channel})")
-    return f"Residuals exceed the noise at {' and '.join(said)} of all frequencies"
+    return f"Residuals exceed the noise at {in_words(said)} of all frequencies"
 
 
 def _floor(axes: Axes, found: _Spectrum, worth: float) -> None:

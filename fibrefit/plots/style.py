@@ -175,6 +175,10 @@ def label(axes: Axes, *, x: str = "", y: str = "") -> None:
         axes.set_ylabel(y, fontsize=USUAL, labelpad=3)
 
 
+FEWEST_TICKS = 2
+"""Numbers that an axis needs to be read."""
+
+
 class _Threes(LogLocator):
     """Numbers at 1 and 3 of each decade, or at 1 alone where there is no room for both."""
 
@@ -184,10 +188,12 @@ class _Threes(LogLocator):
     def tick_values(self, vmin: float, vmax: float) -> Any:
         """As of a locator, in SI units of the axis."""
         found = np.asarray(super().tick_values(vmin, vmax))
+        powers = np.asarray(LogLocator(numticks=7).tick_values(vmin, vmax))
         low, high = min(vmin, vmax), max(vmin, vmax)
-        if self.axis is None or np.count_nonzero((found >= low) & (found <= high)) <= self.axis.get_tick_space():
-            return found
-        return LogLocator(numticks=7).tick_values(vmin, vmax)
+        inside, of_powers = (sum(low <= tick <= high for tick in ticks.tolist()) for ticks in (found, powers))
+        fits = self.axis is None or inside <= self.axis.get_tick_space()
+        # Over many decades a locator of several numbers a decade gives none at all.
+        return found if fits and inside >= min(of_powers, FEWEST_TICKS) else powers
 
 
 def logarithmic(axes: Axes, *ways: Literal["x", "y"]) -> None:

@@ -61,7 +61,7 @@ def _followed_by(record: Record, part: Record) -> Record:
     missing = round((begin - end) / step) - 1
     gap = (TimeGap(end, missing),) if missing > 0 else ()
     lost = f"{missing} samples are missing between" if missing > 0 else "no sample is missing between"
-    shift = begin - float(part.time[0])
+    shift, told = begin - float(part.time[0]), f"{where} follows{said}; {lost}."
     return replace(
         record,
         time=np.concatenate([record.time, part.time + shift]),
@@ -69,12 +69,14 @@ def _followed_by(record: Record, part: Record) -> Record:
         valid={role: np.concatenate([mask, part.valid[role]]) for role, mask in record.valid.items()},
         uniform=record.uniform and part.uniform and _on_grid(begin - end, step),
         gaps=(*record.gaps, *gap, *(TimeGap(g.after + shift, g.missing) for g in part.gaps)),
-        history=(
-            *record.history,
-            *(line for line in part.history if line not in record.history),
-            f"{where} follows{said}; {lost}.",
-        ),
+        history=(*_both(record.history, part.history), told),
+        notes=(*_both(record.notes, part.notes), *([told] if missing > 0 else [])),
     )
+
+
+def _both(first: tuple[str, ...], then: tuple[str, ...]) -> tuple[str, ...]:
+    """Sentences on two files, those that are the same of both once."""
+    return (*first, *(line for line in then if line not in first))
 
 
 def _refuse_repeated(record: Record, part: Record) -> None:
@@ -160,6 +162,7 @@ def side_by_side(record: Record, other: Record, offset: float | None = None) -> 
         headers={**(record.headers or {}), **{r: h for r, h in (other.headers or {}).items() if r in other.channels}},
         scales={**(record.scales or {}), **(other.scales or {})},
         history=(*record.history, *other.history, said[0].upper() + said[1:]),
+        notes=_both(record.notes, other.notes),
     )
 
 

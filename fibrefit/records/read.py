@@ -26,7 +26,7 @@ from fibrefit.records.files.keyed import without_keys
 from fibrefit.records.files.lvm import is_lvm, read_lvm
 from fibrefit.records.files.sheets.workbook import read_workbook
 from fibrefit.records.files.text import read_text
-from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.phrases import Aside, count
 from fibrefit.records.layouts.units_behind import with_units_apart
 from fibrefit.records.layouts.usual import in_usual_layout
 from fibrefit.records.options import ReadOptions
@@ -165,6 +165,7 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
     _check_units(base, kept, where)
     usable = np.isfinite(base.time)
     rows = slice(None) if usable.all() else usable
+    damage = _damage(base, kept)
     return Record(
         name=name or where,
         path=table.path,
@@ -177,8 +178,9 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
         gaps=base.gaps,
         headers={"time": base.header or base.source} | {role: column.header for role, column in kept.items()},
         scales={role: column.scale for role, column in kept.items() if column.scale is not None},
-        history=tuple(_history(table, kept, group)),
+        history=(*_how_read(table, kept, group), *damage, *table.notes),
         origin=base.origin,
+        notes=(*damage, *(note for note in table.notes if not isinstance(note, Aside))),
     )
 
 
@@ -205,6 +207,8 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         from fibrefit.records.files.arrays.numpy_file import read_numpy
 
         return read_numpy(data, where, options)
+    if arrays or tdms or mdf or data[:4] == b"PAR1":
+        _refuse_of_text(options, where)
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
@@ -228,7 +232,19 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         if long is not None:
             return long
         text = decode(data, where)
-    return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
+    if is_lvm(text):
+        _refuse_of_text(options, where)
+        return read_lvm(text, where)
+    return read_text(without_keys(text, where), where, options)
+
+
+def _refuse_of_text(options: ReadOptions, where: str) -> None:
+    """Refuse what is declared of the text of a file that says itself how its numbers stand: it would change nothing."""
+    said = {name: getattr(options, name) for name in ("columns", "delimiter", "decimal", "header")}
+    if declared := [name for name, value in said.items() if value]:
+        got = f"{' and '.join(declared)} of a file that says itself how its numbers stand"
+        do = "Leave them out; state them of the text files alone."
+        raise DataError(where, got, "them of a text file only", do)
 
 
 def _refuse_many_cells(data: bytes, where: str) -> None:
@@ -335,19 +351,10 @@ def _in_unit(column: Column) -> str:
     return inside if column.scale is None else f"{inside}, scaled by {column.scale.text}"
 
 
-def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
-    base = table.times[group]
-    said = [f"Read from {shown_path(table.path.name)}; time: {base.source}."]
+def _how_read(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
+    """Sentences on where a record's numbers come from, and what else the file holds."""
+    said = [f"Read from {shown_path(table.path.name)}; time: {table.times[group].source}."]
     said += [f'{role}: column "{column.header}" {_in_unit(column)}.' for role, column in kept.items()]
-    for reason, rows in base.lost.items():
-        said.append(f"{count(len(rows), 'row')} left out: {reason}.")
-    for role, column in kept.items():
-        for reason, number in column.masked.items():
-            if reason != "time unusable":
-                said.append(f"{role}: {count(number, 'sample')} masked ({reason}).")
-    missing = sum(gap.missing for gap in base.gaps)
-    if missing:
-        said.append(f"{count(missing, 'sample')} missing in {count(len(base.gaps), 'gap')}.")
     aside = [column.header for column in table.columns if column.group == group and column not in kept.values()]
     if aside:
         said.append(f"Columns left out: {', '.join(aside)}.")
@@ -355,4 +362,17 @@ def _history(table: Table, kept: Mapping[str, Column], group: int) -> list[str]:
         slower = [column.header for column in table.columns if column.group == number != group]
         if slower:
             said.append(f"Left out, sampled at {registry.format_number(other.rate, 6)} Hz: {', '.join(slower)}.")
-    return [*said, *table.notes]
+    return said
+
+
+def _damage(base: TimeBase, kept: Mapping[str, Column]) -> list[str]:
+    """Sentences on what of a record could not be used, and what is missing."""
+    said = [f"{count(len(rows), 'row')} left out: {reason}." for reason, rows in base.lost.items()]
+    for role, column in kept.items():
+        for reason, number in column.masked.items():
+            if reason != "time unusable":
+                said.append(f"{role}: {count(number, 'sample')} masked ({reason}).")
+    missing = sum(gap.missing for gap in base.gaps)
+    if missing:
+        said.append(f"{count(missing, 'sample')} missing in {count(len(base.gaps), 'gap')}.")
+    return said

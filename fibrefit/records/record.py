@@ -50,6 +50,8 @@ class Record(Shown):
         Sentences: how it was read, what was left out, what was done since.
     origin : float or None
         Time of day, and date where it is written, at which `time` is zero, in s; None where the file has no clock.
+    notes : tuple of str
+        Those of the history that may give a reason to doubt a number: what is damaged, missing or not understood.
     scales : mapping of str to Scale
         What one unit of a role's column was declared to be worth, with its uncertainty.
 
@@ -74,6 +76,7 @@ class Record(Shown):
     history: tuple[str, ...] = ()
     scales: Mapping[str, Scale] | None = None
     origin: float | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n = self.time.size
@@ -169,11 +172,13 @@ class Record(Shown):
         fresh = int((self.valid[role] & where).sum())
         values, valid = self.channels[role].copy(), self.valid[role] & ~where
         values[where] = np.nan
+        said = f"Masked {fresh} samples of {role}: {why}."
         return replace(
             self,
             channels={**self.channels, role: values},
             valid={**self.valid, role: valid},
-            history=(*self.history, f"Masked {fresh} samples of {role}: {why}."),
+            history=(*self.history, said),
+            notes=(*self.notes, said),
         )
 
     def only(self, *roles: str) -> Record:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from fibrefit.report.layout import items, paragraph
+from fibrefit.core.shown import in_words
+from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, shortened_names
 from fibrefit.study.summaries.check import OTHERWISE, Check
+from fibrefit.study.summaries.summaries import RecordSummary
 
 GLOSSARY = "Terms: fibrefit glossary."
 """Last line of the reports."""
+MOST_NOTES = 8
+"""Notes on records that a report tells, and records that each is told of by name."""
 
 
 def quantity_of(check: Check) -> str:
@@ -37,3 +41,23 @@ def passes(checks: Sequence[Check]) -> list[str]:
     if not passed:
         return []
     return [paragraph(f"{'Passed' if len(passed) < len(checks) else 'All checks passed'}: {'; '.join(passed)}.")]
+
+
+def notes_on_records(records: Mapping[str, RecordSummary]) -> list[str]:
+    """What files hold that may be a reason to doubt a number, each sentence once, behind the records that it is of."""
+    of: dict[str, list[str]] = {}
+    for name, short in shortened_names(records, LONGEST_RECORD_NAME).items():
+        for note in records[name].notes:
+            of.setdefault(note, []).append(short)
+    told = [f"{_whose(names, len(records))}: {note}" for note, names in of.items()]
+    others = len(told) - MOST_NOTES
+    more = [f"And {others} more such notes: records.*.notes of summary.json."] if others > 0 else []
+    return [*told[:MOST_NOTES], *more]
+
+
+def _whose(names: Sequence[str], records: int) -> str:
+    if len(names) == records > 1:
+        return f"All {records} records"
+    if len(names) > MOST_NOTES:
+        return f"{', '.join(names[:MOST_NOTES])} and {len(names) - MOST_NOTES} more"
+    return in_words(names)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.shown import from_to, or_others
+from fibrefit.core.shown import from_to, in_words, or_others
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
@@ -124,7 +124,7 @@ def _in_short(names: Sequence[str]) -> str:
 def verdict_line(summary: DiscoverySummary) -> str:
     """The verdict in one line, e.g. ``NAMED: guide.viscous_friction``."""
     if summary.verdict == "named":
-        return f"NAMED: {' and '.join(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
+        return f"NAMED: {in_words(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
     if summary.verdict == "unexplained":
         if summary.proposed_law is not None:
             return f"UNEXPLAINED: {_asked_for(summary.proposed_law)}"
@@ -154,7 +154,7 @@ def _opening(summary: DiscoverySummary) -> str:
     elif after is not None:
         said.append(f"The normalised residual RMS (gap) is {after:.2f}, expected {expected}.")
     if summary.verdict == "unexplained" and summary.added:
-        said.append(f"{' and '.join(summary.added)} helped, but that is not the whole of it.")
+        said.append(f"{in_words(summary.added)} helped, but that is not the whole of it.")
     if summary.provenance is not None and summary.provenance.seconds is not None:
         said.append(f"The search took {_duration(summary.provenance.seconds)}.")
     return " ".join(said)

@@ -7,6 +7,7 @@ from functools import partial
 
 from scipy.special import ndtri, stdtrit
 
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
@@ -86,7 +87,7 @@ def _known(summary: PosteriorSummary) -> list[str]:
     lines += [paragraph(said) for said in filter(None, [between_sentence(summary.between_records)])]
     own = sorted({name for found in summary.records.values() for name in found})
     if own:
-        lines.append(paragraph(f"Each record has its own {' and '.join(own)}: see summary.json."))
+        lines.append(paragraph(f"Each record has its own {in_words(own)}: see summary.json."))
     return lines + _priors(summary)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_share
-from fibrefit.report.checks import GLOSSARY, failures, passes
+from fibrefit.report.checks import GLOSSARY, failures, notes_on_records, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.text import (
     ABOUT_RECORDS,
@@ -31,11 +31,15 @@ def prediction_report(summary: PredictionSummary) -> str:
         section("How well it is predicted", _predicted(summary)),
         section("With what values", _values(summary)),
         section(ABOUT_RECORDS, about_records(summary.records)),
-        section("What to doubt", failures(summary.checks) + passes(summary.checks)),
+        section("What to doubt", _doubts(summary)),
         section("What to do next", items(summary.advice)),
         GLOSSARY,
     ]
     return "\n\n".join(filter(None, sections))
+
+
+def _doubts(summary: PredictionSummary) -> list[str]:
+    return failures(summary.checks) + items(notes_on_records(summary.records)) + passes(summary.checks)
 
 
 def _of_which(summary: PredictionSummary) -> str:

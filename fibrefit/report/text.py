@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
-from fibrefit.report.checks import GLOSSARY, failures, passes
+from fibrefit.report.checks import GLOSSARY, failures, notes_on_records, passes
 from fibrefit.report.layout import (
     LONGEST_RECORD_NAME,
     decimals_of,
@@ -389,7 +389,4 @@ def input_noise(summary: FitResultSummary) -> list[str]:
 
 def doubts(summary: FitResultSummary) -> list[str]:
     """Checks that failed, notes on records, and the names of checks that passed."""
-    lines = failures(summary.checks)
-    for name, record in summary.records.items():
-        lines += items(f"{name}: {note}" for note in record.notes)
-    return lines + passes(summary.checks)
+    return failures(summary.checks) + items(notes_on_records(summary.records)) + passes(summary.checks)

@@ -229,6 +229,7 @@ _DRIVEN = Rig(
     start=_start,
     observe=_observe,
     starting=starting_guided_mass,
+    planned=None,
     anchor="position",
 )
 

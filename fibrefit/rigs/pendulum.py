@@ -219,5 +219,6 @@ PENDULUM = Rig(
     start=_start,
     observe=_observe,
     starting=_starting,
+    planned=None,
     prepared=partial(from_motion, channel="angle"),
 )

@@ -125,8 +125,9 @@ class Rig:
         Conditions in which a further record could differ; none where the rig allows no choice.
     possible : mapping of str to (float, float), in SI units
         Least and most of what a study says that the rig can do, by condition or as ``drive_travel``, ``drive_speed``.
-    planned : callable ``(conditions) -> {nuisance: value}``
-        Nuisances of a record that is planned; zero where not named.
+    planned : callable ``(conditions) -> {nuisance: value}``, optional
+        Nuisances of a record that is planned; zero where not named. None where only a measurement tells how a motion
+        begins: such a record cannot be planned.
     per_unit_of : str
         Parameter that the others are found per unit of only, unless ``added_<name>`` differs between records.
     pulled : callable ``(conditions, position (n_time,)) -> Pull``, optional
@@ -153,7 +154,7 @@ class Rig:
     derived: tuple[str, ...] = ()
     further: tuple[Variation, ...] = ()
     possible: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    planned: Callable[[Mapping[str, float]], Mapping[str, float]] = lambda _: {}
+    planned: Callable[[Mapping[str, float]], Mapping[str, float]] | None = lambda _: {}
     per_unit_of: str = ""
     pulled: Callable[[Mapping[str, float], np.ndarray], Pull] | None = None
     variants: Mapping[str, Rig] = field(default_factory=dict)

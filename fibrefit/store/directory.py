@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from fibrefit.core.errors import UsageError
-from fibrefit.store.files import synchronise
+from fibrefit.core.paths import synchronise
 from fibrefit.store.lock import locked
 from fibrefit.store.manifest import MARKER, files_of, foreign, listing, read_manifest, write_manifest
 from fibrefit.store.publish import WORKING, clear, partial_of, put_in_place, recover
@@ -131,7 +131,7 @@ class ResultDirectory:
             except OSError as failed:
                 error = failed
             self._abandon(error)
-            if isinstance(error, OSError) and error.errno in _DISK:
+            if isinstance(error, OSError) and error.errno in _DISK and self._is_of_result(error):
                 raise self._refused(error) from error
             if kind is None:
                 raise error
@@ -227,9 +227,18 @@ class ResultDirectory:
     def _abandon(self, error: BaseException) -> None:
         kept = bool(files_of(self.path)) and (isinstance(error, KeyboardInterrupt) or self._keep or self._resume)
         if kept:
-            error.add_note(f"What was done is kept in {self._partial_shown}; --resume goes on from there.")
+            goes_on = self._keep or self._resume
+            then = "; --resume goes on from there" if goes_on else ", until the same is asked for again"
+            error.add_note(f"What was done is kept in {self._partial_shown}{then}.")
         elif self.path.is_dir():
             clear(self.path)
+
+    def _is_of_result(self, error: OSError) -> bool:
+        """Whether a file of the result could not be written, and not one read that lies elsewhere."""
+        if error.filename is None:
+            return True
+        place = Path(os.path.abspath(os.fsdecode(error.filename)))
+        return any(folder == place or folder in place.parents for folder in (self.out, self.path))
 
     @property
     def _partial_shown(self) -> str:
@@ -238,11 +247,6 @@ class ResultDirectory:
     def _check_out(self) -> None:
         if not os.path.lexists(self.out):
             return
-        if not (self._force or self._resume):
-            there = read_manifest(self.out)
-            same = self._keep and there is not None and there.run == self._run.parts
-            do = "Add --resume to go on with it, --force to replace it," if same else "Add --force to replace it,"
-            raise UsageError(str(self._shown), "exists already", "a new folder", f"{do} or name another --out.")
         if not self.out.is_dir():
             raise UsageError(str(self._shown), "is a file", "a folder", "Name another --out.")
         others = foreign(self.out)
@@ -253,6 +257,11 @@ class ResultDirectory:
                 "a folder that holds a result only",
                 "Nothing was removed. Move it, or name another --out.",
             )
+        if not (self._force or self._resume):
+            there = read_manifest(self.out)
+            same = self._keep and there is not None and there.run == self._run.parts
+            do = "Add --resume to go on with it, --force to replace it," if same else "Add --force to replace it,"
+            raise UsageError(str(self._shown), "exists already", "a new folder", f"{do} or name another --out.")
 
     def _check_partial(self) -> None:
         left = read_manifest(self.path)

@@ -14,8 +14,7 @@ import numpy as np
 from fibrefit.core import allowance
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import is_plain_file
-from fibrefit.store.files import write_whole
+from fibrefit.core.paths import is_plain_file, write_whole
 from fibrefit.study.summaries.summaries import Provenance
 
 if TYPE_CHECKING:
@@ -101,7 +100,7 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
     Returns
     -------
     groups : dict
-        Group name to variable name to `Variable`.
+        Group name to variable name to `Variable`; what is asked for and not there is a `DataError` that says so.
     attributes : dict
         Of the file: ``schema``, ``created``, ``seed``.
 
@@ -118,31 +117,26 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
         with h5py.File(path, "r", locking=False) as file:
             allowed = Allowance(str(path), DataError, max(allowance.LARGEST, PACKED * path.stat().st_size))
             file.visititems(partial(_count, allowed))
-            groups = {name: _read_group(group) for name, group in file.items()}
-            return groups, {name: _plain(value) for name, value in file.attrs.items()}
+            groups = {name: _Stored(str(path), "array", _read_group(group)) for name, group in file.items()}
+            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            return _Stored(str(path), "group", groups), attributes
     except OSError as error:
         raise DataError(str(path), str(error).splitlines()[0], "a result.h5 of fibrefit", "") from None
     except (AttributeError, TypeError, ValueError, LookupError, RuntimeError):  # groups and arrays in other places
         raise DataError(str(path), "HDF5 of another layout", "a result.h5 of fibrefit", "") from None
 
 
-def needed_group(groups: Groups, name: str, where: str) -> Mapping[str, Variable]:
-    """A group of a result.
+class _Stored(dict[str, Any]):
+    """What a file holds, by name; what it lacks, as results of other versions or damaged ones do, is a `DataError`."""
 
-    Parameters
-    ----------
-    where : str
-        What messages call the result.
+    def __init__(self, where: str, what: str, content: Mapping[str, Any]) -> None:
+        super().__init__(content)
+        self._where, self._what = where, what
 
-    Raises
-    ------
-    DataError
-        If it has none of that name, as results of other versions or damaged ones.
-    """
-    if name not in groups:
+    def __missing__(self, name: str) -> Any:
+        got = f'a result.h5 without the {self._what} "{name}"'
         do = "Make the result again with this version."
-        raise DataError(where, f'a result.h5 without the group "{name}"', "one with all its arrays", do)
-    return groups[name]
+        raise DataError(self._where, got, "one with all its arrays", do)
 
 
 def _count(allowed: Allowance, name: str, item: Any) -> None:

@@ -11,8 +11,7 @@ from typing import Any
 
 from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.errors import UsageError
-from fibrefit.core.paths import read_plain_file
-from fibrefit.store.files import write_whole
+from fibrefit.core.paths import read_plain_file, write_whole
 
 #: File that tells a folder of ours from any other, and lists what we wrote into it.
 MARKER = ".fibrefit"

@@ -9,8 +9,15 @@ from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import is_folder, is_plain_file, nearest_file, read_plain_file, sha256_of, shown_path
-from fibrefit.store.files import write_whole
+from fibrefit.core.paths import (
+    is_folder,
+    is_plain_file,
+    nearest_file,
+    read_plain_file,
+    sha256_of,
+    shown_path,
+    write_whole,
+)
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.summaries import Provenance

@@ -12,6 +12,9 @@ from pydantic_core import ErrorDetails
 from fibrefit.core.errors import StudyError, as_one, did_you_mean
 from fibrefit.study.quantity import shown
 
+PAIR = "two values, the lower and the upper one"
+"""What stands in a list of limits."""
+
 #: What was expected, for the kinds of pydantic's errors whose own words say less.
 EXPECTED = {
     "string_type": "text",
@@ -22,6 +25,8 @@ EXPECTED = {
     "string_too_short": "some text",
     "string_pattern_mismatch": "text without a NUL",
     "string_too_long": "one character",
+    "model_attributes_type": 'a table with its kind, or text such as "3.1 +/- 0.05 kg"',
+    "too_long": PAIR,
 }
 
 
@@ -128,6 +133,10 @@ def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
         return context["got"], context["expected"], context["do"]
     if kind == "unknown_key":
         return "unknown key", context["expected"], context["do"]
+    if kind == "missing" and isinstance(detail["loc"][-1], int):
+        return shown(found), PAIR, ""
+    if kind == "string_type" and "channels" in detail["loc"]:
+        return shown(found), "the heading of a column, or a table with column, unit and scale", ""
     if kind in ("missing", "union_tag_not_found"):
         key = str(detail["loc"][-1]) if kind == "missing" else context["discriminator"].strip("'")
         tags = re.findall(r"'([^']*)'", context.get("expected_tags", ""))

@@ -72,8 +72,8 @@ def parse(override: str) -> tuple[list[str | int], Any]:
         raise UsageError(
             f"--set {override}", "not understood", "key=value", 'For example --set rig.weight_mass="3 kg".'
         )
-    keys = [_key(match) for match in _PART.finditer(path)]
-    return _parameter_name_joined(keys), _value(text.strip())
+    keys, value = [_key(match) for match in _PART.finditer(path)], _value(text.strip())
+    return _parameter_name_joined(keys, whole=isinstance(value, dict)), value
 
 
 def _key(match: re.Match[str]) -> str | int:
@@ -89,12 +89,13 @@ def _value(text: str) -> Any:
     return read["value"] if list(read) == ["value"] else text
 
 
-def _parameter_name_joined(keys: list[str | int]) -> list[str | int]:
-    """Path with the dotted name of an effect's parameter as one key."""
+def _parameter_name_joined(keys: list[str | int], whole: bool) -> list[str | int]:
+    """Path with the dotted name of an effect's parameter as one key; `whole` where its whole table may be given."""
     if keys[0] != "parameters" or len(keys) < 3:
         return keys
     known = ParameterTable.known_keys()
-    end = next((i for i, key in enumerate(keys) if i > 1 and key in known), len(keys) - 1)
+    unless_known = len(keys) if whole else len(keys) - 1
+    end = next((i for i, key in enumerate(keys) if i > 1 and key in known), unless_known)
     return [keys[0], ".".join(map(str, keys[1:end])), *keys[end:]]
 
 
@@ -110,8 +111,15 @@ def _put(raw: Any, keys: list[str | int], value: Any, where: str) -> None:
             raise StudyError(where, got, "a key of the study file", "Records are counted from 0: records[0].lift.")
         if last:
             raw[key] = value
-        else:
-            raw = raw.setdefault(key, {}) if isinstance(raw, dict) else raw[key]
+            return
+        raw = _inside(raw, key, a_channel=depth == 1 and keys[0] == "channels")
+
+
+def _inside(raw: Any, key: str | int, a_channel: bool) -> Any:
+    """What stands under a key, made where nothing does; of a channel that is a heading alone the table that says it."""
+    if isinstance(raw, dict) and (key not in raw or (a_channel and isinstance(raw[key], str))):
+        raw[key] = {"column": raw[key]} if key in raw else {}
+    return raw[key]
 
 
 def note_unused(key: str, value: Any, records: Sequence[Any], place: Places, mistakes: Mistakes) -> None:

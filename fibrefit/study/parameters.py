@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from fibrefit.core.allowance import SMALLEST_SIZE
 from fibrefit.core.errors import Mistakes, StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.scale import uncertain
+from fibrefit.core.scale import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertain
 from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
 from fibrefit.study.table import StudyTable
 
@@ -77,6 +77,8 @@ def _written_out(said: Any) -> Any:
     """The normal prior that ``"3.1 +/- 0.05 kg"`` stands for."""
     if not isinstance(said, str):
         return said
+    if in_percent(said):
+        raise refusal(f"{shown(said)}: {IN_PERCENT}", 'a prior such as "3.1 +/- 0.05 kg"', NOT_IN_PERCENT)
     if (parts := uncertain(said)) is None:
         raise refusal(shown(said), 'a prior such as "3.1 +/- 0.05 kg", or a table with its kind', "")
     mean, sd = (float(part) if " " not in part else part for part in parts)

@@ -22,7 +22,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.allowance import LARGEST_SIZE, SMALLEST_SIZE
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.scale import uncertain
+from fibrefit.core.scale import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertain
 from fibrefit.core.units import format_quantity, parse_quantity
 
 CHECK_IT = "Check the exponent and the unit."
@@ -122,6 +122,8 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
         )
     if not isinstance(value, str):
         raise refusal(f"{shown(value)} is not a quantity", f'text such as "{example}"', "")
+    if in_percent(value):
+        raise refusal(f"{shown(value)}: {IN_PERCENT}", f'a quantity such as "{example}"', NOT_IN_PERCENT)
     if uncertain(value):
         do = f'Under [rig], or as prior = "{value}" of a parameter, it is a prior; elsewhere leave the uncertainty out.'
         raise refusal(f"{shown(value)}, with an uncertainty", f'a quantity such as "{example}"', do)

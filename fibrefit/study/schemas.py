@@ -55,8 +55,18 @@ def _study() -> dict[str, Any]:
             properties = definition["properties"]
             properties["parameters"]["additionalProperties"] = {"anyOf": [table, group]}
             properties["records"] = {"anyOf": [properties["records"], series]}
+        elif name.endswith("Rig"):
+            _allow_uncertainty(definition)
     _write_defaults_as_read(schema)
     return schema
+
+
+def _allow_uncertainty(rig: dict[str, Any]) -> None:
+    """A plain number under ``[rig]`` is text where it has an uncertainty; a quantity is text anyhow."""
+    for described in rig["properties"].values():
+        kinds = described.get("anyOf", [])
+        if any(kind.get("type") == "number" for kind in kinds):
+            kinds.insert(1, {"type": "string", "examples": ["1.02 +/- 0.01"]})
 
 
 def _write_defaults_as_read(part: Any) -> None:

@@ -133,7 +133,7 @@ class Study(Shown, StudyTable):
 
     def own_effects(self) -> dict[str, Path]:
         """The effects whose code is in a file, and the file: Python that runs when the model is made."""
-        own = [effect for effect in self.model.effects if ":" in effect]
+        own = [effect for effect in self.model.effects if ".py:" in effect]
         return {effect: self.path_of(effect.rpartition(":")[0]) for effect in own}
 
     @property
@@ -254,6 +254,9 @@ class Study(Shown, StudyTable):
         scaled = {r for table in tables for r, said in table.items() if isinstance(said, ChannelTable) and said.scale}
         check_channels(dict(self.channels), self.units, self._place("channels"), mistakes)
         for i, record in enumerate(self.records):
+            for role in (record.channels or {}).keys() - dict(self.channels).keys():
+                where, known = self._place(f"records[{i}].channels.{role}"), list(dict(self.channels))
+                mistakes.note(StudyError(where, "unknown key", f"one of {', '.join(known)}", did_you_mean(role, known)))
             check_channels(record.channels or {}, self.units, self._place(f"records[{i}].channels"), mistakes)
         for key, unit in self.units.items():
             where = self._place(f"units.{key}")
@@ -268,9 +271,14 @@ class Study(Shown, StudyTable):
 
     def _check_laws(self, mistakes: Mistakes) -> None:
         """Note files with effects that have changed since the study was written: another SHA-256 than it states."""
+        files = {effect.rpartition(":")[0] for effect in self.own_effects()}
         for file, expected in self.model.laws.items():
             path = self.path_of(file)
-            if is_plain_file(path) and (found := sha256_of(path)) != expected:
+            if file not in files:
+                do = did_you_mean(file, files) or "Correct its name, or remove the line."
+                got = "a digest of a file that no effect of the study is in"
+                mistakes.note(StudyError(self._place(f"model.laws.{file}"), got, "the file of an effect", do))
+            elif is_plain_file(path) and (found := sha256_of(path)) != expected.lower():
                 got = f"{path} has changed: its SHA-256 is {found[:12]}..."
                 known = f"{expected[:12]}..., that of the law this study was written with"
                 do = "Look at what has changed; then put the new digest there, or remove the line."

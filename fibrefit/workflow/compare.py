@@ -15,7 +15,6 @@ from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.thresholds import PARETO_K
 from fibrefit.store import read_result, read_summary, sha256_of
-from fibrefit.store.hdf5 import needed_group
 from fibrefit.study import Study
 from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
@@ -88,15 +87,15 @@ def rival_of(folder: Path, study: Study) -> Rival:
             "Sample both models on the same study.",
         )  # fmt: skip
     groups, _ = read_result(folder / "result.h5" if folder.is_dir() else folder.with_name("result.h5"))
-    left_out = needed_group(groups, "cross_validation", str(folder))
+    left_out = groups["cross_validation"]
     blocks, pareto_k = (np.asarray(left_out[name].values, dtype=float) for name in ("elpd", "pareto_k"))
     if len(blocks) < FEWEST_BLOCKS:
         raise UsageError(
             str(folder), "a posterior of a single block of time", "two blocks or more",
             "How sure a difference is comes of how it scatters between blocks: sample longer records.",
         )  # fmt: skip
-    observed = needed_group(groups, "observed_data", str(folder))
-    seen = {n: np.asarray(one.values, dtype=float) for n, one in observed.items() if n not in ("record", "time")}
+    observed = groups["observed_data"]
+    seen = {n: np.asarray(one.values, dtype=float) for n, one in observed.items() if n != "record"}
     return Rival(folder, summary, blocks, pareto_k, seen)
 
 
@@ -115,11 +114,12 @@ def refuse_other_readings(rival: Rival, problem: Problem) -> None:
         If it has other channels, or other readings in one of them, or counts others.
     """
     mine = {name: one.values for name, one in observed_group(problem, defaultdict(str)).items()}
-    for channel in problem.model.rig.channels:
-        theirs, own = rival.observed.get(channel), np.asarray(mine[channel], dtype=float)
+    for name in ("time", *problem.model.rig.channels):
+        theirs, own = rival.observed.get(name), np.asarray(mine[name], dtype=float)
         if theirs is None or theirs.shape != own.shape or not np.allclose(theirs, own, rtol=1e-9, equal_nan=True):
+            what = "other times" if name == "time" else f"other readings of {name}"
             raise UsageError(
-                str(rival.folder), f"a posterior of other readings of {channel}", "the same readings of the records",
+                str(rival.folder), f"a posterior of {what}", "the same readings of the records",
                 "Columns, units, scales, clocks and masks of both studies must be alike.",
             )  # fmt: skip
 

@@ -279,4 +279,5 @@ def _record_summary(
         speeds=speeds,
         samples=len(record.time),
         masked=masked,
+        notes=record.notes,
     )

@@ -19,7 +19,7 @@ from fibrefit.problem.formulate.traces import trace_of
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.records.copies import first_copy
-from fibrefit.rigs.catalogue import rig_of
+from fibrefit.rigs.catalogue import RIGS, rig_of
 from fibrefit.rigs.rig import Rig
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
@@ -32,10 +32,13 @@ def model_of(study: Study) -> Model:
     Raises
     ------
     StudyError
-        If an effect is unknown or does not suit the rig.
+        If an effect is unknown or does not suit the rig, or the noise of a channel is stated that nothing is held
+        against.
     """
     points = getattr(study.rig, "masses_per_fibre", None)
     rig = _rig(study)
+    _refuse_unused_noise(study, rig)
+    _refuse_unused_keys(study, rig)
     try:
         effects = select_effects(study.model.effects, rig, study.source.parent, points)
     except StudyError as error:
@@ -50,6 +53,34 @@ def _rig(study: Study) -> Rig:
         do = "State it without an uncertainty."
         got = "an uncertainty, or a parameter, of what the model does not contain"
         raise StudyError(f"{study.source}, rig.{error.args[0]}", got, "", do) from None
+
+
+def _refuse_unused_noise(study: Study, rig: Rig) -> None:
+    """Refuse a level of noise that would change nothing: of a channel that this rig neither explains nor smooths."""
+    smoothed = () if rig.anchor is not None or rig.derived else rig.inputs
+    used = (*rig.channels, *smoothed)
+    for name in type(study.noise).model_fields:
+        if name not in used and getattr(study.noise, name) is not None:
+            raise StudyError(
+                study.place_of(f"noise.{name}"),
+                f"noise of the {name}, of which the model of these records makes no use",
+                f"noise of {' or '.join(used)}",
+                "Leave it out.",
+            )
+
+
+def _refuse_unused_keys(study: Study, rig: Rig) -> None:
+    """Refuse what is stated of records and what only the same rig with other channels, or driven otherwise, knows."""
+    usual = RIGS[study.kind]
+    unknown = {one.name for one in (*usual.nuisances, *usual.conditions)}
+    unknown -= {one.name for one in (*rig.nuisances, *rig.conditions)}
+    unknown |= {"window"} if rig.anchor is None else set()
+    for i, record in enumerate(study.records):
+        for name in sorted(unknown):
+            if getattr(record, name, None) is not None:
+                where = f"records[{i}].{name}" if getattr(study.rig, name, None) is None else f"rig.{name}"
+                got = f"{name} of a rig that is measured or driven so that its model has none"
+                raise StudyError(study.place_of(where), got, "", "Leave it out.")
 
 
 def refuse_places(effects: Iterable[type[Effect]], where: str, do: str) -> None:

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.paths import record_stems
+from fibrefit.core.paths import record_stems, write_whole
 from fibrefit.core.shown import Card, Shown
 from fibrefit.problem.diagnose.phases import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
-from fibrefit.store.files import write_whole
 from fibrefit.store.hdf5 import Variable, write_result
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study

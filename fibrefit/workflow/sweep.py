@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.paths import write_whole
 from fibrefit.core.progress import Progress
 from fibrefit.core.roles import ROLES
 from fibrefit.laws.law import FibreLaw, RigLaw, extends
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from fibrefit.store import ResultDirectory
-from fibrefit.store.files import write_whole
 from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study

@@ -11,8 +11,9 @@ import pytest
 
 from fibrefit.cli import doctor
 from fibrefit.cli.terminal import Terminal, as_typed
+from fibrefit.core import paths
 from fibrefit.core.parameter import Parameter
-from fibrefit.store import files, write_summary
+from fibrefit.store import write_summary
 from fibrefit.study import PriorSetting, load_study
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
@@ -69,7 +70,7 @@ def test_init_on_a_full_disk_leaves_nothing_of_its_own(
     fibrefit: Run, monkeypatch: pytest.MonkeyPatch, there: bool
 ) -> None:
     """The study has its room, the record beside it has none."""
-    folder, written = Path("here"), files.write_whole
+    folder, written = Path("here"), paths.write_whole
     if there:
         folder.mkdir()
         (folder / "thesis.tex").write_text("x")
@@ -79,7 +80,7 @@ def test_init_on_a_full_disk_leaves_nothing_of_its_own(
             raise OSError(errno.ENOSPC, "No space left on device")
         written(path, content)
 
-    monkeypatch.setattr(files, "write_whole", write)
+    monkeypatch.setattr(paths, "write_whole", write)
     done = fibrefit("init", "here")
     assert done.code == 2
     assert "No space left on device" in done.err

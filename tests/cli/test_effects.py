@@ -115,6 +115,11 @@ def test_a_law_that_is_begun_keeps_the_contract(fibrefit: Run) -> None:
     again = fibrefit("init", "--effect", "guide.my_drag")
     assert again.code == 2
     assert "exists already" in again.err
+    for words in (("demo",), ("more.py", "--effect", "guide.my_drag")):
+        done = fibrefit("init", *words, "--port", "fibre")
+        assert done.code == 2
+        assert "--port fibre: " in done.err
+        assert not Path(words[0]).exists()
     assert fibrefit("init", "other.py", "--effect", "my_drag", "--port", "fibre", "--json").document == {
         "effect": "fibre.my_drag",
         "file": "other.py",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import re
@@ -165,6 +166,16 @@ def test_a_fault_in_a_folder_that_is_gone_is_told_all_the_same(
     assert done.err.startswith("fault in the program: ZeroDivisionError: oh\n")
 
 
+def test_what_may_not_be_used_is_told_without_a_traceback(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    failing(monkeypatch, PermissionError(errno.EACCES, "Permission denied", "locked/page.html"))
+    done = fibrefit("show", "x")
+    assert done.code == 2
+    assert done.err.strip() == (
+        "error: locked/page.html: Permission denied; expected a file or folder that you may use. "
+        "Look at its permissions."
+    )
+
+
 def test_an_interruption_exits_with_130(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     failing(monkeypatch, KeyboardInterrupt())
     done = fibrefit("show", "x")
@@ -174,7 +185,7 @@ def test_an_interruption_exits_with_130(fibrefit: Run, monkeypatch: pytest.Monke
 
 def test_an_interruption_says_what_is_kept(fibrefit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*args: object, **options: object) -> None:
-        with ResultDirectory(Path("out")) as result:
+        with ResultDirectory(Path("out"), keep=True) as result:
             (result.path / "chain.h5").write_text("half")
             raise KeyboardInterrupt
 

@@ -9,9 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.core.errors import DataError
-from fibrefit.core.paths import name_of_several, nearest_file, path_from, read_plain_file, record_stems, sha256_of
-from fibrefit.store.files import write_whole
+from fibrefit.core.errors import DataError, UsageError
+from fibrefit.core.paths import (
+    name_of_several,
+    nearest_file,
+    path_from,
+    read_plain_file,
+    record_stems,
+    refuse_no_text,
+    sha256_of,
+    write_whole,
+)
 
 
 @pytest.mark.parametrize(
@@ -86,3 +94,11 @@ def test_a_file_that_may_not_be_read_is_told_as_data_that_are_not_there(
     monkeypatch.setattr("fibrefit.core.paths.os.open", refused)
     with pytest.raises(DataError, match=r"drop\.csv: Permission denied; expected a file"):
         read(file)
+
+
+def test_an_input_whose_name_is_no_text_is_refused_before_any_work(tmp_path: Path) -> None:
+    """A result names what it rests on in text files: it could not be written at the end."""
+    study = tmp_path / os.fsdecode(b"M\xfcller") / "study.toml"
+    refuse_no_text([study], study.parent / "results")
+    with pytest.raises(UsageError, match="a name that is no text in UTF-8.*Rename it"):
+        refuse_no_text([study], tmp_path / "results")

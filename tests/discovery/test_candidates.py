@@ -95,6 +95,8 @@ def test_an_effect_of_ones_own_alone_or_beside_the_catalogue(own: Study) -> None
     assert beside["mine.py:Rub"].name == "guide.rub"
     assert len(beside) == len(candidates_of(own)) + 1
     assert list(candidates_of(own, only=("mine.py:*",), also=("mine.py:Rub",))) == ["mine.py:Rub"]
+    # What is offered by name is tried beside what a pattern leaves.
+    assert "mine.py:Rub" in candidates_of(own, only=("guide.*",), also=("mine.py:Rub",))
 
 
 def test_the_name_of_effects_of_single_records_stands_for_that_of_each(study: Study) -> None:

@@ -146,6 +146,8 @@ def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monke
         plan_study(folder, Aim(purpose="rivals"))
     with pytest.raises(UsageError, match="expected two effects"):
         plan_study(folder, Aim(rivals=("guide.viscous_friction",)))
+    with pytest.raises(UsageError, match="expected two effects"):
+        plan_study(folder, Aim(rivals=("guide.viscous_friction", "guide.stribeck_friction", "guide.viscous_friction")))
     with pytest.raises((UsageError, StudyError), match="not in the catalogue"):
         plan_study(folder, Aim(rivals=("guide.viscous_friction", "guide.vicous")))
     for name in ("nothing", "lfit"):
@@ -162,11 +164,23 @@ def test_what_is_asked_for_in_vain_is_refused_before_any_fit(folder: Path, monke
 def test_a_rig_whose_further_records_are_all_alike_is_refused(tmp_path: Path) -> None:
     """A pendulum swings as it was let go, and nothing drives it."""
     head = PLANNED.partition("[rig]")[0] + '[rig]\nkind = "pendulum"\nmoment_of_inertia = "0.2 kg m^2"\n'
+    times = np.arange(2000) / 200.0
+    table = np.column_stack([times, 0.2 * np.exp(-0.1 * times) * np.cos(5.7 * times)])
+    np.savetxt(tmp_path / "swing.csv", table, "%.6f", ",", header="time [s],angle [rad]", comments="")
+    (tmp_path / "study.toml").write_text(f'{head}[[records]]\nfile = "swing.csv"\n', encoding="utf-8")
+    with pytest.raises(StudyError, match="a rig pendulum; expected one whose further records could differ"):
+        plan_study(tmp_path, Aim())
+
+
+def test_a_record_of_which_only_a_measurement_tells_how_it_begins_cannot_be_planned(tmp_path: Path) -> None:
+    """Nothing in a study says from where a pendulum is let go: planned, it would hang still."""
+    head = PLANNED.partition("[rig]")[0] + '[rig]\nkind = "pendulum"\nmoment_of_inertia = "0.2 kg m^2"\n'
     values = {"length": "0.3 m", "damping": "0.01 N m s", "friction": "0.001 N m"}
     parameters = "".join(f'[parameters.{name}]\ninitial = "{value}"\n' for name, value in values.items())
     record = RECORD.format(name="swing", lift=0).replace('lift = "0 mm"\n', "")
     (tmp_path / "study.toml").write_text(head + parameters + record, encoding="utf-8")
-    with pytest.raises(StudyError, match="a rig pendulum; expected one whose further records could differ"):
+    says = "planned records of a pendulum; expected records that were measured: only they tell how the motion begins"
+    with pytest.raises(StudyError, match=says):
         plan_study(tmp_path, Aim())
 
 

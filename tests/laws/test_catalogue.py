@@ -149,3 +149,8 @@ def test_an_installed_package_offers_effects(monkeypatch: pytest.MonkeyPatch) ->
     assert find_effect("other.friction") is CATALOGUE["guide.viscous_friction"]
     with pytest.raises(StudyError, match='mean "other.friction"'):
         find_effect("other.frictio")
+    point = EntryPoint("other.friction", "no_such_package.laws:Friction", catalogue.ENTRY_POINTS)
+    with pytest.raises(
+        StudyError, match="no_such_package.laws:Friction, which an installed package offers, fails with"
+    ):
+        find_effect("other.friction")

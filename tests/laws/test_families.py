@@ -40,7 +40,8 @@ def test_a_member_is_found_by_its_name_and_knows_its_record() -> None:
     [
         "fibre.knot_slip@0", "fibre.knot_slip@x", "fibre.hardening@2", "fibre.slip@2",
         "fibre.knot_slip@2-5", "fibre.knot_slip@1-1", "fibre.knot_slip@1-", "fibre.knot_slip@1-x",
-        "fibre.knot_slip@1-100000000", "fibre.stiffness_change@1-5", "fibre.hardening@1-5",
+        "fibre.knot_slip@12345678901", "fibre.knot_slip@1-100000000", "fibre.stiffness_change@1-5",
+        "fibre.hardening@1-5",
         "study.other_fibre@4+2", "study.other_fibre@2+2", "study.other_fibre@2+", "study.other_fibre@0+2",
         "study.other_fibre@2+x", "study.other_fibre@1-3+5", "fibre.stiffness_change@2+4", "fibre.knot_slip@2+4",
     ],

@@ -68,25 +68,33 @@ AT_ONCE = [
         "timed: True; expected a law that takes part in the motion; not one of a sensor.*`times` in measure",
     ),
 ]
+AT_ONCE += [
+    (FIELD, f"    excludes = 'guide.x'\n{FIELD}", "excludes: 'guide.x'; expected a tuple of names. Write excludes = "),
+    (FIELD, f"    needs = 'guide.x'\n{FIELD}", "needs: 'guide.x'; expected a tuple of names"),
+    (FIELD, f"    acts_on = 'guide'\n{FIELD}", "acts_on: 'guide'; expected a set of Capability"),
+    ('"a coefficient", 1.0', '1.0, "a coefficient"', "parameter c, typical: 'a coefficient'; expected a number"),
+]
+NOT_COMPILED = [
+    (ANSWER, "self.c if velocity > 0 else 0.0", "fails with TracerBool.*jnp.where"),
+    (ANSWER, "None", "answers NoneType; expected one number"),
+    ("position, velocity)", "velocity)", "fails with TypeError"),
+    (
+        "    def force",
+        "    def __init__(self):\n        pass\n\n    def force",
+        "cannot be made: TypeError.*; expected a class without __init__ of its own",
+    ),
+]
 ONLY_WHEN_ASKED = [
     (ANSWER, f"{ANSWER} + 5.0", "force: does not vanish at its null: position or stretch"),
     (ANSWER, "self.c * jnp.sqrt(jnp.abs(velocity))", "gradient not finite at its typical value.*0 m/s"),
     (ANSWER, f"{ANSWER} / velocity", "value not finite"),
-    (ANSWER, "self.c if velocity > 0 else 0.0", "fails with TracerBool.*jnp.where"),
-    (ANSWER, "None", "answers NoneType; expected one number"),
     (ANSWER, "0.0 * velocity", "changes nothing at its typical value; expected.*100 mm"),
-    ("position, velocity)", "velocity)", "fails with TypeError"),
     (DOC, "", "no docstring"),
     ("    Law\n    ---\n", "", "no section Law"),
     ("1.0, lower=0.0", "-1.0, lower=0.0", "typical -1"),
     ("1.0, lower", "1.0, null=-1.0, lower", "null -1 is out of its range"),
     ('"a coefficient"', '""', "no words for it"),
     ("1.0, lower", "1.0, log=True, lower", "searched by its logarithm from 0; expected a positive lower limit"),
-    (
-        "    def force",
-        "    def __init__(self):\n        pass\n\n    def force",
-        "cannot be made: TypeError.*; expected a class without __init__ of its own",
-    ),
     (
         f"def force(self, position, velocity):\n        return {ANSWER}",
         "def compliance(self): return self.c",
@@ -106,20 +114,42 @@ def written(folder: Path, old: str, new: str) -> str:
     return "mine.py:Mine"
 
 
-@pytest.mark.parametrize(("old", "new", "says"), AT_ONCE, ids=[says for *_, says in AT_ONCE])
+@pytest.mark.parametrize(
+    ("old", "new", "says"), AT_ONCE + NOT_COMPILED, ids=[says for *_, says in AT_ONCE + NOT_COMPILED]
+)
 def test_what_no_model_can_hold_is_refused_at_once(tmp_path: Path, old: str, new: str, says: str) -> None:
     with pytest.raises(StudyError) as refused:
         find_effect(written(tmp_path, old, new), tmp_path)
     assert re.search(says, str(refused.value))
 
 
-@pytest.mark.parametrize(("old", "new", "says"), ONLY_WHEN_ASKED, ids=[says for *_, says in ONLY_WHEN_ASKED])
+@pytest.mark.parametrize(
+    ("old", "new", "says"), ONLY_WHEN_ASKED + NOT_COMPILED, ids=[says for *_, says in ONLY_WHEN_ASKED + NOT_COMPILED]
+)
 def test_the_contract_says_what_is_broken(tmp_path: Path, old: str, new: str, says: str) -> None:
     name = written(tmp_path, old, new)
     wrong = [str(error) for error in all_wrong(name, CONDITIONS)]
     assert len(wrong) == 1 or "null" in says, wrong
     assert any(re.search(says, line) for line in wrong), wrong
-    find_effect(name, tmp_path)
+    if (old, new, says) in ONLY_WHEN_ASKED:
+        find_effect(name, tmp_path)
+
+
+def test_a_file_that_ends_the_process_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("import sys\nsys.exit()\n", encoding="utf-8")
+    with pytest.raises(StudyError, match=r"mine.py fails with SystemExit.*Run the file by itself"):
+        find_effect("mine.py:Mine", tmp_path)
+
+
+def test_a_file_that_was_changed_within_a_second_is_the_one_that_runs(tmp_path: Path) -> None:
+    """Python's own byte code is as old as whole seconds tell, and as long as the text."""
+    name = written(tmp_path, "1.0, lower", "1.0, lower")
+    path = tmp_path / "mine.py"
+    before = find_effect(name, tmp_path)
+    stamp = path.stat().st_mtime
+    path.write_text(path.read_text(encoding="utf-8").replace("1.0, lower", "2.0, lower"), encoding="utf-8")
+    os.utime(path, (stamp, stamp))
+    assert [law.parameters[0].typical for law in (before, find_effect(name, tmp_path))] == [1.0, 2.0]
 
 
 def test_a_law_that_keeps_the_contract(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from tests.study.test_summaries import PROVENANCE
 def _records(found: Identification) -> list[Any]:
     counts = np.asarray(found.problem.observations.experiment.count)
     names = found.problem.layout.records
-    return [SimpleNamespace(name=n, time=np.zeros(c), valid={}) for n, c in zip(names, counts, strict=True)]
+    return [SimpleNamespace(name=n, time=np.zeros(c), valid={}, notes=()) for n, c in zip(names, counts, strict=True)]
 
 
 def _study(records: list[Any]) -> Any:

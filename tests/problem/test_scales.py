@@ -12,7 +12,7 @@ import pytest
 import fibrefit
 from fibrefit.core.errors import DataError
 from fibrefit.problem.diagnose import scales
-from fibrefit.problem.diagnose.scales import refuse_misread
+from fibrefit.problem.diagnose.scales import refuse_misread, rules_out_a_factor
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.signals.newton import Sizes, newton_of
 from fibrefit.rigs.signals.trace import Trace
@@ -90,7 +90,12 @@ def test_what_a_model_may_explain_is_left_to_the_fit(records: list[Recording]) -
     doubled = [trace_of(records[0], force=2.0)]
     for name in ("sensor.force_gain", "study.weight_mass"):
         refuse_misread(doubled, rig_of(kind), ["fibre.hardening", name])
-    refuse_misread(doubled, rig_of(kind, "", (("weight_mass", 3.0),)))
+    weighed = rig_of(kind, "", (("weight_mass", 3.0),))
+    refuse_misread(doubled, weighed)
+    # A mass that is known to 2 % beforehand is not the reason for twice the force; one known to 10 % may be.
+    assert [rules_out_a_factor(error) for error in (0.02, 0.1)] == [True, False]
+    with pytest.raises(DataError, match="the measured force"):
+        refuse_misread(doubled, weighed, known={"weight_mass"})
     with pytest.raises(DataError):
         refuse_misread(doubled, rig_of(kind), ["fibre.hardening"])
 

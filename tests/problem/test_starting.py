@@ -64,6 +64,14 @@ def test_a_lift_that_is_not_told_is_found(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.asarray(task.problem.layout.local(task.start))[1, -1], 1e-2)
 
 
+def test_a_weight_that_is_let_go_on_a_taut_fibre(tmp_path: Path) -> None:
+    """No free fall at all: the fibre bears from the first sample on."""
+    lifts = (0.0, 1e-2)
+    start = start_of(made.task(tmp_path, made.records(lifts, share=0.5), lifts=lifts))
+    assert start["stiffness"] == pytest.approx(made.TRUTH["stiffness"], rel=0.1)
+    assert start["release[drop_0mm.csv]"] == pytest.approx(made.NUISANCES["release"], abs=2e-3)
+
+
 def test_a_first_contact_that_never_ends_is_taken_for_one_swing(tmp_path: Path) -> None:
     """Heavy damping: the weight never leaves the fibre again, and the first horizon must not be the whole record."""
     task = made.task(tmp_path, made.records(stiffness=8e3, damping=120.0))
@@ -241,3 +249,11 @@ def test_a_gap_in_time_is_left_open_and_not_bridged(tmp_path: Path) -> None:
     assert np.isnan(trace.channels["force"][500:540]).all()
     assert math.isclose(trace.times[540], one.time[540], abs_tol=1e-12)
     assert task.problem.n_measured == 4 * one.time.size - 2 * 40
+
+
+def test_a_clock_that_jumps_by_a_day_is_told_before_its_samples_are_made(tmp_path: Path) -> None:
+    """All that is missing would be laid out: gigabytes."""
+    one, *others = made.records()
+    late = dataclasses.replace(one, time=np.where(np.arange(len(one.time)) < 700, one.time, one.time + 86400.0))
+    with pytest.raises(DataError, match=r"1.73e\+08 samples .* most of them missing: a gap of .* after 0.3495 s"):
+        made.task(tmp_path, [late, *others])

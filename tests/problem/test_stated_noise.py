@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.core.errors import StudyError
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study, load_study
-from fibrefit.workflow.prepare import read_records, task_of
+from fibrefit.workflow.prepare import model_of, read_records, task_of
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 FORCE = 0.4
@@ -62,3 +64,19 @@ def test_so_it_is_of_records_that_are_planned(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(f'{text}\n{initial}[noise]\nforce = "{FORCE} N"\n{records}')
     weight = task_of(load_study(tmp_path)).problem.observations.weight["force"]
     assert (1.0 / np.max(np.asarray(weight), axis=-1)).tolist() == pytest.approx([FORCE, FORCE])
+
+
+@pytest.mark.parametrize("measured", ["force", "force and position"])
+def test_noise_of_a_channel_that_the_model_makes_no_use_of_is_refused(tmp_path: Path, measured: str) -> None:
+    """Of drops without a position that level would change nothing."""
+    folder = tmp_path / "series"
+    shutil.copytree(SERIES, folder)
+    path = folder / "study.toml"
+    text = path.read_text().replace('kind = "fibre_mass"', f'kind = "fibre_mass"\nmeasured = "{measured}"')
+    path.write_text(text + '[noise]\nposition = "0.05 mm"\n')
+    study = load_study(folder)
+    if measured == "force and position":
+        assert model_of(study).rig.channels == ("force", "position")
+        return
+    with pytest.raises(StudyError, match="noise.position: noise of the position, of which the model of these records"):
+        model_of(study)

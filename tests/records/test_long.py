@@ -84,3 +84,9 @@ def test_what_is_irregular_is_read_cell_by_cell(name: str, write, monkeypatch: p
     monkeypatch.setattr(block, "_LONG", 1000)
     assert block.read_long(path.read_bytes(), path.name, ReadOptions()) is None
     assert read_table(path).understood == slow.understood
+
+
+def test_an_unusual_sign_between_cells_is_no_hindrance(write) -> None:
+    path = write(table(lambda i: plain(i).replace(",", "~"), HEAD.replace(",", "~")))
+    options = ReadOptions(delimiter="~")
+    assert len(read_table(path, options).columns[0].values) == N

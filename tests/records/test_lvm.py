@@ -24,6 +24,18 @@ def test_the_file_itself_is_read(write: Callable) -> None:
     assert record.history[0] == "Read from a.lvm; time: counted at the rate in the header."
 
 
+def test_a_rate_that_is_given_is_held_against_that_of_the_file(write: Callable) -> None:
+    path = write(one(), "a.lvm")
+    assert read_record(path, rate=2000.0).rate == 2000.0
+    with pytest.raises(DataError, match="the rate given is 1000 Hz, and the file says 2000 Hz; expected one rate"):
+        read_record(path, rate=1000.0)
+
+
+def test_what_is_declared_of_a_text_is_refused_where_the_file_says_it_itself(write: Callable) -> None:
+    with pytest.raises(DataError, match="columns and delimiter of a file that says itself how its numbers stand"):
+        read_record(write(one(), "a.lvm"), delimiter=",", columns=("time [s]", "force [N]"))
+
+
 REFUSED = {
     "a sample missing": (one(rows(lambda i: f"|{f(i)}|{u(i)}", n=N - 1)), "announces 24 samples, and 23 are there"),
     "a sample doubled": (one(BODY + f"|{f(0)}|{u(0)}\n"), "announces 24 samples, and 25 are there"),
@@ -48,6 +60,12 @@ REFUSED = {
     "a spectrum": (
         one().replace("Y_Unit_Label", "X_Dimension\tFrequency\tFrequency\nY_Unit_Label"),
         'X_Dimension "Frequency" in the header; expected channels over time',
+    ),
+    "no number of samples": (one(samples=-5), "-5"),
+    "a step that is no number": (one(steps="nan|nan"), r"no step in time \(Delta_X\)"),
+    "a special block that does not end": (
+        one().replace("X_Columns", "***Start_Special***\nX_Columns", 1),
+        r"\*\*\*Start_Special\*\*\* without",
     ),
     "thousands": (one(BODY.replace("12.500", "1,012.500", 1)), "has a thousands separator"),
 }

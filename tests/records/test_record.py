@@ -87,13 +87,29 @@ def test_window_without_samples(record: Record) -> None:
         record.window(5.0, 6.0)
 
 
+def test_only_what_may_give_a_reason_to_doubt_a_number_is_a_note(write: Callable) -> None:
+    with_words = "time [s],force [N],position [mm],remark\n" + rows(lambda i: f"{plain(i)},fine")
+    whole = read_record(write(with_words, "whole.csv"))
+    assert whole.notes == ()
+    assert any('"remark" holds text' in said for said in whole.history)
+    remarked = read_record(write(f"# Load cell hangs from the beam, laser below\n{TEXT}", "remarked.csv"))
+    damaged = with_gap(write)
+    for record, says in (
+        (remarked, "Not understood"),
+        (damaged, "1 sample masked"),
+        (damaged, "2 samples missing"),
+    ):
+        (note,) = (note for note in record.notes if says in note)
+        assert note in record.history
+
+
 def test_masked(record: Record) -> None:
     where = record.time > 0.01
     less = record.masked("force", where, "the cable was loose")
     assert np.isnan(less.channels["force"][where]).all()
     assert not less.valid["force"][where].any()
     assert less.valid["position"].all()
-    assert less.history[-1] == "Masked 3 samples of force: the cable was loose."
+    assert less.history[-1] == less.notes[-1] == "Masked 3 samples of force: the cable was loose."
     assert record.valid["force"].all()
 
 

@@ -15,7 +15,7 @@ from fibrefit.plots import overview
 from fibrefit.problem.estimate.population import _level_at
 from fibrefit.problem.estimate.sigma_grid import grid_over, usual_axes
 from fibrefit.report.any import report_of
-from fibrefit.report.checks import failures, quantity_of
+from fibrefit.report.checks import MOST_NOTES, failures, notes_on_records, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names
 from fibrefit.report.page import Result, page
 from fibrefit.report.page.fit import fit_page
@@ -310,6 +310,24 @@ def test_of_many_records_the_first_are_listed_and_the_others_counted() -> None:
     assert max(map(len, text.splitlines())) <= WIDTH
     bare = FIT.model_copy(update={"records": {name: s.RecordSummary(gap=GAP) for name in many}})
     assert "Records and their conditions" not in fit_report(bare)  # a result of before they were kept
+
+
+def test_notes_on_files_are_told_once_and_behind_the_records_that_they_are_of() -> None:
+    record = next(iter(FIT.records.values()))
+
+    def noted(*notes: tuple[str, ...]) -> s.FitSummary:
+        records = {f"drop {i}.csv": record.model_copy(update={"notes": one}) for i, one in enumerate(notes)}
+        return FIT.model_copy(update={"records": records})
+
+    alike, own = "Not understood, and taken to change no number.", "force: 3 samples masked (saturated)."
+    text = " ".join(fit_report(noted((alike,), (alike, own), (alike,))).split())
+    assert f"All 3 records: {alike}" in text
+    assert f"drop 1: {own}" in text
+    assert fit_page(Result("results/a", noted((alike,), ()))).notes == [f"drop 0: {alike}"]
+    many = notes_on_records(noted(*((f"note {i}",) for i in range(20))).records)
+    assert len(many) == MOST_NOTES + 1
+    assert many[-1] == "And 12 more such notes: records.*.notes of summary.json."
+    assert notes_on_records(noted((), ()).records) == []
 
 
 def test_names_of_records_stay_apart_where_they_are_cut() -> None:

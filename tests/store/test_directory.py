@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import socket
 from pathlib import Path
@@ -199,3 +200,35 @@ def test_a_lock_that_only_its_handle_may_write_to_says_nothing_and_holds(
     make(tmp_path / "out")
     assert names(tmp_path / "out") >= {"summary.json", MARKER}
     assert names(tmp_path) == {"out"}
+
+
+def test_a_folder_of_somebody_else_is_told_as_such_before_force_is_advised(tmp_path: Path) -> None:
+    """With --force it would be refused all the same."""
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "notes.txt").write_text("mine")
+    for out, says in (("notes.txt", "is a file; expected a folder"), ("own", 'holds "notes.txt", which is not part')):
+        with pytest.raises(UsageError, match=says):
+            ResultDirectory(tmp_path / out).check()
+
+
+def test_what_cannot_be_read_elsewhere_is_not_said_of_the_result(tmp_path: Path) -> None:
+    elsewhere = PermissionError(errno.EACCES, "Permission denied", str(tmp_path / "laws" / "x.py"))
+    with pytest.raises(PermissionError), ResultDirectory(tmp_path / "out"):
+        raise elsewhere
+    with (
+        pytest.raises(UsageError, match="out: cannot be written: Permission denied"),
+        ResultDirectory(tmp_path / "out") as own,
+    ):
+        raise PermissionError(errno.EACCES, "Permission denied", str(own.path / "summary.json"))
+
+
+def test_an_interruption_of_what_cannot_be_gone_on_with_is_not_said_to_be(tmp_path: Path) -> None:
+    for keep, says in ((True, "--resume goes on from there."), (False, "until the same is asked for again.")):
+        with (
+            pytest.raises(KeyboardInterrupt) as interrupted,
+            ResultDirectory(tmp_path / f"{keep}", keep=keep) as result,
+        ):
+            (result.path / "summary.json").write_text("half")
+            raise KeyboardInterrupt
+        assert interrupted.value.__notes__[0].endswith(says)

@@ -116,7 +116,7 @@ REFUSED = {
     'force = { column = "U1", scale = "200 quux/V" }': 'unit "quux/V" of the scale',
     'force = { colum = "U1" }': 'unknown key; expected one of column, unit, scale, zero. Did you mean "column"',
     'force = { column = "U1", zero = "5 N" }': "channels.force.zero",
-    "force = 3": "expected text",
+    "force = 3": "expected the heading of a column, or a table with column, unit and scale",
     'time = { column = "time", scale = "1 +/- 0.1 s" }': "an uncertainty; expected it for force or position only",
 }
 

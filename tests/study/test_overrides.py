@@ -23,6 +23,8 @@ from tests.study.conftest import Loader
         ("parameters.a.b.c.initial=0.1", ["parameters", "a.b.c", "initial"], 0.1),
         ('parameters."a.b.c".initial=1', ["parameters", "a.b.c", "initial"], 1),
         ("parameters.a.b.prior.kind=normal", ["parameters", "a.b", "prior", "kind"], "normal"),
+        ('parameters.a.b={prior = {kind = "normal"}}', ["parameters", "a.b"], {"prior": {"kind": "normal"}}),
+        ('parameters.a.b.prior={kind = "normal"}', ["parameters", "a.b", "prior"], {"kind": "normal"}),
         ("channels.force=F = m a", ["channels", "force"], "F = m a"),
         ("name=1\nrig = 2", ["name"], "1\nrig = 2"),
     ],
@@ -53,6 +55,11 @@ def test_a_constant_of_the_rig_that_no_record_takes_is_refused(load: Loader) -> 
     assert [record.weight_mass for record in some.records] == [3.1, 3.3]
     inclined = load(overrides=("rig.inclination=80 deg",))
     assert inclined.records[0].inclination != inclined.records[1].inclination
+
+
+def test_a_channel_that_is_a_heading_alone_is_given_more(load: Loader) -> None:
+    found = load(overrides=("channels.force.zero=3",))
+    assert (found.channels.force.column, found.channels.force.zero) == ("Kraft", 3.0)
 
 
 def test_a_value_is_changed_and_the_rest_stays(load: Loader) -> None:

@@ -73,6 +73,17 @@ def test_the_schema_accepts_every_way_to_write_a_study() -> None:
     validator("study").validate({**content, "records": "series.csv"})
 
 
+def test_the_schema_accepts_a_number_of_the_rig_with_an_uncertainty() -> None:
+    content = {
+        "schema": "fibrefit/study/1",
+        "name": "axis",
+        "rig": {"kind": "guided_mass", "gain": "1.02 +/- 0.01"},
+        "records": [{"file": "axis.csv"}],
+    }
+    assert validator("study").is_valid(content)
+    assert not validator("study").is_valid(content | {"rig": {"kind": "guided_mass", "gain": []}})
+
+
 @pytest.mark.parametrize(
     "change",
     [

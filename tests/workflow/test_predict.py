@@ -7,6 +7,7 @@ from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -21,7 +22,7 @@ from fibrefit.study.summaries.summaries import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.prediction.files import _says
-from fibrefit.workflow.prediction.known import known_from, known_of
+from fibrefit.workflow.prediction.known import known_from
 from fibrefit.workflow.prediction.predict import Prediction, _refuse_other_constants, _with_values, predict_study
 from tests.fitting import made
 from tests.workflow import axis
@@ -247,8 +248,11 @@ def test_a_channel_that_its_mean_predicts_better_has_no_share_explained() -> Non
 
 def test_a_result_without_its_arrays_is_refused(saved: Path, tmp_path: Path, predicted: Prediction) -> None:
     """As of another version, or damaged."""
-    with pytest.raises(DataError, match='results: a result.h5 without the group "estimate"; expected one with all'):
-        known_of(read_summary(saved), {}, predicted.study, "results")
+    shutil.copytree(saved, tmp_path / "result")
+    with h5py.File(tmp_path / "result" / "result.h5", "a") as file:
+        del file["estimate"]
+    with pytest.raises(DataError, match='result.h5: a result.h5 without the group "estimate"; expected one with all'):
+        predict_study(tmp_path / "result", predicted.study)
 
 
 def test_refusals(fit: Fit, predicted: Prediction, saved: Path, tmp_path: Path) -> None:

@@ -193,7 +193,11 @@ def test_a_posterior_of_other_readings_of_the_same_files_is_no_rival(
         with pytest.raises(UsageError, match="other readings of force"):
             refuse_other_readings(dataclasses.replace(rival, observed={**rival.observed, **changed}), problem)
     with pytest.raises(UsageError, match="other readings of position"):
-        refuse_other_readings(dataclasses.replace(rival, observed={"force": rival.observed["force"]}), problem)
+        some = {name: rival.observed[name] for name in ("time", "force")}
+        refuse_other_readings(dataclasses.replace(rival, observed=some), problem)
+    late = {**rival.observed, "time": 2.0 * rival.observed["time"]}
+    with pytest.raises(UsageError, match="a posterior of other times"):
+        refuse_other_readings(dataclasses.replace(rival, observed=late), problem)
 
 
 def test_a_comparison_is_reported(sampled: Sampled, kept: Path, study: Study) -> None:

@@ -6,7 +6,7 @@ does not move so under such a force. Signs are `signs`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -21,7 +21,7 @@ EXPLAINED = ("study.", "sensor.force_gain", "sensor.position_gain", "pulley.", "
 """Beginnings of names of effects by which a model has other scales, slopes or inertias than the study states."""
 
 
-def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = ()) -> None:
+def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (), known: Collection[str] = ()) -> None:
     """Refuse records whose force or position is not that of the weight, by a factor.
 
     Parameters
@@ -30,6 +30,8 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
         One that does not say what acts on its weight is not examined.
     effects : sequence of str
         Names of those in the model: where one of them may be the reason, the fit has to tell.
+    known : collection of str
+        Constants of the rig that are parameters of the model and known beforehand too well to be the reason.
 
     Raises
     ------
@@ -37,7 +39,7 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
         With the factor, and what to check.
     """
     found_too = {parameter.name for parameter in rig.parameters} & {condition.name for condition in rig.conditions}
-    if rig.pulled is None or found_too or any(name.startswith(EXPLAINED) for name in effects):
+    if rig.pulled is None or found_too - set(known) or any(name.startswith(EXPLAINED) for name in effects):
         return
     for trace in traces:
         position, force = trace.channels.get("position"), trace.channels.get("force")
@@ -68,6 +70,11 @@ def _refuse(name: str, sizes: Sizes, mass: float) -> None:
 
 def _written(size: float) -> str:
     return format_number(size, 3)
+
+
+def rules_out_a_factor(relative: float) -> bool:
+    """Whether a value known with such a relative standard deviation is not off by what is refused as misread."""
+    return PROVEN_FACTOR * relative < MISREAD - 1.0
 
 
 def is_off(size: float, error: float) -> bool:

@@ -11,7 +11,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.core.roles import FORCES, ROLES
 from fibrefit.problem.diagnose.exchanged import are_exchanged
-from fibrefit.problem.diagnose.scales import refuse_misread
+from fibrefit.problem.diagnose.scales import refuse_misread, rules_out_a_factor
 from fibrefit.problem.diagnose.signs import refuse_turned
 from fibrefit.problem.formulate.traces import ESTIMATED, Measured, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
@@ -75,7 +75,7 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     initial = {name: _begun(setting) for name, setting in settings.items()}
     try:
         refuse_turned(traces, model.rig)
-        refuse_misread(traces, model.rig, [effect.name for effect in model.effects])
+        refuse_misread(traces, model.rig, [effect.name for effect in model.effects], _well_known(settings))
         starting = model.rig.starting(traces, stated, initial)
     except DataError as error:
         raise _with_exchange(error, traces) from None
@@ -318,6 +318,12 @@ def belief_of(setting: ParameterSetting) -> Belief | None:
     if stated is None or setting.fixed or not setting.shared or stated.kind in ("uniform", "log_uniform"):
         return None
     return Belief(stated.centre, stated.spread, stated.kind == "log_normal")
+
+
+def _well_known(settings: Mapping[str, ParameterSetting]) -> set[str]:
+    """Parameters of which it is believed beforehand that no scale of the records is off by a factor because of them."""
+    beliefs = {name: belief_of(setting) for name, setting in settings.items()}
+    return {name for name, belief in beliefs.items() if belief is not None and rules_out_a_factor(belief.relative)}
 
 
 def _begun(setting: ParameterSetting) -> float | None:

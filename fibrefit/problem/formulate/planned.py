@@ -55,9 +55,12 @@ def formulate_planned(study: Study, model: Model) -> Task:
         too short, or all together are too long.
     """
     study.refuse_without_records()
-    if model.rig.anchor is not None or model.rig.derived:
-        do = "Name a file for each record."
-        raise StudyError(str(study.source), f"planned records of a {study.kind}", "a force that was measured", do)
+    rig = model.rig
+    if rig.planned is None or rig.anchor is not None or rig.derived:
+        measured = "records that were measured: only they tell how the motion begins"
+        raise StudyError(
+            str(study.source), f"planned records of a {study.kind}", measured, "Name a file for each record."
+        )
     _check_lengths(study)
     traces = tuple(in_order([_trace(record, model) for record in study.records]))
     settings = study.settings({parameter.name: parameter for parameter in model.parameters})
@@ -152,7 +155,7 @@ def _values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Mapping[st
             )
         values[name] = first_size(declared[name]) if setting.initial is None else setting.initial
     stated = [stated_of(record) for record in study.records]
-    usual = [model.rig.planned(trace.conditions) for trace in traces]
+    usual = [model.rig.planned(trace.conditions) if model.rig.planned else {} for trace in traces]
     for nuisance in model.rig.nuisances:
         said = [row.get(nuisance.name) for row in stated]
         default = [known.get(nuisance.name, 0.0) for known in usual]

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from fibrefit.core.allowance import MOST_PLANNED, too_far_apart
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.inputs.smoothing import smoothed
 from fibrefit.problem.thresholds import FEWEST_READINGS
@@ -134,6 +135,9 @@ def _grid(record: Measured) -> tuple[np.ndarray, np.ndarray]:
     if not record.uniform:
         return times, np.arange(len(times))
     place = np.round((times - times[0]) * record.rate).astype(int)
+    if place[-1] >= MOST_PLANNED:
+        longest = int(np.argmax(np.diff(place)))
+        raise too_far_apart(record.name, int(place[-1]) + 1, float(np.diff(times)[longest]), float(times[longest]))
     return times[0] + np.arange(place[-1] + 1) / record.rate, place
 
 

@@ -47,6 +47,8 @@ def values_elsewhere(
 
 def _at_rest(problem: Problem, row: np.ndarray, stated: Mapping[str, Any]) -> Mapping[str, float]:
     """Nuisances by which the rig would start at rest under the conditions that a model has in a record."""
+    if (planned := problem.model.rig.planned) is None:
+        return {}
     values = dict(zip(problem.layout.names, row, strict=True))
     laws = problem.model.laws(values)
-    return problem.model.rig.planned(corrected_conditions(dict(stated), values, laws))
+    return planned(corrected_conditions(dict(stated), values, laws))

@@ -145,9 +145,18 @@ def in_seconds(base: TimeBase) -> TimeBase:
     return replace(base, unit="s", notes=(*base.notes, note))
 
 
+def _refuse_another_rate(columns: Sequence[RawColumn], own: float, rate: float | None, where: str) -> None:
+    """Refuse a rate that is given where the channels of a file carry theirs, and none of them that one."""
+    if rate is None or any(one.rate and abs(one.rate / rate - 1.0) <= CONTRADICTS for one in columns):
+        return
+    got = f"the rate given is {format_number(rate, 7)} Hz, and the file says {format_number(own, 7)} Hz"
+    raise DataError(where, got, "one rate", "Leave the rate out, or correct what the file says.")
+
+
 def _counted_base(raw: Raw, columns: Sequence[RawColumn], group: Group, rate: float | None, where: str) -> TimeBase:
     own = columns[group.members[0]] if group.members else None
     if own is not None and own.rate is not None:
+        _refuse_another_rate(columns, own.rate, rate, where)
         base = counted_times(group.rows, own.rate, "counted at the rate in the header")
         return TimeBase(base.time + own.start, base.rate, base.source)
     found = rate or raw.facts.rate

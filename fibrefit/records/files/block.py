@@ -95,7 +95,8 @@ def read_long(data: bytes, where: str, options: ReadOptions) -> Raw | None:
         return None
     start = _after_lines(data, begin)
     stop = _before_lines(data, end)
-    delimiter, mark = _SEPARATORS[layout["delimiter"]], "," if layout["decimal"] == "comma" else "."
+    delimiter = _SEPARATORS.get(layout["delimiter"], layout["delimiter"])
+    mark = "," if layout["decimal"] == "comma" else "."
     numbers = _columns(data[start:stop], delimiter, mark, len(raw.columns))
     if numbers is None:
         return None

@@ -11,7 +11,7 @@ from typing import Any
 from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.headings import split_heading
-from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.phrases import Aside, count
 from fibrefit.records.grammar.tokens import kind_of_cell
 from fibrefit.records.thresholds import FEWEST_ROWS, HEADER_DEPTH, STRAY_ROWS, STRAY_SHARE
 
@@ -72,7 +72,7 @@ def _as_table(text: Text, where: str) -> Text:
     told = ((f'"{key}"', one) for key, objects in lists if _is_told(objects) for one in objects)
     beside = [(place, " ".join("; ".join(f"{k} = {v}" for k, v in _flat(one).items()).split())) for place, one in told]
     left = [f'"{key}" ({count(len(objects), "object")})' for key, objects in lists if not _is_told(objects)]
-    notes = [f"Other lists of objects are left out: {', '.join(left[:_MOST_SHOWN])}."] if left else []
+    notes = [Aside(f"Other lists of objects are left out: {', '.join(left[:_MOST_SHOWN])}.")] if left else []
     return replace(text, lines=made, ended=True, beside=(*text.beside, *beside), notes=(*text.notes, *notes))
 
 

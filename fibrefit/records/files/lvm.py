@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import known_unit, split_heading
 from fibrefit.records.grammar.numbers import Numbers, parse_column
-from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.phrases import Aside, count
 from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.thresholds import FEWEST_ROWS
 
@@ -120,7 +121,7 @@ def _annotations(lines: Sequence[str], first: int) -> list[Annotation]:
 
 def _notes(segments: Sequence[_Segment]) -> list[str]:
     unplaced = sum(len(segment.unplaced) for segment in segments)
-    notes = [f"{len(segments)} segments are joined."] if len(segments) > 1 else []
+    notes: list[str] = [Aside(f"{len(segments)} segments are joined.")] if len(segments) > 1 else []
     return notes + ([f"{count(unplaced, 'line')} with too many or too few cells left out."] if unplaced else [])
 
 
@@ -151,6 +152,9 @@ def _segments(lines: Sequence[str], separator: str, where: str, *, timeless: boo
         if not body or not any(word in cell for cell in body[0][1] for word in ("X_Value", "Comment")):
             raise DataError(where, f"no names of channels after line {end + 1}", "a line that begins with X_Value", "")
         segments.append(_segment(tags, body, timeless=timeless))
+    if not segments:
+        got = "***Start_Special*** without ***End_Special***: nothing is left behind it"
+        raise DataError(where, got, "both, or a table", "Export the file again.")
     return segments
 
 
@@ -245,6 +249,8 @@ def _with_rate(column: RawColumn, segment: _Segment, at: tuple[int, int], mark: 
         got = "the header gives no step in time (Delta_X) and there is no column of times"
         raise DataError(where, got, "one of the two", "Export the file again.")
     announced = _tag(segment, "samples", at, ".")
+    if announced is not None and announced < 0.0:
+        raise DataError(where, f"Samples {announced:g} in the header", "how many there are", "Export the file again.")
     n = int(announced) if announced else len(segment.cells)
     whole = column.numbers
     numbers = Numbers(whole.values[:n], whole.reasons[:n], whole.shapes[:n], whole.texts[:n], whole.mark)
@@ -273,9 +279,10 @@ def _at(values: Sequence[str], place: int, channel: int) -> str:
 def _tag(segment: _Segment, tag: str, at: tuple[int, int], mark: str) -> float | None:
     """Number a tag gives for a channel at a column."""
     try:
-        return float(_at(segment.tags.get(tag, []), *at).replace(mark, "."))
+        number = float(_at(segment.tags.get(tag, []), *at).replace(mark, "."))
     except ValueError:
         return None
+    return number if math.isfinite(number) else None
 
 
 def _joined_times(segments: Sequence[_Segment], mark: str, where: str) -> RawColumn:

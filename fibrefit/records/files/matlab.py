@@ -18,6 +18,7 @@ from fibrefit.records.files.arrays.values import complex_numbers, items_as_one
 from fibrefit.records.files.extras import damage_as_error
 from fibrefit.records.files.hdf5 import load_hdf5, object_of_matlab
 from fibrefit.records.files.matlab_sizes import count_declared
+from fibrefit.records.grammar.phrases import Aside
 
 _DO = 'Save times and values as real vectors: t = seconds(T.Time); F = real(T.force); save("a.mat", "t", "F").'
 _OF_HDF5 = (".h5", ".hdf5", ".hdf", ".he5", ".nxs", ".nc")
@@ -55,7 +56,7 @@ def read_matlab(path: Path, where: str, wanted: Collection[str]) -> Raw:
             raise
         raise DataError(where, left[0], "a vector of real numbers for each channel", _DO) from error
     layout = {"format": "HDF5" if path.suffix.casefold() in _OF_HDF5 else "MATLAB", **raw.layout}
-    notes = [*raw.notes, *notes, *(f"{one}: it is left out." for one in left)]
+    notes = [*raw.notes, *notes, *(Aside(f"{one}: it is left out.") for one in left)]
     return replace(raw, layout=layout, notes=notes)
 
 

@@ -20,6 +20,7 @@ from fibrefit.records.columns.roles import Heading
 from fibrefit.records.files.extras import damage_of, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.phrases import Aside
 from fibrefit.records.grammar.words import KIND_OF_ROLE, score
 
 
@@ -59,7 +60,7 @@ def read_mdf(path: Path, where: str) -> Raw:
             chosen = [*chosen, *columns[1:]]
             aside = [header for header in aside if header not in {column.header for column in columns}]
     size = chosen[0].numbers.values.size
-    notes = [f"Channels of other groups are left out: {', '.join(aside[:6])}."] if aside else []
+    notes: list[str] = [Aside(f"Channels of other groups are left out: {', '.join(aside[:6])}.")] if aside else []
     layout = {"format": "MDF", "rows": size}
     return Raw(chosen, Facts(), np.arange(1, size + 1), layout=layout, notes=notes, annotations=annotations)
 

@@ -15,9 +15,10 @@ from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.files.arrays.values import stamp_column, stamps_in
-from fibrefit.records.files.extras import damage_as_error, json_object, require, stated_in, with_stated_units
+from fibrefit.records.files.extras import damage_as_error, json_object, stated_in, with_stated_units
 from fibrefit.records.grammar.facts import find_facts
 from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.phrases import Aside
 from fibrefit.records.grammar.worth import contradicted, stated_worth
 
 #: Letters of a property at the beginning of which a rate may stand.
@@ -43,10 +44,10 @@ def read_parquet(data: bytes, where: str) -> Raw:
     Raises
     ------
     DataError
-        If pyarrow is not installed, the file is damaged, or holds no column of numbers.
+        If the file is damaged, or holds no column of numbers.
     """
-    require("pyarrow", "parquet", where, "a Parquet file")
-    parquet = require("pyarrow.parquet", "parquet", where, "a Parquet file")
+    from pyarrow import parquet
+
     with damage_as_error(where, "the Parquet file"):
         _refuse_large(parquet.read_metadata(io.BytesIO(data)), where)
         table = parquet.read_table(io.BytesIO(data))
@@ -62,7 +63,7 @@ def read_parquet(data: bytes, where: str) -> Raw:
         do = "Write each row to a file of its own, with a number a row." if lists else ""
         raise DataError(where, got, "a column for each measured quantity", do)
     aside = {i + 1: f'"{field.name}" holds {field.type}' for i, (field, _) in enumerate(named) if columns[i] is None}
-    notes = [f"Columns left out: {', '.join(aside.values())}."] if aside else []
+    notes: list[str] = [Aside(f"Columns left out: {', '.join(aside.values())}.")] if aside else []
     layout = {"format": "Parquet", "rows": table.num_rows}
     annotations = [*_annotations(table.schema), *(Annotation("column beside lists", line) for line in single)]
     numbers = np.arange(1, table.num_rows + 1)

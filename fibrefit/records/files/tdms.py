@@ -17,6 +17,7 @@ from fibrefit.records.files.arrays.values import stamp_column
 from fibrefit.records.files.extras import damage_as_error, require
 from fibrefit.records.grammar.facts import Facts
 from fibrefit.records.grammar.headings import known_unit, split_heading
+from fibrefit.records.grammar.phrases import Aside
 from fibrefit.records.grammar.words import score
 
 _UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription", "Unit", "unit", "Einheit")
@@ -126,11 +127,11 @@ def channels_to_raw(columns: list[RawColumn], kind: str, where: str) -> Raw:
         _refuse_several(others, size, where)
         aside = [column.header for column in others]
         columns = [_without_rate(column) for column in columns if column.numbers.values.size == size]
-        notes += [f"Channels of another length are left out: {', '.join(aside[:6])}."] if aside else []
+        notes += [Aside(f"Channels of another length are left out: {', '.join(aside[:6])}.")] if aside else []
     elif any(column.rate for column in columns):
         aside = [column.header for column in columns if not column.rate]
         columns = [column for column in columns if column.rate and column not in times]
-        notes += [f"Channels without a rate are left out: {', '.join(aside[:6])}."] if aside else []
+        notes += [Aside(f"Channels without a rate are left out: {', '.join(aside[:6])}.")] if aside else []
     size = max(column.numbers.values.size for column in columns)
     return Raw(columns, Facts(), np.arange(1, size + 1), layout={"format": kind, "rows": size}, notes=notes)
 

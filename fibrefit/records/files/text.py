@@ -43,7 +43,7 @@ from fibrefit.records.grammar.header import STATEMENT, Header, find_header, head
 from fibrefit.records.grammar.headings import bracketed_units, split_heading
 from fibrefit.records.grammar.no_table import no_table
 from fibrefit.records.grammar.numbers import Numbers, parse_column
-from fibrefit.records.grammar.phrases import are, count, line_numbers
+from fibrefit.records.grammar.phrases import Aside, are, count, line_numbers
 from fibrefit.records.grammar.rows import Rows, find_rows
 from fibrefit.records.grammar.tokens import compact_stamps, hexadecimal, kind_of_cell
 from fibrefit.records.grammar.words import is_remark
@@ -304,7 +304,7 @@ def _columns(
             what = _HOLDS[kind]
             used = _is_part_of_clock(rows.cells, joined, i)
             told = "is read with the clock beside it" if used else f"{what} and is left out"
-            notes.append(f'Column "{shown}" {told}.')
+            notes.append(Aside(f'Column "{shown}" {told}.'))
             example = next((f', such as "{cell.strip()[:30]}"' for cell in cells if cell.strip()), "")
             aside[i + 1] = f'"{shown}" {what}{example}'
     refuse_signs_apart(words, columns)
@@ -337,7 +337,7 @@ def _kind_of_sparse(cells: Sequence[str], mark: str) -> str:
 def _clock_column(title: str, name: str, cells: Sequence[str], where: str, notes: list[str]) -> RawColumn:
     clock = parse_clock(cells, where)
     notes.extend(clock.notes)
-    notes.append(f"The first sample was taken at {clock.start}.")
+    notes.append(Aside(f"The first sample was taken at {clock.start}."))
     numbers = Numbers.of_array(clock.seconds)
     return RawColumn(title, name, None, numbers, clock=True, start=clock.origin, resolution=clock.resolution)
 

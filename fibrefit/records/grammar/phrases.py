@@ -71,6 +71,12 @@ def split_at(where: str, starts: Sequence[int]) -> str:
     return f'{do} At once: python -c "{command}"'
 
 
+class Aside(str):
+    """A note on how a file was read that gives no reason to doubt its numbers, such as on columns that no role has."""
+
+    __slots__ = ()
+
+
 def are(number: int) -> str:
     """``is`` for one, ``are`` for more."""
     return "is" if number == 1 else "are"

@@ -12,6 +12,7 @@ from fibrefit.core.errors import DataError
 from fibrefit.records.files.decode import Text
 from fibrefit.records.grammar.dialect import BETWEEN_CELLS, Dialect
 from fibrefit.records.grammar.headings import split_heading
+from fibrefit.records.grammar.phrases import Aside
 from fibrefit.records.grammar.tokens import clean, kind_of_cell
 from fibrefit.records.thresholds import FEWEST_ROWS, LAYOUT_LINES, NAMED_ALIKE, UNITS_OF_ROWS
 
@@ -103,7 +104,7 @@ def with_units_apart(text: Text, where: str) -> Text:
             headings[place] = f"{headings[place].strip()} [{unit}]"
     lines[top] = _joined(headings, lines[top], dialect)
     shown = ", ".join(f'"{headings[place].strip()}"' for place in places)
-    return replace(text, lines=lines, notes=(*text.notes, f"Units stand behind the numbers of {shown}."))
+    return replace(text, lines=lines, notes=(*text.notes, Aside(f"Units stand behind the numbers of {shown}.")))
 
 
 def _units_seen(rows: Sequence[tuple[int, Sequence[str]]], place: int) -> dict[str, int]:

@@ -212,6 +212,8 @@ class PageContent:
         Checks that were not passed, in sentences.
     passed : int
         Number of checks that were.
+    notes : sequence of str
+        What its files hold that may give a reason to doubt a number.
     blocks : sequence of Block
         In their order.
     """
@@ -223,4 +225,5 @@ class PageContent:
     facts: Sequence[tuple[str, str]] = ()
     failed: Sequence[str] = ()
     passed: int = 0
+    notes: Sequence[str] = ()
     blocks: Sequence[Block] = field(default_factory=tuple)

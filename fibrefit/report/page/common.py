@@ -8,7 +8,7 @@ from typing import Any
 
 from fibrefit.core.units import format_quantity, typeset_unit
 from fibrefit.report.any import report_of
-from fibrefit.report.checks import failure, quantity_of
+from fibrefit.report.checks import failure, notes_on_records, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, PageContent, Pictures, Result, TableBlock, Words
 from fibrefit.report.text import (
     ABOUT_RECORDS,
@@ -22,6 +22,7 @@ from fibrefit.report.text import (
 )
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.prediction import PredictionSummary
 from fibrefit.study.summaries.summaries import FitResultSummary, Gap, ParameterSummary, Provenance, RecordSummary
 
 ARROW = " \N{RIGHTWARDS ARROW} "
@@ -155,6 +156,7 @@ def page_content(
         facts=facts,
         failed=failed,
         passed=sum(check.passed for check in checks),
+        notes=notes_on_records(summary.records) if isinstance(summary, FitResultSummary | PredictionSummary) else (),
         blocks=[block for block in shown if not isinstance(block, Words) or block.paragraphs],
     )
 

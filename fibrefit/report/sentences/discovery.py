@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from fibrefit.core.shown import from_to
+from fibrefit.core.shown import from_to, in_words
 from fibrefit.core.statement import Statement
 from fibrefit.core.units import format_quantity
 from fibrefit.report.sentences.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
@@ -159,7 +159,7 @@ def _added(facts: Facts) -> str:
     said += f"Bayes factor {facts['gain']:.3g}, threshold {facts['threshold']:g}{by_chance(facts['chance'])})."
     if not facts["changes"]:
         return said
-    moved = " and ".join(
+    moved = in_words(
         f"{name} {'rises' if new > old else 'falls'} from {old:.4g} to {new:.4g} {unit}"
         for name, old, new, unit in facts["changes"]
     )
@@ -246,12 +246,12 @@ def _lost(facts: Facts) -> str:
     (before, after), later, beside = facts["gaps"], facts.get("later", ()), facts.get("beside", ())
     were = "were" if len(later) > 1 else "was"
     lost = (
-        f"A fit with {' and '.join((*beside, facts['effect']))} loses a bounce of {facts['record']}: the normalised "
+        f"A fit with {in_words((*beside, facts['effect']))} loses a bounce of {facts['record']}: the normalised "
         f"residual RMS there rises from {before:.3g} to {after:.3g}"
     )
     if beside:
         return f"{lost}. Which of them does is not known: the time ended in the fit without {facts['effect']}."
-    taken_too = f" {' and '.join(later)} {were} added later, and {were} not fitted without it." if later else ""
+    taken_too = f" {in_words(later)} {were} added later, and {were} not fitted without it." if later else ""
     return f"{lost}, so it is not what is missing.{taken_too}"
 
 
@@ -267,7 +267,7 @@ def _taken_out(facts: Facts) -> str:
     gone, several = facts["effects"], len(facts["effects"]) > 1
     were, are, place = ("were", "they are", "their places") if several else ("was", "it is", "its place")
     return (
-        f"{' and '.join(gone)} {were} added and taken out again: with the others {are} no longer more than chance, "
+        f"{in_words(gone)} {were} added and taken out again: with the others {are} no longer more than chance, "
         f"or what stands in {place} now is more probable."
     )
 

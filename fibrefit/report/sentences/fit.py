@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_quantity
 from fibrefit.report.sentences.advised import lone_samples_advice, slack_zero_advice, slack_zero_sentence
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
@@ -157,7 +158,7 @@ def advice_sentence(advice: Advice) -> str:
         found = facts["determined"]
         each = [f"{name} over mass, {x:.4g} {unit} within {100.0 * e:.2g} %" for name, x, unit, e in found.per_mass]
         return (
-            f"Force alone determines {' and '.join(each)}: stiffness, damping and friction themselves are as sure as "
+            f"Force alone determines {in_words(each)}: stiffness, damping and friction themselves are as sure as "
             f"the mass that is stated, by which the load at rest is {found.load:.4g} N."
         )
     if advice.identifier == "correct":

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from fibrefit.core.shown import in_words
 from fibrefit.core.statement import Statement
 from fibrefit.report.sentences.fit import differ_within_sentence, hausman_sentence, worded
 from fibrefit.report.sentences.thresholds import HEAVY_TAILS
@@ -65,7 +66,7 @@ def likelihood_sentence(model: NoiseModel) -> str:
     best = model.scores[model.kind]
     others = [f"{name} is {best - score:.4g}" for name, score in model.scores.items() if name != model.kind]
     return (
-        f"{words}; chosen because it explains the residuals best: {' and '.join(others)} less likely (log likelihood, "
+        f"{words}; chosen because it explains the residuals best: {in_words(others)} less likely (log likelihood, "
         f"corrected for the numbers each contains).{_tails(model)}"
     )
 
@@ -178,7 +179,7 @@ def _posterior_correlation(check: Check) -> str:
     if check.passed:
         return f"The strongest posterior |correlation| is {check.statistic:.2f}, threshold {check.threshold:g}."
     return (
-        f"The posterior |correlation| of {' and '.join(check.facts['pair'])} is {check.statistic:.4f}, threshold "
+        f"The posterior |correlation| of {in_words(check.facts['pair'])} is {check.statistic:.4f}, threshold "
         f"{check.threshold:g}: only a combination of them is determined, and the interval of either alone says little."
     )
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from pathlib import PurePath
 
+from fibrefit.core.shown import in_words
 from fibrefit.study.summaries.check import Check
 
 
 def residual_spectrum_sentence(check: Check) -> str:
     """Whether the residuals have the spectrum of the noise."""
-    facts, names = check.facts, " and ".join(check.facts["whole"])
+    facts, names = check.facts, in_words(check.facts["whole"])
     aside = f" Without a rest, stated noise of {names} has no known spectrum: only its power in all is judged."
     aside = aside if names else ""
     if check.passed and facts["whole_alone"]:

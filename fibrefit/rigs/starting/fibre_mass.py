@@ -20,6 +20,9 @@ from fibrefit.rigs.thresholds import FALLEN, FALLS_AT_ALL, FEWEST_FALLING, FORCE
 
 SMOOTHED_DROP = 8e-3
 """Length [s] of the windows by which the rate of a stretch is found, and where a signal crosses a level."""
+LIKE_A_FALL = 0.25
+"""Share of its whole way down along which a weight moves nearly as if it fell, even where the fibre is taut from the
+start: the root of the way is then a sine of time, there 4 % off its line."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -84,8 +87,9 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
         lift = _onset(trace, level) - level if np.isnan(lift) else lift
     fallen = position - level
     # The square root of the way fallen is a line in time, whose foot is the release.
-    below = _first(after & (fallen > FALLEN * lift), trace, "does not fall by its lift")
-    early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * lift)
+    fall = max(lift, LIKE_A_FALL * float(np.nanmax(fallen)))
+    below = _first(after & (fallen > FALLEN * fall), trace, "does not fall by its lift")
+    early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * fall)
     if early.sum() < FEWEST_FALLING:
         do = "Check lift, and the unit of the position channel."
         raise DataError(

@@ -58,6 +58,10 @@ OF_POINTS = (
 )
 
 
+OF_A_FILE = ("parts", "beside", "header")
+"""Keys of a record that name further files of its measured data."""
+
+
 class RecordTable(Shown, StudyTable):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
@@ -156,6 +160,11 @@ class RecordTable(Shown, StudyTable):
     def _measured_or_planned(self) -> Self:
         if self.file is None and None in (self.name, self.sampling_rate, self.duration):
             raise refusal("no file", "a file, or name, sampling_rate and duration of a planned record", "")
+        if self.file is not None and self.duration is not None:
+            do = "Leave duration out: of a file all is used."
+            raise refusal("a file and a duration", "a file, or the duration of a planned record", do)
+        if self.file is None and (further := [key for key in OF_A_FILE if getattr(self, key) is not None]):
+            raise refusal(f"{' and '.join(further)} without a file", "the file that it belongs to", "State file too.")
         return self
 
 

@@ -112,7 +112,9 @@ class RecordSummary(Part):
     )
     samples: int | None = None
     masked: int | None = Field(default=None, description="Readings left out as damaged, of all channels together.")
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = Field(
+        default=(), description="What of its files is damaged, missing or not understood, in sentences."
+    )
 
 
 class Basin(Part):

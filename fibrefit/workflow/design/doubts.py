@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+from fibrefit.core.shown import in_words
 from fibrefit.fitting.result import Identification
 
 MOST_LISTED = 3
@@ -32,4 +33,4 @@ def few_by_name(names: Sequence[str]) -> str:
     """Names in words; of many the first few."""
     if len(names) > MOST_LISTED:
         return f"{', '.join(names[:MOST_LISTED])} and {len(names) - MOST_LISTED} more"
-    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return in_words(names)

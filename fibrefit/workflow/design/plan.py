@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
+from fibrefit.core.errors import DataError, StudyError, UsageError, did_you_mean, refuse_unknown
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.menu import duration_of, motions_of, reach_of
@@ -276,7 +276,7 @@ def _refuse(rivals: Sequence[str], purpose: str, minutes: Mapping[str, float]) -
     for name, cost in minutes.items():
         if not 0.0 <= cost < math.inf:
             raise UsageError(f'cost of "{name}"', f"{cost:g} minutes", "a number of minutes, 0 or more", "")
-    if rivals and len(set(rivals)) != 2:
+    if rivals and not len(rivals) == len(set(rivals)) == 2:
         raise UsageError("rivals", ", ".join(rivals), "two effects", "")
     if purpose == "rivals" and not rivals:
         do = "Name two with --rivals A,B, or give the folder of a discovery that could not tell two apart."
@@ -304,7 +304,10 @@ def _of_discovery(study: Study) -> tuple[str, ...]:
     folder = study.source.parent
     if not (folder / "summary.json").is_file():
         return ()
-    summary = read_summary(folder)
+    try:
+        summary = read_summary(folder)
+    except DataError:  # of another program, whose file is called alike
+        return ()
     pairs = summary.cannot_tell_apart if isinstance(summary, DiscoverySummary) else ()
     return pairs[0][:2] if pairs else ()
 

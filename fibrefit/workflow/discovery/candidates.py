@@ -50,9 +50,12 @@ def candidates_of(
     """
     present = {_found(name, study, "study").name for name in study.model.effects}
     offered = _offered(study, present)
+    further: Candidates = {}
     for name in also:
-        offered |= _tried(name, study, present, "also")
-    chosen = _chosen(only, study, present, offered) if only else dict(offered)
+        further |= _tried(name, study, present, "also")
+    offered |= further
+    # What is offered by its very name is tried whatever a pattern leaves.
+    chosen = {**_chosen(only, study, present, offered), **further} if only else dict(offered)
     for pattern in exclude:
         for name in _matching(pattern, {**offered, **chosen}, "exclude"):
             chosen.pop(name, None)

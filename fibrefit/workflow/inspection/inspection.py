@@ -156,9 +156,9 @@ class Inspection(Shown):
         >>> fibrefit.load_result(fibrefit.inspect(record.path).save("results/seen")).to_dataframe()["si"].tolist()
         ['N', 'm']
         """
+        from fibrefit.core.paths import write_whole
         from fibrefit.plots.save import save_figures
         from fibrefit.store.directory import ResultDirectory
-        from fibrefit.store.files import write_whole
         from fibrefit.store.run import Run
 
         with ResultDirectory(Path(out), force=force, run=Run(self.inputs)) as directory:

@@ -46,7 +46,7 @@ def write_study(
     UsageError
         If a study was inspected, the file exists or is no study, or a file cannot be used as a record yet.
     """
-    from fibrefit.store.files import write_whole
+    from fibrefit.core.paths import write_whole
 
     where = f"--write {path}"
     if found.study is not None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.core.roles import ROLES
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_quantity
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.problem.statement.observations import BY_SAMPLE
@@ -132,7 +133,7 @@ def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple
     begin = (
         "The values hold for these records: " if verdict == "holds" else "The values do not hold for these records: "
     )
-    return f"{begin}they explain {' and '.join(shares)}."
+    return f"{begin}they explain {in_words(shares)}."
 
 
 def _record(found: Predicted, r: int, record: Record) -> RecordSummary:
@@ -151,6 +152,7 @@ def _record(found: Predicted, r: int, record: Record) -> RecordSummary:
         parameters=own,
         samples=len(record.time),
         masked=masked,
+        notes=record.notes,
     )
 
 

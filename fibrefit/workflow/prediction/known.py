@@ -15,7 +15,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import sha256_of
 from fibrefit.problem.formulate.formulate import parameter_slots
 from fibrefit.simulation.model import Model
-from fibrefit.store.hdf5 import Groups, Variable, needed_group, read_result
+from fibrefit.store.hdf5 import Groups, Variable, read_result
 from fibrefit.store.summary import files_of_result, folder_of_result, read_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.part import Z_95
@@ -179,11 +179,11 @@ def known_of(summary: Part, groups: Groups | Mapping[str, Mapping[str, Variable]
     if isinstance(summary, FitResultSummary):
         found = summary.parameters
         each = [one.parameters for one in summary.records.values()]
-        listed, whole = _of_estimate(needed_group(groups, "estimate", name))
+        listed, whole = _of_estimate(groups["estimate"])
     else:
         found = _marginals(summary.parameters)
         each = [_marginals(one) for one in summary.records.values()]
-        listed, whole = _of_draws(needed_group(groups, "posterior", name), tuple(found))
+        listed, whole = _of_draws(groups["posterior"], tuple(found))
         found |= _held(study, model)  # a posterior tells of what was free
     declared = [parameter.name for parameter in model.parameters]
     # A constant of the rig that was found is one of its conditions still, and no record's own.

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import write_whole
 from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.task import Task
 from fibrefit.records import Record
-from fibrefit.store.files import write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.fit import FIT_STARTS, Fit

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fibrefit.core.paths import write_whole
 from fibrefit.store.csv_text import headed, neutral
-from fibrefit.store.files import write_whole
 
 if TYPE_CHECKING:
     import pandas as pd

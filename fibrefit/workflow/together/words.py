@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_number, format_quantity
 from fibrefit.series.thresholds import PREFERRED
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
@@ -22,7 +23,7 @@ def answer_in_words(found: Verdict) -> str:
 
 def _lawful(found: Verdict, number: int) -> str:
     said = ", ".join(_change(found, one) for one in found.curves)
-    forms = " and ".join(_form(found, one) for one in found.curves)
+    forms = in_words(_form(found, one) for one in found.curves)
     gap = f"gap {found.gaps['speed_law']:.2f}, and {found.left_out['speed_law'].gap:.2f} where each is left out in turn"
     rest = _rest(found)
     alike = f" As good, and not distinguished: {_names(found.alike)}." if found.alike else ""
@@ -66,7 +67,7 @@ def _rest(found: Verdict) -> str:
     rest = [name for name in rest if name in found.speeds]
     if not rest:
         return ""
-    return f"; {' and '.join(rest)} {'needs' if len(rest) == 1 else 'need'} no law"
+    return f"; {in_words(rest)} {'needs' if len(rest) == 1 else 'need'} no law"
 
 
 def _constant(found: Verdict, number: int) -> str:
@@ -92,7 +93,7 @@ def _scatter(found: Verdict) -> str:
         for name, one in found.populations.items()
         if one.logarithmic and one.chance < RECORDS_DIFFER
     ]
-    return f" Beyond their errors records differ by {' and '.join(said)}." if said else ""
+    return f" Beyond their errors records differ by {in_words(said)}." if said else ""
 
 
 def _of_each(found: Verdict, number: int) -> str:
@@ -107,4 +108,4 @@ def _of_each(found: Verdict, number: int) -> str:
 
 
 def _names(effects: tuple[str, ...]) -> str:
-    return " and ".join(f"{BY_EFFECT[name].form if name in BY_EFFECT else name} ({name})" for name in effects)
+    return in_words(f"{BY_EFFECT[name].form if name in BY_EFFECT else name} ({name})" for name in effects)

@@ -17,6 +17,7 @@ from fibrefit.records.columns.raw import Raw
 from fibrefit.records.files.arrays.tree import columns_of_tree
 from fibrefit.records.files.arrays.values import complex_numbers, stamps_in
 from fibrefit.records.files.extras import damage_as_error, json_object
+from fibrefit.records.grammar.phrases import Aside
 from fibrefit.records.options import ReadOptions
 from fibrefit.records.thresholds import HEADER_DEPTH
 
@@ -71,8 +72,8 @@ def read_numpy(data: bytes, where: str, options: ReadOptions) -> Raw:
             raise
         do = 'Save real arrays: np.savez("a.npz", t=t, force=force.real).'
         raise DataError(where, left[0], "a real array for each channel", do) from error
-    told = [f"{one}: it is left out." for one in left]
-    told += [f"Python objects are left out: {', '.join(objects)}."] if objects else []
+    told = [Aside(f"{one}: it is left out.") for one in left]
+    told += [Aside(f"Python objects are left out: {', '.join(objects)}.")] if objects else []
     return replace(raw, layout={"format": "NumPy", **raw.layout}, notes=[*raw.notes, *told])
 
 

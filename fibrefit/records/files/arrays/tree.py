@@ -32,7 +32,7 @@ from fibrefit.records.files.arrays.values import deep_arrays, stamp_column, with
 from fibrefit.records.files.extras import factors_among, with_stated_units
 from fibrefit.records.grammar.facts import Facts, find_facts
 from fibrefit.records.grammar.headings import PLAIN_KINDS
-from fibrefit.records.grammar.phrases import count
+from fibrefit.records.grammar.phrases import Aside, count
 from fibrefit.records.grammar.words import kinds_named, score, tokens
 from fibrefit.records.grammar.worth import contradicted, stated_worth
 from fibrefit.records.thresholds import FEWEST_ROWS, HEADER_DEPTH
@@ -115,15 +115,14 @@ def columns_of_tree(tree: dict[str, Any], said: Sequence[Annotation], where: str
 
 def _left_out(tree: Mapping[str, Any], others: Sequence[RawColumn], unfilled: int) -> list[str]:
     """Sentences on what a file holds beside the columns that are read."""
-    notes = []
+    notes: list[str] = []
     if aside := [column.header for column in others]:
-        notes.append(f"Vectors of another length are left out: {', '.join(aside[:_MOST_SHOWN])}.")
+        notes.append(Aside(f"Vectors of another length are left out: {', '.join(aside[:_MOST_SHOWN])}."))
     if deep := deep_arrays(tree):
-        notes.append(f"Arrays of more than two dimensions are left out: {', '.join(deep[:_MOST_SHOWN])}.")
+        notes.append(Aside(f"Arrays of more than two dimensions are left out: {', '.join(deep[:_MOST_SHOWN])}."))
     if unfilled:
-        notes.append(
-            f"The last {count(unfilled, 'row')} were never filled, and are left out: all is zero, the times too."
-        )
+        empty = f"The last {count(unfilled, 'row')} were never filled, and are left out: all is zero, the times too."
+        notes.append(Aside(empty))
     return notes
 
 

@@ -29,7 +29,7 @@ from fibrefit.records.files.sheets.shape import (
 from fibrefit.records.files.sheets.stamps import Stamp, exact_stamps, stamp
 from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.headings import PLAIN_KINDS, split_heading
-from fibrefit.records.grammar.phrases import are, count
+from fibrefit.records.grammar.phrases import Aside, are, count
 from fibrefit.records.grammar.tokens import NUMBER
 from fibrefit.records.grammar.worth import contradicted
 from fibrefit.records.options import ReadOptions
@@ -281,7 +281,7 @@ def _with_table(sheets: Mapping[str, Cells], shown: Collection[str], where: str)
     if len(seen) > 1:
         listed = ", ".join(f'"{title}"' for title in seen[:5])
         raise DataError(where, f"tables on {len(seen)} sheets ({listed})", "one", _sheets_apart(where, seen))
-    notes = [f'Read from the sheet "{seen[0]}".'] if len(sheets) > 1 else []
+    notes: list[str] = [Aside(f'Read from the sheet "{seen[0]}".')] if len(sheets) > 1 else []
     stray = [f'"{title}" ({count(rows, "row")})' for title, rows in rows_of.items() if FEWEST_ROWS <= rows <= few]
     if stray:
         notes.append(f"Rows of numbers on other sheets are left out: {', '.join(stray[:5])}.")
