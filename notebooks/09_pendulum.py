@@ -51,7 +51,7 @@ swept.plot()
 
 # %% [markdown]
 # Where the branches differ, what the pendulum does depends on its history: it swings little when the frequency comes from
-# below, much when it comes from above. Floquet multipliers say which of the motions is stable.
+# below, much when it comes from above. Floquet multipliers say which of the motions are stable: here all that were found.
 
 # %% [markdown]
 # ## A plain pendulum, let go once
@@ -62,7 +62,9 @@ swept.plot()
 # $$\ddot\varphi = -\frac{g}{L}\sin\varphi - c\,\dot\varphi - F\,\mathrm{sign}\,\dot\varphi .$$
 #
 # The period tells $L$; how the swing dies out tells friction, which takes the same from every swing, from damping, which takes a
-# share of it. Here a record is made by another integrator, with noise of 1 mrad, so that the answer is known.
+# share of it. One swing tells them apart badly (the report has their correlation): their intervals are as wide as that asks. No
+# moment of inertia is stated, so that it is taken for 1 kg m²: the damping is printed in N m s for 1/s, the friction in N m for 1/s².
+# Here a record is made by another integrator, with noise of 1 mrad, so that the answer is known.
 
 # %%
 import numpy as np

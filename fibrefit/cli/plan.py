@@ -54,11 +54,13 @@ def command(terminal: Terminal, request: Request, **options: object) -> int:
 def _costs(given: tuple[str, ...]) -> dict[str, float]:
     from fibrefit.core.errors import UsageError
 
-    costs = {}
+    costs: dict[str, float] = {}
     for text in given:
         name, _, minutes = text.partition("=")
+        if (name := name.strip()) in costs:
+            raise UsageError(f'--cost "{text}"', f"the cost of {name} for the second time", "each once", "")
         try:
-            costs[name.strip()] = float(minutes)
+            costs[name] = float(minutes)
         except ValueError:
             raise UsageError(f'--cost "{text}"', "no number of minutes", "for example inclination=15") from None
     return costs

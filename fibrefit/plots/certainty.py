@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib import colormaps
@@ -29,13 +29,18 @@ METHODS = {
 ITSELF = {"profile likelihood": "profile", "population": "mean of population"}
 """Kinds of intervals that are drawn as they are, as no standard error says where they end: that of a profile, and the
 marginal of the mean of a population over all standard deviations between records."""
+CORRELATION = "correlation"
 CELL, MOST_NUMBERS, LARGEST = 6.5, 20, 110.0
-"""Side of a cell, in mm, that holds a number; values up to which it does; side of the whole at most, in mm."""
+"""Side of a cell, in mm, that holds a number; values that are drawn at the most; side of the whole at most, in mm."""
+LONGEST_NAME = 70.0
+"""Room for the name of a value, in mm."""
 LETTER = 1.3
 """Width of a small letter, in mm, not less."""
 
 
-def correlation_figure(names: tuple[str, ...], covariance: np.ndarray, heading: str = "") -> Figure:
+def correlation_figure(
+    names: tuple[str, ...], covariance: np.ndarray, heading: str = "", what: str = CORRELATION
+) -> Figure:
     """Correlation of all free values, as colours and numbers; empty where the data do not determine a value.
 
     Parameters
@@ -43,27 +48,42 @@ def correlation_figure(names: tuple[str, ...], covariance: np.ndarray, heading: 
     covariance : (n_free, n_free)
     heading : str
         Which two are correlated most, unless said.
+    what : str
+        What is drawn; anything but correlations is from 0 to 1.
     """
-    correlation = correlations(covariance)
+    correlation, signed = correlations(covariance), what == CORRELATION
+    heading, chosen = heading or _strongest(names, correlation), _correlated_most(names, correlation)
+    beside = (
+        f"{len(chosen)} of {len(names)} are shown, with the largest {what}{'; those of all records first' * signed}"
+    )
+    beside = beside if len(chosen) < len(names) else ""
+    names, correlation = tuple(names[i] for i in chosen), correlation[np.ix_(chosen, chosen)]
     number = len(names)
     side = min(CELL * number, LARGEST)
-    longest = max(len(name) for name in names)
-    left = 12.0 + min(LETTER * longest, 70.0)
+    shown_names = [cut_name(_short(name), int(LONGEST_NAME / LETTER)) for name in names]
+    left = 12.0 + LETTER * max(len(name) for name in shown_names)
     figure = new_figure(side + 22.0, width=max(left + side + 26.0, 90.0))
-    title(figure, heading or _strongest(names, correlation))
+    title(figure, heading, beside)
     axes = axes_at(figure, left, 9.0, side, side)
     shown = np.ma.masked_invalid(np.where(np.tri(number, k=-1, dtype=bool), correlation, np.nan))
-    image = axes.imshow(shown, cmap=colormaps["RdBu_r"], vmin=-1.0, vmax=1.0)
+    image = axes.imshow(shown, cmap=colormaps["RdBu_r" if signed else "Greys"], vmin=-1.0 * signed, vmax=1.0)
     axes.set_xticks(range(number), [str(i + 1) for i in range(number)])
-    axes.set_yticks(range(number), [f"{_short(name)}  {i + 1}" for i, name in enumerate(names)])
-    axes.tick_params(length=0, labelsize=SMALL if number <= MOST_NUMBERS else 4.0)
+    axes.set_yticks(range(number), [f"{name}  {i + 1}" for i, name in enumerate(shown_names)])
+    axes.tick_params(length=0, labelsize=SMALL)
     axes.spines[:].set_visible(False)
-    if number <= MOST_NUMBERS:
-        _numbers(axes, correlation)
+    _numbers(axes, correlation)
     bar = axes_at(figure, left + side + 5.0, 9.0, 3.0, min(side, 40.0))
-    figure.colorbar(image, cax=bar, ticks=[-1, -0.5, 0, 0.5, 1])
+    figure.colorbar(image, cax=bar, ticks=[-1, -0.5, 0, 0.5, 1] if signed else [0, 0.5, 1])
     bar.tick_params(labelsize=SMALL, width=0.5, length=2)
+    bar.set_ylabel(what, fontsize=SMALL)
     return figure
+
+
+def _correlated_most(names: Sequence[str], correlation: np.ndarray) -> list[int]:
+    """Values there is room for, in their order: those of all records first, then by their strongest correlation."""
+    beside = np.where(np.eye(len(names), dtype=bool), 0.0, np.nan_to_num(np.abs(correlation)))
+    ranked = sorted(range(len(names)), key=lambda i: ("[" in names[i], -beside[i].max()))
+    return sorted(ranked[:MOST_NUMBERS])
 
 
 def _strongest(names: tuple[str, ...], correlation: np.ndarray) -> str:

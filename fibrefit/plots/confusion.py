@@ -25,4 +25,4 @@ def confusion_figures(summary: DistinguishSummary) -> Figures:
         worst = np.unravel_index(int(np.argmax(below)), below.shape)
         pair = in_words(names[i] for i in sorted(worst))
         heading = f"{pair} are the most confounded pair: |cosine| of sensitivities {below[worst]:.2f}"
-    return Figures({"confusion": correlation_figure(names, cosine, heading)})
+    return Figures({"confusion": correlation_figure(names, cosine, heading, "|cosine| of sensitivities")})

@@ -9,10 +9,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fibrefit.core.roles import FORCES
+from fibrefit.plots.figures import MOST_RECORDS
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import Compared
-from fibrefit.plots.style import BOTTOM, LEFT, SIMULATED, SKY, SMALL, TOP, axes_at, label, legend, new_figure, title
+from fibrefit.plots.style import (
+    BOTTOM,
+    LEFT,
+    SIMULATED,
+    SKY,
+    SMALL,
+    TOP,
+    axes_at,
+    cut_name,
+    label,
+    legend,
+    new_figure,
+    title,
+)
 
 ROWS = 6
 """Records in one figure."""
@@ -20,8 +34,10 @@ HEIGHT, ACROSS, ABOVE, BETWEEN = 30.0, 74.0, 8.0, 14.0
 """Height and width of a panel, room above the next row for its numbers and between columns for a label, in mm."""
 SHARE = 0.35
 """Half of a window over the duration of the contact."""
-FEWEST = 8
-"""Samples shown on either side of a snap, at least."""
+FEWEST, MOST = 8, 200
+"""Samples shown on either side of a snap, at least and at most: more would not be told apart."""
+MOST_LETTERS = 46
+"""Of what a panel is of, beside what it shows."""
 
 
 def snap_figures(fitted: Fitted, taut: tuple[int, ...]) -> Iterator[Figure]:
@@ -35,7 +51,7 @@ def snap_figures(fitted: Fitted, taut: tuple[int, ...]) -> Iterator[Figure]:
     gauge = next((c for c, channel in enumerate(fitted.channels) if channel in FORCES), None)
     if gauge is None:
         return
-    contacts = [(r, contact) for r in range(len(fitted.records)) if (contact := first_contact(fitted, r, taut))]
+    contacts = [(r, contact) for r in fitted.worst(MOST_RECORDS) if (contact := first_contact(fitted, r, taut))]
     for first in range(0, len(contacts), ROWS):
         shown = contacts[first : first + ROWS]
         which = "each record" if len(shown) == len(fitted.records) else f"{len(shown)} of {len(fitted.records)} records"
@@ -64,7 +80,7 @@ def _figure(fitted: Fitted, gauge: int, contacts: list[tuple[int, tuple[int, int
     for row, (record, (start, end)) in enumerate(contacts):
         bottom = up - TOP - HEIGHT - row * (HEIGHT + ABOVE)
         force = fitted.compared(record)[gauge]
-        half = max(FEWEST, round(SHARE * ((end or start + 60) - start)))
+        half = min(max(FEWEST, round(SHARE * ((end or start + 60) - start))), MOST)
         windows = [(start, "take-up")] if end is None else [(start, "take-up"), (end, "release")]
         for column, (instant, what) in enumerate(windows):
             axes = axes_at(figure, LEFT + column * (ACROSS + BETWEEN), bottom, ACROSS, HEIGHT)
@@ -81,7 +97,9 @@ def _figure(fitted: Fitted, gauge: int, contacts: list[tuple[int, tuple[int, int
 
 def _name(axes: Axes, fitted: Fitted, record: int) -> None:
     said = ", ".join(filter(None, (fitted.records[record], fitted.conditions(record))))
-    axes.text(0.0, 1.02, said, transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom")
+    axes.text(
+        0.0, 1.02, cut_name(said, MOST_LETTERS), transform=axes.transAxes, fontsize=SMALL, color="0.25", va="bottom"
+    )
 
 
 def _zoom(axes: Axes, force: Compared, instant: int, half: int) -> None:

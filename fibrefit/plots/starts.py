@@ -87,6 +87,15 @@ def _ways(axes: Axes, starts: _Starts, order: np.ndarray, name: str, si: str) ->
     column = starts.names.index(name)
     began, ended = starts.began[order, column], starts.ended[order, column]
     unit, worth = readable_unit(np.concatenate([began, ended]), si)
+    values = np.concatenate([began, ended])
+    positive = values[np.isfinite(values)]
+    by_decades = positive.size > 0 and positive.min() > 0.0 and positive.max() > WIDE * positive.min()
+    if by_decades:
+        # What went to zero would take all the room: it stands at the edge.
+        edge = float(np.nanmin(began)) / WIDE
+        if np.any(ended < edge):
+            ended = np.maximum(ended, edge)
+            axes.text(0.0, 1.01, "at the left: nearly 0", transform=axes.transAxes, fontsize=SMALL, va="bottom")
     rank = np.arange(1, len(order) + 1)
     for basin in np.unique(starts.basin):
         colour, marker = _kind(int(basin))
@@ -95,9 +104,7 @@ def _ways(axes: Axes, starts: _Starts, order: np.ndarray, name: str, si: str) ->
         axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.6)
         axes.plot(x[0], y[0], linestyle="none", marker="|", markersize=4.0, markeredgewidth=0.6, color=colour)
         axes.plot(x[1], y[1], linestyle="none", marker=marker, markersize=3.2, markeredgewidth=0.6, color=colour)
-    values = np.concatenate([began, ended])
-    positive = values[np.isfinite(values)]
-    if positive.size and positive.min() > 0.0 and positive.max() > WIDE * positive.min():
+    if by_decades:
         logarithmic(axes, "x")
     label(axes, x=axis_label(name.rpartition(".")[2], unit))
 

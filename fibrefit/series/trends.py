@@ -305,7 +305,10 @@ def _outlier(line: _Line, number: int) -> tuple[int, float, float] | None:
         # Influence is that of ordinary least squares: it is computed of what weights make of the records.
         weighted = line.fit.model  # type: ignore[attr-defined]
         inside = np.asarray(OLSInfluence(OLS(weighted.wendog, weighted.wexog).fit()).resid_studentized_internal)
-        scores = np.nan_to_num(inside * np.sqrt(freedom / np.maximum(freedom + 1.0 - inside**2, 1e-12)))
+        scale = float(line.fit.scale)  # type: ignore[attr-defined]
+        of_others = np.sqrt(scale * np.maximum(freedom + 1.0 - inside**2, 1e-12) / freedom)
+        # Others that by luck scatter less than their known errors make no record stray.
+        scores = np.nan_to_num(inside * np.sqrt(scale) / np.maximum(of_others, 1.0))
     place = int(np.argmax(np.abs(scores)))
     chance = min(1.0, number * 2.0 * float(t.sf(abs(scores[place]), freedom)))
     return (place, float(scores[place]), chance) if chance < OUTLIER else None

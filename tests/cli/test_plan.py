@@ -73,6 +73,13 @@ def test_options_reach_the_plan(demo: Run, aims: list[Aim], words: tuple[str, ..
     assert "Written to out: summary.json" in done.err
 
 
+def test_a_cost_that_is_stated_twice_is_refused(demo: Run, aims: list[Aim]) -> None:
+    done = demo("plan", "demo", "--out", "out", "--cost", "lift=1", "--cost", "lift=2")
+    assert done.code == 2
+    assert 'error: --cost "lift=2": the cost of lift for the second time; expected each once.' in done.err
+    assert not aims
+
+
 @pytest.mark.parametrize("cost", ["lift=soon", "lift=", "lift"])
 def test_a_cost_without_a_number_is_refused(demo: Run, aims: list[Aim], cost: str) -> None:
     done = demo("plan", "demo", "--out", "out", "--cost", cost)

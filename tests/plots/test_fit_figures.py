@@ -153,6 +153,18 @@ def test_correlations_leave_out_what_is_not_determined() -> None:
     assert ".50" in texts(correlation_figure(("a", "b", "c[r.csv]"), covariance))
 
 
+def test_of_many_values_those_that_are_correlated_most_are_drawn() -> None:
+    """Two values of all records, and forty of single ones, of which two trade places."""
+    names = ("stiffness", "damping", *(f"zero[{'long ' * 20}{i}.csv]" for i in range(40)))
+    covariance = np.eye(len(names))
+    covariance[30, 31] = covariance[31, 30] = 0.9
+    said = texts(correlation_figure(names, covariance))
+    assert "20 of 42 are shown, with the largest correlation; those of all records first" in said
+    assert {"stiffness  1", "damping  2"} <= set(said.splitlines())
+    assert ".90" in said
+    assert max(map(len, said.splitlines()[1:])) < 100
+
+
 def test_the_reported_interval_stands_out(found: Identification, figures: dict[str, Figure]) -> None:
     said = texts(figures["errors"])
     assert said.count("(reported)") == 3

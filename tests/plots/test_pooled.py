@@ -47,6 +47,21 @@ def test_no_gap_of_a_batch_lies_at_the_edge_of_its_panel() -> None:
         assert high > 1.05 * max(gaps[name] for name in shown)
 
 
+def test_an_item_that_failed_leaves_the_others_room() -> None:
+    def item(value: float, status: str = "ok", gap: float = 1.0) -> BatchItem:
+        found = ParameterSummary(value=value, unit="N/m", std_error=1e-3 * value, free=True)
+        return BatchItem(status=status, gap=gap, parameters={"stiffness": found})
+
+    sound = {f"{i}": item(1e4 + 10.0 * i) for i in range(9)}
+    values, gaps = _parameters({**sound, "lost": item(1e7, "failed", 300.0)})["parameters"].axes
+    low, high = values.get_ylim()
+    assert 9.8 < low < 10.0 < 10.08 < high < 10.3  # kN/m
+    assert any(text.get_text() == "1 beyond" for text in values.texts)
+    assert gaps.get_yscale() == "log"
+    alone, _ = _parameters(sound)["parameters"].axes
+    assert not alone.texts
+
+
 def test_an_interval_is_told_to_digits_that_tell_its_ends_apart() -> None:
     ends = {"mean_interval_95": (14723.1, 14723.9), "new_record_interval_95": (14695.0, 14752.0)}
     found = population(0.5)["stiffness"].model_copy(update={"mean": 14723.5, **ends})

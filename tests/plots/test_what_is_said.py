@@ -209,3 +209,5 @@ def test_ensembles_that_do_not_agree_are_not_said_to(r_hat: float, limit: float 
         for name, value in (("friction", 1.001), ("offset", r_hat))
     ]
     assert says in caption_of(traces_figure(ways, limit))
+    # What is not drawn may agree less.
+    assert "do not agree: R-hat is up to 1.500" in caption_of(traces_figure(ways[:1], 1.01, 1.5))

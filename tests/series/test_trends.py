@@ -199,3 +199,13 @@ def test_of_a_condition_known_worse_than_it_differs_no_slope_is_told() -> None:
     assert trend_of(names, level, blurred) is None
     (line,) = map(TrendSummary.of, trends(names, [(level, blurred), (level, order)]))
     assert line.condition == "order"
+
+
+def test_others_that_agree_by_luck_make_no_record_stray() -> None:
+    """Four records on a line to a hundredth of their errors, and one two errors away from it."""
+    values = np.array([1.0, 2.0, 3.0, 4.0, 5.0]) + np.array([0.01, -0.01, 0.01, -0.01, 2.0])
+    y = Quantity("stiffness", "N/m", values, np.ones(5))
+    x = Quantity("lift", "m", np.arange(1.0, 6.0), np.zeros(5))
+    found = trend_of([f"{i}" for i in range(5)], y, x)
+    assert found is not None
+    assert found.outliers == ()

@@ -397,6 +397,12 @@ def test_a_step_beyond_the_range_of_a_sweep_is_refused(folder: Path, step: str, 
         load_study(folder)
 
 
+def test_a_sweep_that_takes_all_memory_is_refused(folder: Path) -> None:
+    (folder / "study.toml").write_text(PENDULUM + '[sweep]\nlowest = "1 mHz"\n')
+    with pytest.raises(StudyError, match=r"2.4e\+08 steps of a period at 0.001 Hz, in all runs together"):
+        load_study(folder)
+
+
 #: A line without quotes, and how it is written.
 WITHOUT_QUOTES = {
     "weight_mass = 2350 g": 'weight_mass = "2350 g"',
