@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 @click.option(
     "--also",
     multiple=True,
-    metavar="FILE.py:CLASS",
-    help="Try an effect of your own too, repeatable; its path is relative to the study.",
+    metavar="EFFECT",
+    help="Try this one too, repeatable: one of your own, FILE.py:CLASS with its path relative to the study, or one of "
+    "the catalogue that is not looked for unrequested.",
 )
 @click.option(
     "--time",

@@ -14,6 +14,17 @@ ROLES: dict[str, str] = {
 }
 """SI unit of each role."""
 
+USUAL_NOISE: dict[str, float] = {
+    "force": 0.4,
+    "position": 2e-5,
+    "velocity": 1e-4,
+    "drive": 1e-5,
+    "angle": 1e-3,
+    "force_1": 0.4,
+    "force_2": 0.4,
+}
+"""Noise rms that is assumed of a planned channel where the study states none, in SI units."""
+
 FORCES = frozenset(role for role, unit in ROLES.items() if unit == "N")
 """Roles that are readings of a force gauge."""
 

@@ -8,11 +8,10 @@ from functools import partial
 from scipy.special import ndtri, stdtrit
 
 from fibrefit.core.shown import in_words
-from fibrefit.core.units import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
 from fibrefit.report.sentences.alike import between_sentence
-from fibrefit.report.text import rows_of, with_error
+from fibrefit.report.text import alike_in_digits, rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K, PRIOR_MATTERS
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.held_against import ComparedModel
@@ -94,9 +93,7 @@ def _known(summary: PosteriorSummary) -> list[str]:
 def posterior_row(name: str, found: PosteriorParameter) -> tuple[str, ...]:
     """Name, mean, standard deviation, unit and interval of a value, all numbers in that unit."""
     value, error, unit = with_error(found.mean, found.sd, found.unit)
-    worth = shown_unit(found.mean if found.mean else found.sd, found.unit)[1]
-    decimals = len(error.partition(".")[2])
-    low, high = (f"{limit / worth:.{decimals}f}" for limit in found.interval)
+    low, high = alike_in_digits(found.interval, found.mean, found.sd, found.unit)
     return name, value, error, "" if unit == "-" else unit, f"{low} to {high}"
 
 

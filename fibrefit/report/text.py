@@ -6,7 +6,7 @@ Our own words are plain ASCII, so that any terminal shows them; names that come 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from fibrefit.core.units import format_quantity, format_share, shown_unit
@@ -244,20 +244,26 @@ def parameter_row(name: str, parameter: ParameterSummary) -> tuple[str, ...]:
         # What a prediction takes over is known to its error, and has no interval of its own.
         unknown = "not determined" if parameter.std_error is None else ""
         return name, value, error, shown, "at its bound" if parameter.at_bound else unknown
-    worth = shown_unit(parameter.value if parameter.value else parameter.std_error, parameter.unit)[1]
-    decimals = len(error.partition(".")[2])
-    low, high = (f"{limit / worth:.{decimals}f}" for limit in parameter.interval_95)
+    low, high = alike_in_digits(parameter.interval_95, parameter.value, parameter.std_error, parameter.unit)
     if parameter.at_bound:
         below, above = (abs(parameter.value - limit) for limit in parameter.interval_95)
         return name, value, error, shown, f"at most {high}" if below <= above else f"at least {low}"
     return name, value, error, shown, f"{low} to {high}"
 
 
+def alike_in_digits(numbers: Iterable[float], value: float, error: float, unit: str) -> tuple[str, ...]:
+    """Further numbers in the unit, and to the digits, in which a value stands with its error bar; all in `unit`."""
+    worth = shown_unit(value if value else error, unit)[1]
+    decimals = len(with_error(value, error, unit)[1].partition(".")[2])
+    return tuple(f"{number / worth:.{decimals}f}" for number in numbers)
+
+
 def earlier_value(then: ParameterSummary, now: ParameterSummary, error: str) -> str:
     """An earlier value in the unit, and to the digits, of the later one and its error bar."""
+    if error and now.std_error is not None:
+        return alike_in_digits([then.value], now.value, now.std_error, now.unit)[0]
     worth = shown_unit(now.value if now.value else now.std_error or 0.0, now.unit)[1]
-    decimals = len(error.partition(".")[2])
-    return f"{then.value / worth:.{decimals}f}" if error else f"{then.value / worth:.5g}"
+    return f"{then.value / worth:.5g}"
 
 
 def _sure(summary: FitResultSummary) -> list[str]:

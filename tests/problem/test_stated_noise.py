@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
+from fibrefit.core.roles import ROLES, USUAL_NOISE
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
@@ -80,3 +81,8 @@ def test_noise_of_a_channel_that_the_model_makes_no_use_of_is_refused(tmp_path: 
         return
     with pytest.raises(StudyError, match="noise.position: noise of the position, of which the model of these records"):
         model_of(study)
+
+
+def test_every_channel_has_a_usual_noise() -> None:
+    """A record of it could not be planned without."""
+    assert set(USUAL_NOISE) == set(ROLES) - {"time"}

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.allowance import MOST_PLANNED, too_long
 from fibrefit.core.errors import StudyError
-from fibrefit.core.roles import ROLES
+from fibrefit.core.roles import ROLES, USUAL_NOISE
 from fibrefit.problem.formulate.formulate import first_size, slots_of, stated_of
 from fibrefit.problem.formulate.traces import conditions_of, in_order
 from fibrefit.problem.noise.spectrum import Noise
@@ -22,17 +22,6 @@ from fibrefit.rigs.excitation import Excitation
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study
-
-USUAL_NOISE = {
-    "force": 0.4,
-    "position": 2e-5,
-    "velocity": 1e-4,
-    "angle": 1e-3,
-    "force_1": 0.4,
-    "force_2": 0.4,
-    "drive": 1e-5,
-}
-"""Noise rms assumed for a planned channel where the study states none, in SI units."""
 
 
 def formulate_planned(study: Study, model: Model) -> Task:
