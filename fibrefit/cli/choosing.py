@@ -60,10 +60,7 @@ def ask_candidate(candidates: Sequence[Candidate]) -> str | None:
     names = list(offered)
     while True:
         say(f"Which one is added? 1 to {len(names)}, a name, Enter for the first, s to stop: ", newline=False)
-        try:
-            line = sys.stdin.readline()
-        except UnicodeDecodeError:  # bytes that are no text name none
-            line = "?"
+        line = sys.stdin.readline()
         word = line.strip()
         if not line or word.lower() in STOP:
             say("" if line else "no answer: stopped")

@@ -17,8 +17,8 @@ def command(terminal: Terminal, request: Request, only: tuple[str, ...], exclude
 
     The records may be measured, or only planned: then each has a name, a sampling_rate, a duration and what makes it
     move (lift of a drop; excitation, amplitude and rate of a driven weight; amplitude and frequency of an inverted
-    pendulum), the base parameters have initial values, and [noise] states that of the gauges. Of a guided_mass they are
-    refused: its force has to be measured.
+    pendulum), the base parameters have initial values, and [noise] states that of the gauges. Of a guided_mass and a
+    pendulum they are refused: only a measurement tells how such a motion begins.
     """
     from fibrefit.workflow.design.distinguish import distinguish_study
 

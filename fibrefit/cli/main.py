@@ -214,8 +214,9 @@ def main() -> None:
     """Entry point of the command line."""
     look_for_garbage_late()
     _open_what_is_closed()
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal that lacks a letter shows a question mark in its place, and the run goes on.
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        # A terminal that lacks a letter shows a question mark in its place, and the run goes on; so does one that sends
+        # what is none.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     warnings.showwarning = cast("Any", _say_warning)

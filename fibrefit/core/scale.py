@@ -13,10 +13,14 @@ from fibrefit.core.units import ACCEPTED
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WITHIN = r"(?:\+/-|\+-|±)"
 _SCALE = re.compile(rf"\s*({_NUMBER})(?:\s*{_WITHIN}\s*({_NUMBER}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
-_UNIT_TWICE = re.compile(rf"\s*({_NUMBER})\s*([^\W\d%][^±%]*?)\s*{_WITHIN}\s*({_NUMBER})\s*([^±]*?)\s*", re.DOTALL)
+_UNIT = r"(?:1/)?[^\W\d%][^±%]*?|°"
+_UNIT_TWICE = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})\s*{_WITHIN}\s*({_NUMBER})\s*([^±]*?)\s*", re.DOTALL)
 
 IN_PERCENT = "an uncertainty in %, of which the value may be a percentage too"
-NOT_IN_PERCENT = 'Write "2.07 +/- 0.04 N/A", or the share behind the unit, as in "2.07 N/A +/- 2 %".'
+NOT_IN_PERCENT = (
+    'Write "2.07 +/- 0.04 N/A", or the share behind the unit, as in "2.07 N/A +/- 2 %"; of a pure number "1.02 +/- '
+    '0.01".'
+)
 
 
 def uncertain(text: object) -> tuple[str, str] | None:
@@ -92,7 +96,7 @@ class Scale:
         FibrefitError
             Of class `error`: no number, zero, not finite, a negative uncertainty, or a unit that is not known.
         """
-        expected = 'a number with a unit, such as "-200 N/V", "17.857 um" or "2.07 +/- 0.29 N/A"'
+        expected = 'a number with a unit, such as "-200 N/V", "17.857 um" or "2.07 +/- 0.29 N/A", both in one unit'
         if in_percent(text):
             raise error(where, f'scale "{text}": {IN_PERCENT}', expected, NOT_IN_PERCENT)
         if (stated := _in_one_unit(text)) is None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import ByInverse, Parameter
-from fibrefit.laws.declared import omissions, refusals
+from fibrefit.laws.declared import AT_ONCE, omissions, refusals
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import ANNOUNCED, hooks_of, port_of, said_by
 
@@ -77,11 +77,9 @@ def unusable(effect: type[Effect], where: str) -> Iterator[StudyError]:
     except StudyError as error:
         yield error
         return
-    hooks = hooks_of(port_of(effect) or "")
-    for hook in said_by(effect):
-        # What a law makes of the conditions of a rig hangs on which rig it is.
-        if "conditions" not in inspect.signature(hooks[hook]).parameters:
-            yield from _compiled(hook, laws, {}, f"{where}, {hook}")
+    # What is asked at once of a whole record hangs on its channels, its conditions and its length.
+    for hook in said_by(effect) if port_of(effect) not in AT_ONCE else ():
+        yield from _compiled(hook, laws, {}, f"{where}, {hook}")
 
 
 def _made(effect: type[Effect], where: str) -> dict[str, Any]:

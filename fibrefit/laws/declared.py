@@ -77,8 +77,6 @@ def omissions(effect: type[Effect], where: str) -> Iterator[StudyError]:
             yield StudyError(place, f"null {p.null:g} is out of its range", f"{p.lower:g} to {p.upper:g}")
         if p.log and p.lower <= 0.0:
             yield StudyError(place, f"searched by its logarithm from {p.lower:g}", "a positive lower limit")
-        if p.reciprocal != math.isinf(p.null):
-            yield StudyError(place, f"null {p.null:g}", "reciprocal=True where the null is infinite, and only there")
 
 
 def _of_types(effect: type[Effect], where: str) -> Iterator[StudyError]:
@@ -86,7 +84,7 @@ def _of_types(effect: type[Effect], where: str) -> Iterator[StudyError]:
     for name in ("strength", "needs", "excludes", "stands_for"):
         said: Any = getattr(effect, name)
         if not isinstance(said, tuple | frozenset) or not all(isinstance(one, str) for one in said):
-            do = f'Write {name} = ("{said}",).' if isinstance(said, str) else ""
+            do = f'Write {name} = ("{said}",).' if isinstance(said, str) else f"Write {name} = {tuple(said)!r}."
             yield StudyError(f"{where}, {name}", f"{said!r}", "a tuple of names", do)
     said = effect.acts_on
     if not isinstance(said, set | frozenset) or not all(isinstance(one, Capability) for one in said):
@@ -95,7 +93,7 @@ def _of_types(effect: type[Effect], where: str) -> Iterator[StudyError]:
         )
     for p in effect.parameters:
         for name in ("typical", "lower", "upper", "null"):
-            if isinstance(number := getattr(p, name), bool) or not isinstance(number, int | float):
+            if isinstance(number := getattr(p, name), bool | str) or not hasattr(number, "__float__"):
                 do = 'Write quantity("N", "what it is", 1.0).'
                 yield StudyError(f"{where}, parameter {p.name}, {name}", f"{number!r}", "a number", do)
         for name in ("unit", "doc"):
@@ -126,6 +124,10 @@ def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:
     for name in [name for name in asked if name not in HISTORY_OF_MOTION] if isinstance(asked, tuple) else [asked]:
         expected = f"a tuple of {', '.join(map(repr, HISTORY_OF_MOTION))}"
         yield StudyError(f"{where}, history", f"{name!r}", expected, did_you_mean(str(name), HISTORY_OF_MOTION))
+    for p in effect.parameters:
+        if p.reciprocal != math.isinf(p.null):
+            expected = "reciprocal=True where the null is infinite, and only there"
+            yield StudyError(f"{where}, parameter {p.name}", f"null {p.null:g}", expected)
     yield from (error for p in effect.parameters for error in _of_unit(p, f"{where}, parameter {p.name}"))
 
 

@@ -75,7 +75,7 @@ def _load(path: Path, name: str) -> ModuleType:
     sys.modules[title] = module
     try:
         # The very bytes of the digest: byte code that Python keeps beside a file is as old as its clock tells seconds.
-        exec(compile(source, str(path), "exec"), vars(module))
+        exec(compile(source, str(path), "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
         del sys.modules[title]
         raise StudyError(

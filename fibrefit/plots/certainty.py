@@ -80,9 +80,10 @@ def correlation_figure(
 
 
 def _correlated_most(names: Sequence[str], correlation: np.ndarray) -> list[int]:
-    """Values there is room for, in their order: those of all records first, then by their strongest correlation."""
+    """Values there is room for: the strongest pair, those of all records, then by their strongest correlation."""
     beside = np.where(np.eye(len(names), dtype=bool), 0.0, np.nan_to_num(np.abs(correlation)))
-    ranked = sorted(range(len(names)), key=lambda i: ("[" in names[i], -beside[i].max()))
+    most = float(beside.max())
+    ranked = sorted(range(len(names)), key=lambda i: (beside[i].max() < most, "[" in names[i], -beside[i].max()))
     return sorted(ranked[:MOST_NUMBERS])
 
 

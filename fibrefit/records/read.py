@@ -207,8 +207,6 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         from fibrefit.records.files.arrays.numpy_file import read_numpy
 
         return read_numpy(data, where, options)
-    if arrays or tdms or mdf or data[:4] == b"PAR1":
-        _refuse_of_text(options, where)
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
@@ -232,19 +230,7 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         if long is not None:
             return long
         text = decode(data, where)
-    if is_lvm(text):
-        _refuse_of_text(options, where)
-        return read_lvm(text, where)
-    return read_text(without_keys(text, where), where, options)
-
-
-def _refuse_of_text(options: ReadOptions, where: str) -> None:
-    """Refuse what is declared of the text of a file that says itself how its numbers stand: it would change nothing."""
-    said = {name: getattr(options, name) for name in ("columns", "delimiter", "decimal", "header")}
-    if declared := [name for name, value in said.items() if value]:
-        got = f"{' and '.join(declared)} of a file that says itself how its numbers stand"
-        do = "Leave them out; state them of the text files alone."
-        raise DataError(where, got, "them of a text file only", do)
+    return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
 
 
 def _refuse_many_cells(data: bytes, where: str) -> None:

@@ -173,12 +173,16 @@ def trend_of(names: Sequence[str], y: Quantity, x: Quantity, looks: int = 1) -> 
 
 @dataclass(frozen=True)
 class _Line:
-    """A fitted line: of statsmodels, about the weighted mean of the condition, and the scatter about it."""
+    """A fitted line: of statsmodels, about the weighted mean of the condition, and the scatter about it.
+
+    `known` ``(n_record,)``: what errors that are known make of a distance, in units of its whole standard deviation.
+    """
 
     fit: object
     middle: float
     tau: float
     wider: float
+    known: np.ndarray
 
 
 def _line(x: np.ndarray, y: np.ndarray, u: np.ndarray, s: np.ndarray) -> _Line | None:
@@ -195,7 +199,8 @@ def _line(x: np.ndarray, y: np.ndarray, u: np.ndarray, s: np.ndarray) -> _Line |
     # What is left has no part along the places nearest to the records: a regression on these has this slope and error.
     left = y - np.average(y, weights=near.weights) - near.slope * (x - middle)
     fitted = np.average(y, weights=near.weights) + near.slope * centred + left
-    return _Line(_regression(centred, fitted, near.weights), middle, tau, _wider(near, u))
+    known = np.sqrt(near.weights * (s**2 + (near.slope * u) ** 2))
+    return _Line(_regression(centred, fitted, near.weights), middle, tau, _wider(near, u), known)
 
 
 def _wider(near: Nearest, u: np.ndarray) -> float:
@@ -308,7 +313,7 @@ def _outlier(line: _Line, number: int) -> tuple[int, float, float] | None:
         scale = float(line.fit.scale)  # type: ignore[attr-defined]
         of_others = np.sqrt(scale * np.maximum(freedom + 1.0 - inside**2, 1e-12) / freedom)
         # Others that by luck scatter less than their known errors make no record stray.
-        scores = np.nan_to_num(inside * np.sqrt(scale) / np.maximum(of_others, 1.0))
+        scores = np.nan_to_num(inside * np.sqrt(scale) / np.maximum(of_others, line.known))
     place = int(np.argmax(np.abs(scores)))
     chance = min(1.0, number * 2.0 * float(t.sf(abs(scores[place]), freedom)))
     return (place, float(scores[place]), chance) if chance < OUTLIER else None

@@ -135,7 +135,7 @@ def _parts(detail: ErrorDetails) -> tuple[str, str, str]:
         return "unknown key", context["expected"], context["do"]
     if kind == "missing" and isinstance(detail["loc"][-1], int):
         return shown(found), PAIR, ""
-    if kind == "string_type" and "channels" in detail["loc"]:
+    if kind == "string_type" and detail["loc"][-1] == "heading":
         return shown(found), "the heading of a column, or a table with column, unit and scale", ""
     if kind in ("missing", "union_tag_not_found"):
         key = str(detail["loc"][-1]) if kind == "missing" else context["discriminator"].strip("'")

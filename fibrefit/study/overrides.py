@@ -73,7 +73,7 @@ def parse(override: str) -> tuple[list[str | int], Any]:
             f"--set {override}", "not understood", "key=value", 'For example --set rig.weight_mass="3 kg".'
         )
     keys, value = [_key(match) for match in _PART.finditer(path)], _value(text.strip())
-    return _parameter_name_joined(keys, whole=isinstance(value, dict)), value
+    return _parameter_name_joined(keys, _is_table_of_parameter(value)), value
 
 
 def _key(match: re.Match[str]) -> str | int:
@@ -87,6 +87,10 @@ def _value(text: str) -> Any:
     except (ValueError, RecursionError):  # not TOML, or a number of thousands of digits
         return text
     return read["value"] if list(read) == ["value"] else text
+
+
+def _is_table_of_parameter(value: Any) -> bool:
+    return isinstance(value, dict) and bool(value) and value.keys() <= set(ParameterTable.known_keys())
 
 
 def _parameter_name_joined(keys: list[str | int], whole: bool) -> list[str | int]:

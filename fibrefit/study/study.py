@@ -274,10 +274,9 @@ class Study(Shown, StudyTable):
         files = {effect.rpartition(":")[0] for effect in self.own_effects()}
         for file, expected in self.model.laws.items():
             path = self.path_of(file)
-            if file not in files:
+            if file not in files and not is_plain_file(path):
                 do = did_you_mean(file, files) or "Correct its name, or remove the line."
-                got = "a digest of a file that no effect of the study is in"
-                mistakes.note(StudyError(self._place(f"model.laws.{file}"), got, "the file of an effect", do))
+                mistakes.note(StudyError(self._place(f"model.laws.{file}"), "no such file", "that of an effect", do))
             elif is_plain_file(path) and (found := sha256_of(path)) != expected.lower():
                 got = f"{path} has changed: its SHA-256 is {found[:12]}..."
                 known = f"{expected[:12]}..., that of the law this study was written with"

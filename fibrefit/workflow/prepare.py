@@ -73,8 +73,8 @@ def _refuse_unused_keys(study: Study, rig: Rig) -> None:
     """Refuse what is stated of records and what only the same rig with other channels, or driven otherwise, knows."""
     usual = RIGS[study.kind]
     unknown = {one.name for one in (*usual.nuisances, *usual.conditions)}
+    unknown |= {"window"} if rig.anchor is None and usual.anchor is not None else set()
     unknown -= {one.name for one in (*rig.nuisances, *rig.conditions)}
-    unknown |= {"window"} if rig.anchor is None else set()
     for i, record in enumerate(study.records):
         for name in sorted(unknown):
             if getattr(record, name, None) is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +48,10 @@ def _divided(study: Study, said: dict[str, Any], file: str, other: str) -> tuple
     options = ReadOptions(**{**said, "channels": {}, "units": {}})
     tables = [_understood(study.path_of(name), options) for name in (file, other)]
     here, there = ({**said, "channels": {}, "units": {}} for _ in tables)
+    if tables[1] is None and said.get("rate") is not None:
+        # The rate of a record is not that of a logger beside it which tells its own.
+        tables[1] = _understood(study.path_of(other), replace(options, rate=None))
+        there |= {} if tables[1] is None else {"rate": None}
     for role, channel in said["channels"].items():
         column = channel if isinstance(channel, str) else channel.get("column")
         pairs = zip((here, there), tables, strict=True)

@@ -141,3 +141,24 @@ def test_one_stroke_in_one_direction_says_what_to_hold(tmp_path: Path) -> None:
     assert not [line for line in map(advice_sentence, one.identification.advice) if "one direction" in line]
     near(one, "friction", 1.5, 0.02)
     near(one, "mass", 2.0, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("driven_by", "key", "fits"),
+    [
+        ("nothing", "gain = 0.9", False),
+        ("position", 'window = "0.1 s"', False),
+        ("force", 'window = "0.1 s"', True),
+        ("position", "gain = 0.9", True),
+    ],
+)
+def test_what_only_a_mass_driven_otherwise_has_is_refused(tmp_path: Path, driven_by: str, key: str, fits: bool) -> None:
+    """It would change nothing, and nobody would say so."""
+    text = f'schema = "fibrefit/study/1"\nname = "axis"\n[rig]\nkind = "guided_mass"\ndriven_by = "{driven_by}"\n'
+    (tmp_path / "a.csv").touch()
+    (tmp_path / "study.toml").write_text(f'{text}[[records]]\nfile = "a.csv"\n{key}\n', encoding="utf-8")
+    if fits:
+        model_of(load_study(tmp_path))
+        return
+    with pytest.raises(StudyError, match=f"records.0..{key.partition(' ')[0]}: .* Leave it out"):
+        model_of(load_study(tmp_path))

@@ -221,3 +221,17 @@ def test_the_page_on_extending_shows_a_law_that_keeps_the_contract(tmp_path: Pat
 
 def public_methods(kind: type[Effect]) -> list[str]:
     return [name for name, value in vars(kind).items() if callable(value) and not name.startswith("_")]
+
+
+def test_what_a_law_of_a_gauge_makes_of_a_record_is_left_to_its_record(tmp_path: Path) -> None:
+    """It may read the channels of any rig, and filter over more samples than the contract asks it for."""
+    body = """
+class Mine(SensorLaw):
+    name: ClassVar[str] = "sensor.mine"
+    c: jax.Array = quantity("-", "a share", 0.1)
+
+    def measure(self, channels, times):
+        return {**channels, "angle": jnp.convolve(channels["angle"], jnp.ones(5) / 5.0, "same") * self.c}
+"""
+    (tmp_path / "mine.py").write_text(HEAD + body, encoding="utf-8")
+    assert find_effect("mine.py:Mine", tmp_path).name == "sensor.mine"

@@ -72,6 +72,14 @@ def test_a_weight_that_is_let_go_on_a_taut_fibre(tmp_path: Path) -> None:
     assert start["release[drop_0mm.csv]"] == pytest.approx(made.NUISANCES["release"], abs=2e-3)
 
 
+def test_a_lone_outlier_moves_no_release(tmp_path: Path) -> None:
+    one, other = made.records(share=0.5)
+    position = one.channels["position"].copy()
+    position[900] = 1.0
+    start = start_of(made.task(tmp_path, [made.replace(one, position=position), other]))
+    assert start["release[drop_5mm.csv]"] == pytest.approx(made.NUISANCES["release"], abs=5e-4)
+
+
 def test_a_first_contact_that_never_ends_is_taken_for_one_swing(tmp_path: Path) -> None:
     """Heavy damping: the weight never leaves the fibre again, and the first horizon must not be the whole record."""
     task = made.task(tmp_path, made.records(stiffness=8e3, damping=120.0))

@@ -31,11 +31,6 @@ def test_a_rate_that_is_given_is_held_against_that_of_the_file(write: Callable) 
         read_record(path, rate=1000.0)
 
 
-def test_what_is_declared_of_a_text_is_refused_where_the_file_says_it_itself(write: Callable) -> None:
-    with pytest.raises(DataError, match="columns and delimiter of a file that says itself how its numbers stand"):
-        read_record(write(one(), "a.lvm"), delimiter=",", columns=("time [s]", "force [N]"))
-
-
 REFUSED = {
     "a sample missing": (one(rows(lambda i: f"|{f(i)}|{u(i)}", n=N - 1)), "announces 24 samples, and 23 are there"),
     "a sample doubled": (one(BODY + f"|{f(0)}|{u(0)}\n"), "announces 24 samples, and 25 are there"),

@@ -209,3 +209,15 @@ def test_others_that_agree_by_luck_make_no_record_stray() -> None:
     found = trend_of([f"{i}" for i in range(5)], y, x)
     assert found is not None
     assert found.outliers == ()
+
+
+def test_a_record_of_a_short_series_strays_all_the_same() -> None:
+    """Where it makes the scatter itself, and no known error explains it."""
+    random = np.random.default_rng(11)
+    values = 25.0 + 0.2 * random.standard_normal(8)
+    values[5] += 20.0
+    y = Quantity("damping", "N s/m", values, np.full(8, 0.2))
+    x = Quantity("lift", "m", np.arange(1.0, 9.0), np.zeros(8))
+    found = trend_of([f"{i}" for i in range(8)], y, x)
+    assert found is not None
+    assert [outlier.record for outlier in found.outliers] == ["5"]

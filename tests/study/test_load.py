@@ -182,7 +182,7 @@ REFUSED = {
     ),
     "digest of no law": (
         ('effects = ["guide.stribeck_friction"]', 'effects = []\nlaws = {"mine.py" = "00"}'),
-        "model.laws.mine.py: a digest of a file that no effect of the study is in",
+        "model.laws.mine.py: no such file; expected that of an effect",
         "remove the line",
     ),
     "duration of a file": (
@@ -399,7 +399,7 @@ def test_a_step_beyond_the_range_of_a_sweep_is_refused(folder: Path, step: str, 
 
 def test_a_sweep_that_takes_all_memory_is_refused(folder: Path) -> None:
     (folder / "study.toml").write_text(PENDULUM + '[sweep]\nlowest = "1 mHz"\n')
-    with pytest.raises(StudyError, match=r"2.4e\+08 steps of a period at 0.001 Hz, in all runs together"):
+    with pytest.raises(StudyError, match=r"2.4e\+08 steps of a period at 0.001 Hz, in all runs of a curve"):
         load_study(folder)
 
 

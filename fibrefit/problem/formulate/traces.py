@@ -135,7 +135,7 @@ def _grid(record: Measured) -> tuple[np.ndarray, np.ndarray]:
     if not record.uniform:
         return times, np.arange(len(times))
     place = np.round((times - times[0]) * record.rate).astype(int)
-    if place[-1] >= MOST_PLANNED:
+    if place[-1] >= max(MOST_PLANNED, 2 * len(times)):
         longest = int(np.argmax(np.diff(place)))
         raise too_far_apart(record.name, int(place[-1]) + 1, float(np.diff(times)[longest]), float(times[longest]))
     return times[0] + np.arange(place[-1] + 1) / record.rate, place

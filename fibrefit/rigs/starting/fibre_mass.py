@@ -23,6 +23,8 @@ SMOOTHED_DROP = 8e-3
 LIKE_A_FALL = 0.25
 """Share of its whole way down along which a weight moves nearly as if it fell, even where the fibre is taut from the
 start: the root of the way is then a sine of time, there 4 % off its line."""
+NEARLY_ALL = 0.98
+"""Share of the samples that lie above the way down, which a lone outlier is not to tell."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -87,7 +89,7 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
         lift = _onset(trace, level) - level if np.isnan(lift) else lift
     fallen = position - level
     # The square root of the way fallen is a line in time, whose foot is the release.
-    fall = max(lift, LIKE_A_FALL * float(np.nanmax(fallen)))
+    fall = max(lift, LIKE_A_FALL * float(np.nanquantile(fallen, NEARLY_ALL)))
     below = _first(after & (fallen > FALLEN * fall), trace, "does not fall by its lift")
     early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * fall)
     if early.sum() < FEWEST_FALLING:

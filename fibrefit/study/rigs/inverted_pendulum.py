@@ -106,10 +106,10 @@ class SweepSettings(StudyTable):
             raise refusal(
                 f"sampling_rate {self.sampling_rate:g} Hz", f"at least {rate:g} Hz: {STEPS_A_PERIOD} steps a period", ""
             )
-        # All runs are simulated at once, each over as many steps as its longest period has.
-        steps = self.sampling_rate / self.lowest * (range_ / self.step + 1.0) * max(1, len(self.curves))
+        # Many runs are simulated at once, each over as many steps as its longest period has.
+        steps = self.sampling_rate / self.lowest * (range_ / self.step + 1.0)
         if steps > MOST_PLANNED:
-            got = f"{steps:.3g} steps of a period at {self.lowest:g} Hz, in all runs together"
+            got = f"{steps:.3g} steps of a period at {self.lowest:g} Hz, in all runs of a curve together"
             do = "Begin at a larger lowest, or take fewer frequencies or a smaller sampling_rate."
             raise refusal(got, f"at most {MOST_PLANNED / 1e6:g} million", do)
         names = [curve.name for curve in self.curves]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,7 @@ from typing import get_args
 
 import numpy as np
 
-from fibrefit.core.errors import DataError, StudyError, UsageError, did_you_mean, refuse_unknown
+from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
 from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.design.menu import duration_of, motions_of, reach_of
@@ -299,15 +300,21 @@ def _refuse_costs(minutes: Mapping[str, float], known: set[str]) -> None:
             raise UsageError(f'cost of "{name}"', "no condition of a record", expected, did_you_mean(name, known) or "")
 
 
+def _is_foreign(file: Path) -> bool:
+    """Whether a summary is one of another program, whose file is called alike."""
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return not (isinstance(found, dict) and str(found.get("schema", "")).startswith("fibrefit/"))
+
+
 def _of_discovery(study: Study) -> tuple[str, ...]:
     """The first two effects that a search could not tell apart, where the study is its result."""
     folder = study.source.parent
-    if not (folder / "summary.json").is_file():
+    if not (folder / "summary.json").is_file() or _is_foreign(folder / "summary.json"):
         return ()
-    try:
-        summary = read_summary(folder)
-    except DataError:  # of another program, whose file is called alike
-        return ()
+    summary = read_summary(folder)
     pairs = summary.cannot_tell_apart if isinstance(summary, DiscoverySummary) else ()
     return pairs[0][:2] if pairs else ()
 
