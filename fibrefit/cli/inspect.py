@@ -57,8 +57,6 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
     if options["rig"] is not None and write is None:
         raise UsageError(f"--rig {options['rig']}", "no study to write", "--write STUDY beside it")
-    if force and out is None and write is None:
-        raise UsageError("--force", "nothing that it could replace", "--out DIR or --write STUDY beside it", "")
     if out is not None:
         from fibrefit.store.directory import ResultDirectory
 

@@ -32,8 +32,7 @@ def model_of(study: Study) -> Model:
     Raises
     ------
     StudyError
-        If an effect is unknown or does not suit the rig, or the noise of a channel is stated that nothing is held
-        against.
+        If an effect is unknown or does not suit the rig, or something is stated that its variant makes no use of.
     """
     points = getattr(study.rig, "masses_per_fibre", None)
     rig = _rig(study)
@@ -56,16 +55,12 @@ def _rig(study: Study) -> Rig:
 
 
 def _refuse_unused_noise(study: Study, rig: Rig) -> None:
-    """Refuse a level of noise that would change nothing: of a channel that this rig neither explains nor smooths."""
-    smoothed = () if rig.anchor is not None or rig.derived else rig.inputs
-    used = (*rig.channels, *smoothed)
+    """Refuse a level of noise of a channel that this rig was not measured by: a slip, or of another study."""
     for name in type(study.noise).model_fields:
-        if name not in used and getattr(study.noise, name) is not None:
+        if name not in rig.measured and getattr(study.noise, name) is not None:
+            got = f"noise of the {name}, of which the model of these records makes no use"
             raise StudyError(
-                study.place_of(f"noise.{name}"),
-                f"noise of the {name}, of which the model of these records makes no use",
-                f"noise of {' or '.join(used)}",
-                "Leave it out.",
+                study.place_of(f"noise.{name}"), got, f"noise of {' or '.join(rig.measured)}", "Leave it out."
             )
 
 

@@ -276,12 +276,6 @@ def test_names_no_encoding_has_and_long_ones(written: Run, name: str) -> None:
     assert written("inspect", name, "--out", "kept").code == 0
 
 
-def test_force_with_nothing_to_replace_is_refused(written: Run) -> None:
-    done = written("inspect", "plain.csv", "--force")
-    assert done.code == 2
-    assert "--force: nothing that it could replace; expected --out DIR or --write STUDY beside it." in done.err
-
-
 def test_a_heading_that_is_half_a_formula_can_be_drawn(written: Run) -> None:
     Path("formula.csv").write_text(PLAIN.replace("force", "$\\badmacro{F$"))
     assert written("inspect", "formula.csv", "--out", "kept").code == 0

@@ -26,6 +26,7 @@ SAYS = {
     "08_plan_the_next_experiment": "What each would add",
     "09_pendulum": "length    true 0.42",
     "11_thirty_lines": "holds",
+    "12_many_records": "not possible",
 }
 
 

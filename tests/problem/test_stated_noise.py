@@ -86,3 +86,11 @@ def test_noise_of_a_channel_that_the_model_makes_no_use_of_is_refused(tmp_path: 
 def test_every_channel_has_a_usual_noise() -> None:
     """A record of it could not be planned without."""
     assert set(USUAL_NOISE) == set(ROLES) - {"time"}
+
+
+def test_a_zero_of_the_position_that_a_study_states_is_held_on_a_drive_too(tmp_path: Path) -> None:
+    drive = load_study(SERIES.parent / "drive_series")
+    stated = drive.records[0].model_copy(update={"position_zero": 1.5e-4})
+    task = task_of(drive.model_copy(update={"records": (stated, *drive.records[1:2])}))
+    (slot,) = (one for one in task.problem.layout.slots if one.name == "position_zero")
+    assert (slot.held(0), slot.held(1)) == (1.5e-4, None)

@@ -7,7 +7,19 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from fibrefit.study.channels import ChannelEntry
-from fibrefit.study.quantity import Angle, Distance, Length, LengthNoise, Mass, MassOrNone, Pause, Points, Speed, Turn
+from fibrefit.study.quantity import (
+    Angle,
+    Distance,
+    Length,
+    LengthNoise,
+    Mass,
+    MassOrNone,
+    Pause,
+    Points,
+    Position,
+    Speed,
+    Turn,
+)
 from fibrefit.study.rigs.common import (
     OF_FIBRE_MASS,
     OF_POINTS,
@@ -15,6 +27,7 @@ from fibrefit.study.rigs.common import (
     DriveLimits,
     NoiseLevels,
     RecordTable,
+    instead,
     optional,
     required,
 )
@@ -43,6 +56,9 @@ class PulleyDriveRecord(PulleyDriveConstants, RecordTable):
     amplitude: Length | None = optional("Travel of the drive.")
     rate: Speed | None = optional("Speed of the drive.")
     hold: Pause | None = optional("Time at rest between movements; of a planned record 0.6 s when absent.")
+    position_zero: Position | None = instead(
+        "Reading of the position where the whole fibre is just taut; found when absent."
+    )
 
 
 class PulleyDriveRig(PulleyDriveConstants):
