@@ -91,12 +91,12 @@ if against.log_evidence is not None:
     print(f"log Bayes factor of two effects: {against.log_evidence.value:+.1f}")
 
 # %% [markdown]
-# Prediction does not tell the two models apart: their difference is within its error. The Bayes factor, under the default prior of
+# Prediction does not tell the two models apart: their difference is about as large as its error. The Bayes factor, under the default prior of
 # the factor, speaks against the second effect. That factor, if there were one, would be:
 
 # %%
 factor = both.parameters["fibre.rate_dependent_damping.damping_rate_factor"]
-print(f"damping_rate_factor {factor.mean:.2g} {factor.unit}, 95 %: {factor.interval[0]:.2g} to {factor.interval[1]:.2g}")
+print(f"damping_rate_factor {factor.mean:.2g}, 95 %: {factor.interval[0]:.2g} to {factor.interval[1]:.2g}")
 
 # %% [markdown]
 # ## Friction against speed

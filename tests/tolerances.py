@@ -82,7 +82,7 @@ REASONS: dict[str, dict[str, str]] = {
     "rigs.picture": {"STEP": PAGE},
     "rigs.signals.motion": {"4.0": START},
     "rigs.signals.rates": {"MANY": WORK, "1.5": START},
-    "rigs.starting.fibre_mass": {"0.05": START, "0.1": START},
+    "rigs.starting.fibre_mass": {"0.1": START},
     "rigs.starting.force_only": {"SMOOTHED_DROP": START},
     "rigs.starting.guided_mass": {"SLOW": START},
     "rigs.starting.pulley_drive": {"SLIDES": START, "0.15": START},

@@ -14,7 +14,7 @@ LARGEST_STUDY = 1 << 24
 """Bytes of a study or of a table of records."""
 MOST_PLANNED = 10_000_000
 """Samples of all planned records of a study, of which each takes some hundred bytes: an hour at 2.8 kHz."""
-MOST_STEPS = 50_000_000
+MOST_SWEPT = 50_000_000
 """Steps of one period in all runs of a curve of a sweep, of which a quarter or less is simulated at once."""
 SMALLEST_SIZE, LARGEST_SIZE = 1e-18, 1e15
 """Sizes in SI beyond which a number is a slip of the pen, or damage: within, squares and quotients stay finite."""

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from fibrefit.core.errors import DataError
@@ -139,8 +141,7 @@ def test_an_array_that_declares_too_much_is_refused(write: Callable) -> None:
 
 
 def parquet(path: Path, **columns: Any) -> Path:
-    pyarrow, files = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    files.write_table(pyarrow.table(columns), path)
+    pq.write_table(pa.table(columns), path)
     return path
 
 

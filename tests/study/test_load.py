@@ -398,8 +398,8 @@ def test_a_step_beyond_the_range_of_a_sweep_is_refused(folder: Path, step: str, 
 
 
 def test_a_sweep_that_takes_all_memory_is_refused(folder: Path) -> None:
-    (folder / "study.toml").write_text(PENDULUM + '[sweep]\nlowest = "1 mHz"\n')
-    with pytest.raises(StudyError, match=r"2.4e\+08 steps of a period at 0.001 Hz, in all runs of a curve"):
+    (folder / "study.toml").write_text(PENDULUM + '[sweep]\nlowest = "0.001 Hz"\n')
+    with pytest.raises(StudyError, match=r"2.41e\+08 steps of a period at 0.001 Hz, in all runs of a curve"):
         load_study(folder)
 
 

@@ -23,8 +23,6 @@ SMOOTHED_DROP = 8e-3
 LIKE_A_FALL = 0.25
 """Share of its whole way down along which a weight moves nearly as if it fell, even where the fibre is taut from the
 start: the root of the way is then a sine of time, there 4 % off its line."""
-NEARLY_ALL = 0.98
-"""Share of the samples that lie above the way down, which a lone outlier is not to tell."""
 SWING = 2.5
 """Length of a first contact over the time to its peak, where the fibre does not go slack after it."""
 
@@ -82,16 +80,20 @@ def _fall(trace: Trace, stated: Mapping[str, float]) -> _Drop:
     if np.nanmax(position) - np.nanmin(position) < FALLS_AT_ALL * lift:
         raise _no_drop(trace, "does not fall by its lift")
     if "release" in stated and "position_zero" in stated and not np.isnan(lift):
-        level, after = stated["position_zero"] - lift, time >= stated["release"]
+        level, after, noise = stated["position_zero"] - lift, time >= stated["release"], 0.0
     else:
         held = _held(trace)
         level, after = _mean_held(trace, "position", held), np.arange(len(time)) >= held.stop
+        noise = float(np.nanstd(position[held]))
         lift = _onset(trace, level) - level if np.isnan(lift) else lift
     fallen = position - level
     # The square root of the way fallen is a line in time, whose foot is the release.
-    fall = max(lift, LIKE_A_FALL * float(np.nanquantile(fallen, NEARLY_ALL)))
+    # Of two samples the smaller: a lone outlier is no way down.
+    deepest = float(np.nanmax(np.fmin(fallen[1:], fallen[:-1])))
+    fall = max(lift, LIKE_A_FALL * deepest)
+    begun = 0.05 * fall if fall == lift else max(0.05 * fall, FORCE_RISES * noise)
     below = _first(after & (fallen > FALLEN * fall), trace, "does not fall by its lift")
-    early = after & (np.arange(len(time)) < below) & (fallen > 0.05 * fall)
+    early = after & (np.arange(len(time)) < below) & (fallen > begun)
     if early.sum() < FEWEST_FALLING:
         do = "Check lift, and the unit of the position channel."
         raise DataError(

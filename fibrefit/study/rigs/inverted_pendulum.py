@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, StrictStr, model_validator
 
-from fibrefit.core.allowance import MOST_STEPS
+from fibrefit.core.allowance import MOST_SWEPT
 from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import (
     AngleNoise,
@@ -108,10 +108,10 @@ class SweepSettings(StudyTable):
             )
         # Many runs are simulated at once, each over as many steps as its longest period has.
         steps = self.sampling_rate / self.lowest * (range_ / self.step + 1.0)
-        if steps > MOST_STEPS:
+        if steps > MOST_SWEPT:
             got = f"{steps:.3g} steps of a period at {self.lowest:g} Hz, in all runs of a curve together"
             do = "Begin at a larger lowest, or take fewer frequencies or a smaller sampling_rate."
-            raise refusal(got, f"at most {MOST_STEPS / 1e6:g} million", do)
+            raise refusal(got, f"at most {MOST_SWEPT / 1e6:g} million", do)
         names = [curve.name for curve in self.curves]
         if len(set(names)) < len(names):
             raise refusal("two curves of one name", "a name of its own for each", "Rename one.")
