@@ -20,6 +20,7 @@ from fibrefit.plots.style import (
     LETTER_SMALL,
     SMALL,
     in_own_style,
+    is_wide,
     label,
     legend,
     logarithmic,
@@ -34,8 +35,6 @@ ROW = 30.0
 """Height of a parameter, in mm: five of them and the gap stand on a page."""
 MOST_NAMED = 30
 """Items whose names are written below the axis."""
-WIDE = 20.0
-"""Ratio of the largest gap to the smallest beyond which their axis is logarithmic."""
 NEARLY_ALL = (0.02, 0.98)
 """Quantiles of the values of usable items between which those lie that a panel is made for."""
 FEWEST_FOR_LIMITS = 3
@@ -136,9 +135,8 @@ def _gaps(axes: Axes, numbers: np.ndarray, items: Mapping[str, BatchItem]) -> No
     gaps = np.array([np.nan if item.gap is None else item.gap for item in items.values()])
     axes.axhline(1.0, color="0.5", linewidth=0.4)
     axes.plot(numbers, gaps, ".", color=BLACK, markersize=3)
-    known = gaps[np.isfinite(gaps)]
-    if known.size and known.max() > WIDE * max(float(known.min()), 1.0 / WIDE):
+    if is_wide(gaps):
         logarithmic(axes, "y")
     else:
-        axes.set_ylim(0.0, 1.1 * max([1.2, *known]))
+        axes.set_ylim(0.0, 1.1 * max([1.2, *gaps[np.isfinite(gaps)]]))
     label(axes, y="residual RMS / noise")

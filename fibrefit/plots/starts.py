@@ -11,7 +11,21 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fibrefit.plots.quantities import axis_label, readable_unit
-from fibrefit.plots.style import BOTTOM, GREY, KINDS, RIGHT, SMALL, TOP, axes_at, label, logarithmic, new_figure, title
+from fibrefit.plots.style import (
+    BOTTOM,
+    GREY,
+    KINDS,
+    RIGHT,
+    SMALL,
+    TOP,
+    WIDE,
+    axes_at,
+    is_wide,
+    label,
+    logarithmic,
+    new_figure,
+    title,
+)
 from fibrefit.study.summaries.arrays import Array
 
 LEFT, BETWEEN = 14.0, 6.0
@@ -38,10 +52,6 @@ class _Starts(NamedTuple):
     def tried(self) -> int:
         """Number of starts."""
         return len(self.cost)
-
-
-WIDE = 20.0
-"""Ratio of largest to smallest value beyond which an axis is logarithmic."""
 
 
 def starts_figure(group: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
@@ -87,9 +97,7 @@ def _ways(axes: Axes, starts: _Starts, order: np.ndarray, name: str, si: str) ->
     column = starts.names.index(name)
     began, ended = starts.began[order, column], starts.ended[order, column]
     unit, worth = readable_unit(np.concatenate([began, ended]), si)
-    values = np.concatenate([began, ended])
-    positive = values[np.isfinite(values)]
-    by_decades = positive.size > 0 and positive.min() > 0.0 and positive.max() > WIDE * positive.min()
+    by_decades = is_wide(np.concatenate([began, ended]))
     if by_decades:
         # What went to zero would take all the room: it stands at the edge.
         edge = float(np.nanmin(began)) / WIDE

@@ -175,6 +175,8 @@ def label(axes: Axes, *, x: str = "", y: str = "") -> None:
         axes.set_ylabel(y, fontsize=USUAL, labelpad=3)
 
 
+WIDE = 20.0
+"""Ratio of the largest to the smallest value from which an axis is logarithmic."""
 FEWEST_TICKS = 2
 """Numbers that an axis needs to be read."""
 
@@ -194,6 +196,12 @@ class _Threes(LogLocator):
         fits = self.axis is None or inside <= self.axis.get_tick_space()
         # Over many decades a locator of several numbers a decade gives none at all.
         return found if fits and inside >= min(of_powers, FEWEST_TICKS) else powers
+
+
+def is_wide(values: np.ndarray) -> bool:
+    """Whether values, those that are finite, are positive and differ so much that only decades show them all."""
+    known = values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0.0 and known.max() > WIDE * known.min())
 
 
 def logarithmic(axes: Axes, *ways: Literal["x", "y"]) -> None:
