@@ -200,7 +200,7 @@ def _chance(comparison: Comparison, one: LaplaceFit) -> Chance:
     """How much a candidate of a round gains where nothing is missing."""
     added = [effect for effect in one.effects if effect not in comparison.parent.effects]
     size = sum(len(effect.parameters) for effect in added)
-    # What was not compared in the same noise costs what is usual.
     compared = one.names in comparison.compared
-    cost = occam(comparison.parent.evidence, one.evidence) - one.divided_off if compared else PRICE * size
-    return Chance(size, cost, sum(map(searched_for, added)))
+    cost = occam(comparison.parent.evidence, one.evidence) - one.divided_off if compared else np.nan
+    # What was not compared in the same noise, or whose motion is lost, costs what is usual.
+    return Chance(size, cost if np.isfinite(cost) else PRICE * size, sum(map(searched_for, added)))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from fibrefit.core.statement import Statement
 from fibrefit.core.time_limit import Budget, time_limit
-from fibrefit.discovery.engine.candidates import own_task_by_record, packed_values
+from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.effort import (
     FINAL_STARTS,
     TOO_FAR,
@@ -93,7 +93,7 @@ def final_fit(search: Search, best: LaplaceFit, starts: int, seed: int, budget: 
     # Every candidate was searched for from many places: here a few starts around the best one, over whole records, do.
     nearby = replace(
         task,
-        start=packed_values(task, local),
+        start=task.problem.layout.means_of(local),
         spread=final_spread(task.spread),
         horizons=task.horizons[:1, -1:],
     )

@@ -79,6 +79,8 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     search, found, number, all_tried = comparison.search, list[LaplaceFit](), 0, True
     best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
     reached, likely = max([comparison.parent.log, *(one.log for one in beside)]), [one.effects[-1] for one in best]
+    # Slopes about infinity are no numbers: what has no place is the second of its pairs.
+    firsts = [one for one in best if one.has_a_place]
 
     def partners(first: LaplaceFit, done: Sequence[type[Effect]]) -> Tried:
         # What undoes a part of the first gains nothing by itself: all whose slopes cost little are tried.
@@ -87,8 +89,9 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
         least = PROMISING * (reached - first.log)
         return search.tried(first, [each for each in further if each not in done], "trying effects in pairs", least)
 
-    for i, first in enumerate(best):
-        (some, untried), came = in_time(partial(partners, first, likely[:i]), Tried([]), side_search_time(time_left()))
+    for i, first in enumerate(firsts):
+        done = [one.effects[-1] for one in firsts[:i]]
+        (some, untried), came = in_time(partial(partners, first, done), Tried([]), side_search_time(time_left()))
         all_tried &= came and not untried
         number += len(some)
         found += [one for one in some if one.evidence.mode.steps]

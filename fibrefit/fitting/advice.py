@@ -16,8 +16,9 @@ from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
 from fibrefit.problem.statement.arrays import RAN_AWAY
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.further import values_elsewhere
-from fibrefit.problem.statement.layout import assembled, scale_of
+from fibrefit.problem.statement.layout import assembled
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import OTHERWISE, Check
 
@@ -131,7 +132,7 @@ def _further_record(problem: Problem, values: np.ndarray, normal: np.ndarray) ->
 
 def _relative_errors(normal: np.ndarray, shared: list[int], values: np.ndarray) -> np.ndarray:
     scale = scale_of(normal)
-    matrix = normal / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))
+    matrix = equilibrated(normal, scale) + 1e-10 * np.eye(len(scale))
     variances = np.diag(np.linalg.inv(matrix))
     errors = np.sqrt(np.where(variances > 0.0, variances, np.inf)) / scale
     return errors[shared] / np.maximum(np.abs(values[shared]), 1e-12)

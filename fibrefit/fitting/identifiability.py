@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from fibrefit.fitting.thresholds import LOOSE, SEEN, SMALL_ERROR, TIED, VAGUE
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.statement.transform import Range
@@ -94,8 +95,8 @@ def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
     if not held:
         return covariance
     inside = covariance[np.ix_(held, held)]
-    size = np.sqrt(np.diag(inside))
-    share = np.linalg.pinv(inside / np.outer(size, size)) / np.outer(size, size)
+    size = scale_of(inside)
+    share = equilibrated(np.linalg.pinv(equilibrated(inside, size)), size)
     given = covariance - covariance[:, held] @ share @ covariance[held]
     given[held], given[:, held] = 0.0, 0.0
     return given

@@ -34,7 +34,7 @@ from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
 from fibrefit.fitting.reported import Reported, reported
 from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, record_sizes, total
 from fibrefit.fitting.search.around import rough_errors, searched_nearby, with_further_starts
-from fibrefit.fitting.search.each_by_itself import each_by_itself, loses, means
+from fibrefit.fitting.search.each_by_itself import each_by_itself, loses
 from fibrefit.fitting.search.multistart import (
     HorizonSchedule,
     Searched,
@@ -209,7 +209,7 @@ def _apart(
 
     In a fit, also if there is less to hold against it.
     """
-    own = _concluded(task, starts, means(task.problem.layout, ended.local), second, how._replace(ended=ended))
+    own = _concluded(task, starts, task.problem.layout.means_of(ended.local), second, how._replace(ended=ended))
     lost = loses(total(alike.gap), total(own.gap))
     return own if lost or (how.rivals and _held_against(own) < _held_against(alike)) else alike
 

@@ -20,7 +20,6 @@ from fibrefit.fitting.error_bars import convergence_unit
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate
 from fibrefit.fitting.reported import Reported
 from fibrefit.fitting.result import Starts
-from fibrefit.fitting.search.each_by_itself import means
 from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import LESS_PROBABLE
@@ -164,7 +163,7 @@ def _led(gls: GlsEstimate, values: np.ndarray) -> Led:
     # What a further step would gain is still to be gained: the end is no less probable than that.
     nats = 0.5 * (end.objective - np.nan_to_num(end.predicted_reduction, nan=np.inf) - found.objective)
     # A mean and deviations from it may still creep against each other where the records are at rest.
-    return Led(_distance(gls, *(means(layout, one.local) for one in (found, end))), float(nats))
+    return Led(_distance(gls, *(layout.means_of(one.local) for one in (found, end))), float(nats))
 
 
 def _distance(gls: GlsEstimate, here: np.ndarray, there: np.ndarray) -> float:

@@ -21,6 +21,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from fibrefit.fitting.thresholds import BLIND_PART
 from fibrefit.problem.noise.spectrum import periodogram, whittle
 from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled, gathered
 from fibrefit.problem.statement.problem import Linearised, Problem
 
@@ -247,11 +248,10 @@ def inverse_root(normal: np.ndarray) -> np.ndarray:
     """A root L ``(n, n_seen)`` of the inverse of a normal matrix, ``L L' = H^-1``; what data do not see is left out."""
     if not np.isfinite(normal).all():
         return np.zeros((len(normal), 0))  # where slopes are no numbers nothing is known
-    scale = np.sqrt(np.diag(normal))
-    safe = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(normal / np.outer(safe, safe))
+    scale = scale_of(normal)
+    values, vectors = np.linalg.eigh(equilibrated(normal, scale))
     seen = values > 1e-12 * max(values.max(), 1e-300)
-    return vectors[:, seen] / np.sqrt(values[seen]) / safe[:, None]
+    return vectors[:, seen] / np.sqrt(values[seen]) / scale[:, None]
 
 
 def _cut(rows: np.ndarray, length: int) -> np.ndarray:
@@ -284,12 +284,10 @@ def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """
     if not (np.isfinite(normal).all() and np.isfinite(middle).all()):
         return np.diag(np.full(len(normal), np.inf))  # where slopes are no numbers nothing is known
-    scale = np.sqrt(np.diag(normal))
-    seen = scale > 0.0
-    safe = np.where(seen, scale, 1.0)
-    values, vectors = np.linalg.eigh(normal / np.outer(safe, safe))
+    seen, scale = np.diag(normal) > 0.0, scale_of(normal)
+    values, vectors = np.linalg.eigh(equilibrated(normal, scale))
     blind = values < 1e-12 * values.max()
-    inverse = (vectors / np.where(blind, np.inf, values)) @ vectors.T / np.outer(safe, safe)
+    inverse = equilibrated((vectors / np.where(blind, np.inf, values)) @ vectors.T, scale)
     covariance = inverse @ middle @ inverse
     lost = (np.abs(vectors[:, blind]) > BLIND_PART).any(axis=1) | ~seen
     covariance[np.diag_indices_from(covariance)] = np.where(lost, np.inf, np.diag(covariance))

@@ -113,6 +113,9 @@ def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:
         if name not in names:
             do = did_you_mean(name, names)
             yield StudyError(f"{where}, strength", f'no parameter "{name}"', f"one of {', '.join(names)}", do)
+    for p in (p for p in effect.parameters if p.name in effect.strength and p.typical == p.null):
+        do = "Write the size it usually has: at its null a law does nothing."
+        yield StudyError(f"{where}, parameter {p.name}", f"typical {p.typical:g} is its null", "another value", do)
     if effect.timed and (port := port_of(effect)) in AT_ONCE:
         do = (
             "Write what changes with `times` in measure."

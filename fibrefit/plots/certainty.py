@@ -13,6 +13,7 @@ from fibrefit.core.shown import in_words
 from fibrefit.core.units import typeset_unit
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
+from fibrefit.problem.statement.equilibration import correlation_matrix
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.summaries import ParameterSummary
 
@@ -51,7 +52,7 @@ def correlation_figure(
     what : str
         What is drawn; anything but correlations is from 0 to 1.
     """
-    correlation, signed = correlations(covariance), what == CORRELATION
+    correlation, signed = correlation_matrix(covariance), what == CORRELATION
     heading, chosen = heading or _strongest(names, correlation), _correlated_most(names, correlation)
     beside = (
         f"{len(chosen)} of {len(names)} are shown, with the largest {what}{'; those of all records first' * signed}"
@@ -95,15 +96,6 @@ def _strongest(names: tuple[str, ...], correlation: np.ndarray) -> str:
     i, j = np.unravel_index(int(np.nanargmax(below)), below.shape)
     value = f"{correlation[i, j]:.2f}".replace("-", "\N{MINUS SIGN}")
     return f"{_short(names[i])} and {_short(names[j])} are correlated most: {value}"
-
-
-def correlations(covariance: np.ndarray) -> np.ndarray:
-    """Correlation matrix; NaN in the rows and columns of values that are not determined."""
-    spread = np.sqrt(np.diag(covariance))
-    known = np.isfinite(spread) & (spread > 0.0)
-    scale = np.where(known, spread, np.nan)
-    with np.errstate(invalid="ignore"):
-        return covariance / np.outer(scale, scale)
 
 
 def _short(name: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, as_one
 from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
 from fibrefit.core.roles import ROLES
+from fibrefit.core.shown import in_words
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
@@ -206,23 +208,23 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     if ending == ".npz" or data[:6] == b"\x93NUMPY":
         from fibrefit.records.files.arrays.numpy_file import read_numpy
 
-        return read_numpy(data, where, options)
+        return _with_unused(read_numpy(data, where, options), options, "columns")
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
-        return read_parquet(data, where)
+        return _with_unused(read_parquet(data, where), options)
     if tdms:
         from fibrefit.records.files.tdms import read_tdms
 
-        return read_tdms(path, where)
+        return _with_unused(read_tdms(path, where), options)
     if mdf:
         from fibrefit.records.files.mdf import read_mdf
 
-        return read_mdf(path, where)
+        return _with_unused(read_mdf(path, where), options)
     if arrays:
         from fibrefit.records.files.matlab import read_matlab
 
-        return read_matlab(path, where, options.wanted)
+        return _with_unused(read_matlab(path, where, options.wanted), options)
     _refuse_many_cells(data, where)
     text = in_usual_layout(data, where)
     if text is None:
@@ -230,7 +232,19 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
         if long is not None:
             return long
         text = decode(data, where)
-    return read_lvm(text, where) if is_lvm(text) else read_text(without_keys(text, where), where, options)
+    if is_lvm(text):
+        return _with_unused(read_lvm(text, where), options)
+    return read_text(without_keys(text, where), where, options)
+
+
+def _with_unused(raw: Raw, options: ReadOptions, but: str = "") -> Raw:
+    """The same; told is what was stated of all files of a study and changes nothing in one with a layout of its own."""
+    names = ("columns", "delimiter", "decimal", "header")
+    stated = [name for name in names if name != but and getattr(options, name)]
+    if not stated:
+        return raw
+    note = f"What is stated of {in_words(stated)} changed nothing: the file has a layout of its own."
+    return replace(raw, notes=[*raw.notes, note])
 
 
 def _refuse_many_cells(data: bytes, where: str) -> None:

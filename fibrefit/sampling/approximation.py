@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 
 FREEDOM = 12.0
 """Degrees of freedom of the proposal: heavier tails than any posterior it is meant for, and still a good one."""
@@ -40,8 +41,8 @@ class Approximation:
     @cached_property
     def root(self) -> np.ndarray:
         """Lower triangular root of the covariance."""
-        scale = np.sqrt(np.diag(self.covariance))
-        return scale[:, None] * np.linalg.cholesky(self.covariance / np.outer(scale, scale))
+        scale = scale_of(self.covariance)
+        return scale[:, None] * np.linalg.cholesky(equilibrated(self.covariance, scale))
 
     @property
     def log_evidence(self) -> float:

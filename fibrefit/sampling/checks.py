@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.mode.modes import Mode
@@ -139,10 +140,9 @@ def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Ch
     """Whether the posterior lies at what the fit reports, ``(n_start,)``; of the coordinates beyond it knew nothing."""
     points = course.kept.reshape(-1, target.size)[:, : len(start)]
     centre, covariance = points.mean(axis=0), np.cov(points.T).reshape(len(start), len(start))
-    scale = np.sqrt(np.diag(covariance))
-    safe = np.where(scale > 0.0, scale, 1.0)
-    difference = (start - centre) / safe
-    inverse = np.linalg.pinv(covariance / np.outer(safe, safe), rcond=1e-10, hermitian=True)
+    scale = scale_of(covariance)
+    difference = (start - centre) / scale
+    inverse = np.linalg.pinv(equilibrated(covariance, scale), rcond=1e-10, hermitian=True)
     distance = float(np.sqrt(max(difference @ inverse @ difference, 0.0)))
     limit = float(np.sqrt(len(start)) + FAR_FROM_START)
     return Check(

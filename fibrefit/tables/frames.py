@@ -12,6 +12,7 @@ import pandas as pd
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file, shown_path
+from fibrefit.problem.statement.equilibration import correlation_matrix
 
 #: Columns of a table of parameters.
 COLUMNS = ("name", "record", "value", "std_error", "low", "high", "unit")
@@ -118,11 +119,8 @@ def draw_frame(groups: Groups) -> pd.DataFrame:
 
 def correlation_of(covariance: pd.DataFrame) -> pd.DataFrame:
     """Correlations from covariances; missing where the records say nothing of a value."""
-    matrix = covariance.to_numpy()
-    spread = np.sqrt(np.diag(matrix))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        scaled = matrix / spread / spread[:, None]
-    return pd.DataFrame(scaled, index=covariance.index, columns=covariance.columns)
+    known = correlation_matrix(covariance.to_numpy())
+    return pd.DataFrame(known, index=covariance.index, columns=covariance.columns)
 
 
 def residual_frame(groups: Groups, counted: Mapping[str, int | None]) -> pd.DataFrame:

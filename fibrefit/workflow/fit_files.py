@@ -10,6 +10,7 @@ import numpy as np
 from fibrefit.fitting.misfit.at_bounds import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.problem.formulate.formulate import belief_of
+from fibrefit.problem.statement.equilibration import correlation_matrix
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.records import Record
@@ -113,16 +114,14 @@ def own_parameters(problem: Problem) -> tuple[str, ...]:
 
 def strong_correlations(found: Identification) -> tuple[CorrelationSummary, ...]:
     """Pairs of shared parameters whose errors are correlated by more than `CORRELATED`, the strongest first."""
-    spread = np.sqrt(np.diag(found.covariance))
+    known = correlation_matrix(found.covariance)
     shared = [
         (i, slot.name)
         for i, (slot, record) in enumerate(found.problem.layout.entries)
-        if record is None and np.isfinite(spread[i]) and spread[i] > 0.0
+        if record is None and np.isfinite(known[i, i])
     ]
     pairs = [
-        (float(np.clip(found.covariance[i, j] / spread[i] / spread[j], -1.0, 1.0)), a, b)
-        for n, (i, a) in enumerate(shared)
-        for j, b in shared[n + 1 :]
+        (float(np.clip(known[i, j], -1.0, 1.0)), a, b) for n, (i, a) in enumerate(shared) for j, b in shared[n + 1 :]
     ]
     strong = sorted((pair for pair in pairs if abs(pair[0]) > CORRELATED), key=lambda pair: -abs(pair[0]))
     return tuple(CorrelationSummary(pair=(a, b), correlation=r) for r, a, b in strong)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
-from fibrefit.discovery import comparison
+from fibrefit.discovery import choice, comparison
 from fibrefit.discovery.choice import chosen_of
-from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED
+from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, PRICE, Chance
 from fibrefit.discovery.forward_selection import Selection, _near
 from fibrefit.discovery.search.base import SearchState
 from fibrefit.discovery.search.search import Tried
@@ -279,3 +279,17 @@ def test_a_gap_is_over_the_samples_that_counted_where_it_was_fitted() -> None:
     )
     later: Any = SimpleNamespace(samples=10_000.0)
     assert SearchState.gap(later, before) == 2.0
+
+
+def test_a_candidate_whose_motion_is_lost_costs_what_is_usual() -> None:
+    """One that is no number would make every false alarm of its round none."""
+
+    def one(objective: float, log: float, *added: Any) -> Any:
+        evidence = SimpleNamespace(mode=SimpleNamespace(objective=objective), log=log)
+        return SimpleNamespace(effects=added, names=("a",) * len(added), evidence=evidence, divided_off=0.0)
+
+    viscous = CATALOGUE["guide.viscous_friction"]
+    round_of: Any = SimpleNamespace(parent=one(100.0, -50.0), compared={("a",)})
+    # Half of what the objective fell by, less what was gained.
+    assert choice._chance(round_of, one(80.0, -45.0, viscous)) == Chance(1, 5.0)
+    assert choice._chance(round_of, one(np.inf, -np.inf, viscous)) == Chance(1, PRICE)

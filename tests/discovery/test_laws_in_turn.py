@@ -23,6 +23,7 @@ from fibrefit.discovery.laws.source import composed, effect_of_law
 from fibrefit.discovery.laws.told import HeldLaw, held_laws
 from fibrefit.discovery.search import alarms
 from fibrefit.discovery.search.inputs import Confirmation
+from fibrefit.problem.estimate.normal_equations import Differences
 from tests.discovery.test_pairs import Model
 
 NONE: Any = None
@@ -144,7 +145,7 @@ def test_overdispersion_of_many_values_is_that_of_their_mean_and_not_of_the_larg
     inference = LaplaceInference(cast(Any, SimpleNamespace(whole=NONE)), {}, cast(Any, noise))
     kept = np.ones((1, 1, 1))
     monkeypatch.setattr(laplace_inference, "stretch_products", lambda *of: kept)
-    monkeypatch.setattr(laplace_inference, "local_grams", lambda unknowns, place, gram: gram(NONE, NONE, NONE))
+    monkeypatch.setattr(laplace_inference, "differences", lambda *of: Differences(NONE, NONE, NONE, np.ones((1, 1))))
     monkeypatch.setattr(laplace_inference, "transferred", lambda *of: NONE)
     monkeypatch.setattr(laplace_inference, "_without", lambda *of: NONE)
     monkeypatch.setattr(laplace_inference, "change_products", lambda *of: NONE)

@@ -34,6 +34,7 @@ class Model:
     log: float
     steps: int = 3
     divided_off: float = 0.0
+    has_a_place: bool = True
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -110,6 +111,18 @@ def test_a_pair_of_effects_that_are_not_first_by_themselves_is_found() -> None:
     # Each two of the best eight, once, and each of them with a ninth that is quick to simulate.
     assert len(asked) == len(set(asked)) == 8 * 7 // 2 + 8
     assert {second for _, second in asked} == set(EFFECTS[1:9])
+
+
+def test_what_has_no_place_is_the_second_of_its_pairs() -> None:
+    """Nothing can be linearised beside an effect at infinity: its pairs are asked from the other one."""
+    asked: list[Any] = []
+    whole = round_of(GAINS, {(C, B): 290.0}, asked)
+    nowhere = [replace(one, has_a_place=one.effects != (B,)) for one in cast(Any, whole.found)]
+    found = best_pair(replace(whole, found=tuple(nowhere)), whole.found[0])
+    assert found is not None
+    assert found.found[0].names == (C.name, B.name)
+    assert B not in {first for first, _ in asked}
+    assert len(asked) == len({frozenset(pair) for pair in asked}) == 8 * 7 // 2 + 7
 
 
 def test_an_effect_that_gains_nothing_by_itself_is_found_beside_another() -> None:

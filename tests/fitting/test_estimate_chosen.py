@@ -30,7 +30,8 @@ def found_with(ratio: float, why: str = "gls", *failed: str) -> Any:
 def task_with(*records: str | None, traces: int = 5) -> Any:
     """A task whose free values are shared (None) or of a record."""
     entries = [(None, record) for record in records]
-    return SimpleNamespace(traces=range(traces), problem=SimpleNamespace(layout=SimpleNamespace(entries=entries)))
+    layout = SimpleNamespace(entries=entries, means_of=lambda local: np.zeros(1))
+    return SimpleNamespace(traces=range(traces), problem=SimpleNamespace(layout=layout))
 
 
 @pytest.mark.parametrize(
@@ -81,7 +82,6 @@ def test_records_by_themselves_are_taken_where_less_is_held_against_them(
     own: Any, alike: Any, in_a_fit: bool, in_a_search: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(identify, "_concluded", lambda *of: own)
-    monkeypatch.setattr(identify, "means", lambda *of: np.zeros(1))
     ended = Ended(np.zeros((5, 1)), True, {})
     for rivals, taken in ((True, in_a_fit), (False, in_a_search)):
         found = _apart(task_with(None), None, None, alike, How(rivals=rivals), ended)  # type: ignore[arg-type]

@@ -159,7 +159,7 @@ class Swing:
         layout = SimpleNamespace(
             local=lambda values: np.repeat(np.asarray(values)[None], 4, axis=0),
             entries=[(SimpleNamespace(name=name), record) for name, (_, record) in zip(NAMES, entries, strict=True)],
-            names=NAMES,
+            means_of=lambda local: np.r_[local[:, :3].mean(axis=0), local[0, 3:]],
         )
         seen = SimpleNamespace(gram=lambda of: self.gram, problem=SimpleNamespace(layout=layout))
         errors = SimpleNamespace(errors={"whitened": np.full(5, 1e-2)}, method="whitened")

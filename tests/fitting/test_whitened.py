@@ -15,7 +15,6 @@ from fibrefit.fitting import reported as last_step
 from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.fitting.search.each_by_itself import means
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.noise.whitening import innovations
@@ -113,7 +112,7 @@ def test_where_no_time_is_left_for_records_that_differ_a_search_is_told_as_it_en
     names = differing.problem.layout.names
     for name, value in {**made.TRUTH, **made.NUISANCES, "stiffness": np.array(STIFFNESSES)}.items():
         local[:, names.index(name)] = value
-    there = dataclasses.replace(differing, start=means(differing.problem.layout, local))
+    there = dataclasses.replace(differing, start=differing.problem.layout.means_of(local))
 
     def left(differ: bool) -> float:
         with time_limit(0.0):

@@ -13,6 +13,7 @@ from fibrefit.laws.push.force_delay import PushDelay
 from fibrefit.laws.push.force_gain import PushGain
 from fibrefit.laws.push.force_lag import PushLag
 from fibrefit.laws.push.hold import PushHold
+from fibrefit.problem.diagnose import inverse_dynamics
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow.fit import Fit, fit_study
@@ -86,6 +87,16 @@ def test_what_lies_between_a_command_and_its_force_is_undone(name: str) -> None:
     assert np.max(np.abs(commanded - pushed)[inside]) > 0.5
     # A hold is undone to the second order in its period.
     np.testing.assert_allclose(np.asarray(again)[inside], pushed[inside], atol=0.02)
+
+
+def test_inverse_dynamics_knows_conditions_as_laws_correct_them(tmp_path: Path) -> None:
+    made.write(tmp_path / "a.csv", HEAD, rows(1, 2.0) * [1.0, 1.0, 1e3], "%.7g")
+    text = '[rig]\nkind = "guided_mass"\n[model]\neffects = ["study.gain"]\n[[records]]\nfile = "a.csv"\ngain = 0.9\n'
+    task = task_of(load_study(made.study(tmp_path, text)))
+    names = task.problem.layout.names
+    local = np.where(np.array(names) == "study.gain.error", 0.2, 1.0)
+    system, _ = inverse_dynamics._system(task, local, 0)
+    assert float(system.gain) == pytest.approx(0.9 * 1.2, rel=1e-12)
 
 
 @pytest.mark.slow

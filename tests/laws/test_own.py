@@ -69,6 +69,7 @@ AT_ONCE = [
     ),
 ]
 AT_ONCE += [
+    ("1.0, lower", "1.0, null=1.0, lower", "parameter c: typical 1 is its null; expected another value"),
     (FIELD, f"    excludes = 'guide.x'\n{FIELD}", "excludes: 'guide.x'; expected a tuple of names. Write excludes = "),
     (FIELD, f"    needs = 'guide.x'\n{FIELD}", "needs: 'guide.x'; expected a tuple of names"),
     (FIELD, f"    acts_on = 'guide'\n{FIELD}", "acts_on: 'guide'; expected a set of Capability"),

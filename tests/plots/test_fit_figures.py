@@ -19,13 +19,14 @@ from PIL import Image, ImageColor
 
 from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
-from fibrefit.plots.certainty import correlation_figure, correlations
+from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.fit import MOST_RECORDS, fit_figures
 from fibrefit.plots.save import figure_file, save_figures
 from fibrefit.plots.shrink import small_png
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import VERMILLION, caption_of
+from fibrefit.problem.statement.equilibration import correlation_matrix
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, write_result
 from fibrefit.study.summaries.check import SIZE, Check
@@ -148,7 +149,7 @@ def test_a_search_that_lost_every_start_can_still_be_drawn() -> None:
 
 def test_correlations_leave_out_what_is_not_determined() -> None:
     covariance = np.array([[4.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, np.inf]])
-    found = correlations(covariance)
+    found = correlation_matrix(covariance)
     assert found[0, 1] == 0.5
     assert np.isnan(found[2]).all()
     assert ".50" in texts(correlation_figure(("a", "b", "c[r.csv]"), covariance))

@@ -252,3 +252,12 @@ def test_a_missing_package_names_its_extra(
     (tmp_path / "a.bin").write_bytes(start)
     with pytest.raises(DataError, match=rf"needs the package {package}.*pip install 'fibrefit\[{extra}\]'"):
         read_record(tmp_path / "a.bin")
+
+
+def test_what_is_stated_of_text_changes_nothing_in_arrays_and_is_told(tmp_path: Path) -> None:
+    scipy.io.savemat(tmp_path / "a.mat", {"time_s": TIME, "force_N": FORCE, "position_mm": POSITION})
+    notes = read_record(tmp_path / "a.mat", columns=("a", "b", "c"), header=tmp_path / "a.ini").notes
+    assert "What is stated of columns and header changed nothing: the file has a layout of its own." in notes
+    np.savez(tmp_path / "b.npz", data=np.c_[TIME, FORCE, POSITION])
+    named = read_record(tmp_path / "b.npz", columns=("time [s]", "force [N]", "position [mm]"))
+    assert not any("changed nothing" in one for one in named.notes)

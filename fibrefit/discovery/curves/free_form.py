@@ -14,7 +14,7 @@ from fibrefit.core.roles import SI
 from fibrefit.core.time_limit import check_time, in_time, time_left
 from fibrefit.discovery.curves.predicted import Looks, PromisedCurve, look_at
 from fibrefit.discovery.curves.probes import COURSES, PROBES, Curve
-from fibrefit.discovery.engine.candidates import THREADS, Hypothesis, fit_all, transferred, with_values
+from fibrefit.discovery.engine.candidates import JOBS_AT_ONCE, Hypothesis, fit_all, transferred, with_values
 from fibrefit.discovery.engine.effort import PROMISING, course_time, may_be_worth
 from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
@@ -290,7 +290,7 @@ def _followed(search: Search, parent: LaplaceFit, predicted: Sequence[PromisedCu
     found, left = list[_End](), sorted(predicted, key=lambda one: -one.gain)
     while left:
         # As many as run side by side; the next ones only if they may still do better.
-        now, left = left[:THREADS], left[THREADS:]
+        now, left = left[:JOBS_AT_ONCE], left[JOBS_AT_ONCE:]
         jobs = [
             search.recalled(
                 "curve", parent, (one.probe.name, one.curve, digest(one.start)),

@@ -7,8 +7,8 @@ T-optimal design, Atkinson and Fedorov, Biometrika 62 (1975) 57-70.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import equinox as eqx
@@ -82,26 +82,37 @@ class Explanation:
 
 
 @dataclass(frozen=True)
-class Lengthened(Supermodel):
-    """A supermodel with one more record than its programs take, which they simulate after the others.
+class Lengthened:
+    """A supermodel with one more record than its programs take, which they simulate after the others; see `Refittable`.
 
     Parameters
     ----------
+    supermodel : Supermodel
+        Of the records at hand.
     further : Supermodel
         Of as many records; the first one is the record in addition.
     """
 
-    further: Supermodel | None = None
+    supermodel: Supermodel
+    further: Supermodel
 
-    @classmethod
-    def by(cls, supermodel: Supermodel, further: Supermodel) -> Lengthened:
-        """A supermodel with the first record of another one too."""
-        return cls(**{one.name: getattr(supermodel, one.name) for one in fields(Supermodel)}, further=further)
+    @property
+    def problem(self) -> Problem:
+        """That of the records at hand."""
+        return self.supermodel.problem
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the values, which both have."""
+        return self.supermodel.names
+
+    def sizes(self, names: Iterable[str]) -> np.ndarray:
+        """Typical sizes of values, in SI units."""
+        return self.supermodel.sizes(names)
 
     def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """As those of a supermodel, the further record last."""
-        assert self.further is not None
-        at_hand = super().grams(local[:-1], columns, targets[:-1], counts[:-1])
+        at_hand = self.supermodel.grams(local[:-1], columns, targets[:-1], counts[:-1])
         last = [np.repeat(each[-1:], len(at_hand), axis=0) for each in (local, targets, counts)]
         return np.concatenate([at_hand, self.further.grams(last[0], columns, last[1], last[2])[:1]])
 
@@ -223,7 +234,7 @@ class Contest:
         Far from where it was found a rival bends to what its slopes there cannot follow, and misses less.
         """
         there, values, counts = self._further([choice] * len(self.found))
-        whole = Lengthened.by(self.at_hand, there)
+        whole = Lengthened(self.at_hand, there)
         start, samples = np.concatenate([self.found, values[:1]]), np.append(self.counts, counts[0])
         return 0.5 * refit(whole, self.subset, start, samples, enough=REFITTED_WELL).cost
 

@@ -25,7 +25,8 @@ from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
-from fibrefit.problem.statement.layout import assembled, gathered, scale_of
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.statement.layout import assembled, gathered
 from fibrefit.problem.statement.observations import Observations
 
 LITTLE = 0.01
@@ -212,7 +213,7 @@ def likeness(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.n
     unique = np.divide(norms, total, out=np.zeros_like(norms), where=total > 0.0)
     visible = unique > UNIQUE
     safe = np.where(visible, norms, 1.0)
-    cosine = np.abs(left / np.outer(safe, safe)) * np.outer(visible, visible)
+    cosine = np.abs(equilibrated(left, safe)) * np.outer(visible, visible)
     np.fill_diagonal(cosine, 1.0)
     return norms, unique, cosine
 
@@ -262,5 +263,5 @@ def projected(grams: np.ndarray, shared: int, own: int) -> tuple[np.ndarray, np.
     base, cross = assembled(grams[:, :n, :n], places, size), gathered(grams[:, :n, n:], places, size)
     whole = grams[:, n:, n:].sum(axis=0)
     scale = scale_of(base)
-    solved = np.linalg.lstsq(base / np.outer(scale, scale), cross / scale[:, None], rcond=1e-10)[0]
+    solved = np.linalg.lstsq(equilibrated(base, scale), cross / scale[:, None], rcond=1e-10)[0]
     return whole - (cross / scale[:, None]).T @ solved, whole

@@ -30,7 +30,7 @@ from fibrefit.discovery.engine.thresholds import APART, PRICE, UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.layout import scale_of
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.task import Task
 
 Purpose = Literal["errors", "rivals", "power"]
@@ -273,15 +273,14 @@ def _errors(grams: np.ndarray, shared: int, own: int) -> np.ndarray:
         mine = gram[shared : shared + own, shared : shared + own]
         unit = scale_of(mine)
         cross = gram[:shared, shared : shared + own] / unit
-        inverse = np.linalg.pinv(mine / np.outer(unit, unit), rcond=UNKNOWN, hermitian=True)
+        inverse = np.linalg.pinv(equilibrated(mine, unit), rcond=UNKNOWN, hermitian=True)
         information += gram[:shared, :shared] - cross @ inverse @ cross.T
-    size = np.sqrt(np.maximum(np.diag(information), 0.0))
-    safe = np.where(size > 0.0, size, 1.0)
-    values, vectors = np.linalg.eigh(information / np.outer(safe, safe))
+    size = scale_of(information)
+    values, vectors = np.linalg.eigh(equilibrated(information, size))
     seen = values > UNKNOWN * values.max(initial=0.0)
     variance = (vectors[:, seen] ** 2 / values[seen]).sum(axis=1)
     known = (vectors[:, ~seen] ** 2).sum(axis=1) < CONCERNED
-    return np.where(known, np.sqrt(variance) / safe, np.inf)
+    return np.where(known, np.sqrt(variance) / size, np.inf)
 
 
 def just_found(search: Search, base: LaplaceFit, effect: type[Effect]) -> Explanation | None:

@@ -45,7 +45,7 @@ FREQUENCIES = np.concatenate([np.geomspace(0.125, 8.0, 18), SEEN_FOLDED])
 """Where a frequency starts: its valley is narrow, as wide as it is damped."""
 MANY, KEPT = 12, 4
 """Starts from which on each takes a single step before the best few go on."""
-THREADS = 2
+JOBS_AT_ONCE = 2
 """Jobs at a time, whatever cores there are: each holds the rows of a supermodel, hundreds of megabytes."""
 
 
@@ -160,19 +160,13 @@ def own_task(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     hypothesis : Hypothesis
     """
     own, local = own_task_by_record(task, hypothesis)
-    return own, packed_values(own, local)
+    return own, own.problem.layout.means_of(local)
 
 
 def own_task_by_record(task: Task, hypothesis: Hypothesis) -> tuple[Task, np.ndarray]:
     """The same with the values of each record, ``(n_record, n_local)`` in SI units, which may differ."""
     own = supermodel_of(task, hypothesis.effects).task
     return own, transferred(Supermodel(own), hypothesis.supermodel, hypothesis.fit.local)
-
-
-def packed_values(task: Task, local: np.ndarray) -> np.ndarray:
-    """Values ``(n_free,)`` of a task from those of each record, ``(n_record, n_local)``, all in SI units."""
-    layout = task.problem.layout
-    return layout.pack({name: local[:, j] for j, name in enumerate(layout.names)})
 
 
 @dataclass(frozen=True)
@@ -265,7 +259,7 @@ def trial_of(
 
 
 def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> list[Any]:
-    """Carry out jobs on `THREADS` cores, the first ones first; compiled programs run without holding the interpreter.
+    """Carry out `JOBS_AT_ONCE` jobs at a time, the first ones first; compiled programs do not hold the interpreter.
 
     Returns
     -------
@@ -273,7 +267,7 @@ def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> l
         None for those that the time did not suffice for.
     """
     done: list[Any] = []
-    with threads(THREADS) as pool:
+    with threads(JOBS_AT_ONCE) as pool:
         # A limit of time holds for what is done in other threads too.
         for future in [pool.submit(copy_context().run, _in_time, job) for job in jobs]:
             done.append(future.result())

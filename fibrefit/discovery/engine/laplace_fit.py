@@ -51,6 +51,11 @@ class LaplaceFit:
         return self.evidence.log - self._choice - self._choice_of_instants
 
     @property
+    def has_a_place(self) -> bool:
+        """Whether its coordinates are numbers: those of an effect that vanishes at infinity are not at its null."""
+        return bool(np.isfinite(self.evidence.mode.place.z).all())
+
+    @property
     def _choice(self) -> float:
         """Nats that an effect of some records costs: any set of them was as probable beforehand as another."""
         sets = sum(len(effect.records) > 1 for effect in self.effects)

@@ -29,7 +29,7 @@ from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams, place_of
+from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns, begun_at, differences, place_of
 from fibrefit.problem.estimate.other_minima import better_minima
 from fibrefit.problem.estimate.sandwich import overdispersion_of_change, overdispersion_of_scores
 from fibrefit.problem.noise.rounding import same_noise
@@ -61,6 +61,12 @@ class LaplaceInference:
     def with_noise(self, common_noise: CommonNoise) -> LaplaceInference:
         """The same in another noise."""
         return LaplaceInference(self.context, self.reference, common_noise, self.folder)
+
+    def unknowns(
+        self, supermodel: Supermodel, effects: Iterable[type[Effect]], curve: Heights | None = None
+    ) -> Unknowns:
+        """What is unknown when effects are on, and the priors; see `unknowns_of`."""
+        return unknowns_of(supermodel, self.context, effects, self.reference, curve)
 
     def _recalled(self, what: str, supermodel: Supermodel, about: object, job: Callable[[], LaplaceFit]) -> LaplaceFit:
         """A fit in a supermodel, asked of the journal first.
@@ -109,7 +115,7 @@ class LaplaceInference:
         """
 
         def fit() -> LaplaceFit:
-            unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+            unknowns = self.unknowns(supermodel, effects)
             start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
             evidence = laplace_evidence(unknowns, start, gram, sigma, **descent(contains))
             return self.in_better_minima(LaplaceFit(effects, supermodel, evidence), contains)
@@ -144,10 +150,10 @@ class LaplaceInference:
         self, curve: Heights, parent: LaplaceFit, supermodel: Supermodel, local: np.ndarray, gram: Gram
     ) -> float:
         """Logarithm of the evidence that slopes predict of a parent with a curve on top of it, at given values."""
-        unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
+        unknowns = self.unknowns(supermodel, parent.effects, curve)
         found = parent.evidence.mode
         place = place_of(unknowns, local, found.place.eta)
-        return laplace(PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), found.sigma, np.inf, 1)).log
+        return laplace(begun_at(unknowns, place, gram, found.sigma)).log
 
     def with_curve(
         self,
@@ -159,7 +165,7 @@ class LaplaceInference:
         gram: Gram,
     ) -> LaplaceFit:
         """A parent with a curve on top of it, from given values."""
-        unknowns = unknowns_of(supermodel, self.context, parent.effects, self.reference, curve)
+        unknowns = self.unknowns(supermodel, parent.effects, curve)
         found = parent.evidence.mode
         start = place_of(unknowns, local, found.place.eta)
         return LaplaceFit(
@@ -181,23 +187,20 @@ class LaplaceInference:
         local = transferred(supermodel, base.supermodel, base.local)
         mine = [supermodel.names.index(f"{one.name}.{each.name}") for one in added for each in one.parameters]
         local[:, mine] = strengthened(supermodel, fitted.local, added, SMALL)[:, mine]
-        unknowns = unknowns_of(supermodel, self.context, fitted.effects, self.reference)
+        unknowns = self.unknowns(supermodel, fitted.effects)
         place = place_of(unknowns, local, found.place.eta)
-        normal = arrowhead(unknowns, place, self.secant(supermodel))
-        return LaplaceFit(
-            fitted.effects, supermodel, laplace(PosteriorMode(unknowns, place, normal, found.sigma, np.inf, 1))
-        )
+        at = begun_at(unknowns, place, self.secant(supermodel), found.sigma)
+        return LaplaceFit(fitted.effects, supermodel, laplace(at))
 
     def without_descent(
         self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: LaplaceFit
     ) -> LaplaceFit:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
-        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+        unknowns = self.unknowns(supermodel, effects)
         place = place_of(unknowns, local, np.zeros_like(found.place.eta))
-        normal = arrowhead(unknowns, place, self.secant(supermodel))
-        evidence = laplace(PosteriorMode(unknowns, place, normal, found.sigma, np.inf, 1))
-        seen = LaplaceFit(effects, supermodel, evidence)
+        at = begun_at(unknowns, place, self.secant(supermodel), found.sigma)
+        seen = LaplaceFit(effects, supermodel, laplace(at))
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
         return seen if seen.log > least else seen.with_log(least)
 
@@ -207,7 +210,7 @@ class LaplaceInference:
         """A parent with further effects at their nulls, and the gain that slopes predict of them."""
         effects, found = (*parent.effects, *added), parent.evidence.mode
         local = transferred(supermodel, parent.supermodel, parent.local)
-        unknowns = unknowns_of(supermodel, self.context, effects, self.reference)
+        unknowns = self.unknowns(supermodel, effects)
         place, old = place_of(unknowns, local, found.place.eta), parent.evidence
         size = len(unknowns.shared)
         blank = np.full((len(old.grid), size), np.nan)
@@ -239,32 +242,26 @@ class LaplaceInference:
         self, parent: LaplaceFit, supermodel: Supermodel, effect: type[Effect], slopes: Seed | None
     ) -> tuple[PosteriorMode, SecantGram]:
         """A parent with an effect at its null, and products there."""
-        unknowns = unknowns_of(supermodel, self.context, (*parent.effects, effect), self.reference)
+        unknowns = self.unknowns(supermodel, (*parent.effects, effect))
         found, gram = parent.evidence.mode, self.secant(supermodel, slopes)
         place = place_of(unknowns, transferred(supermodel, parent.supermodel, parent.local), found.place.eta)
-        return PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), found.sigma, np.inf, 1), gram
+        return begun_at(unknowns, place, gram, found.sigma), gram
 
     def slopes(self, parent: LaplaceFit) -> Seed:
         """Residuals of a parent at its mode and their changes along its unknowns.
 
         A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
         """
-        unknowns, found = parent.evidence.mode.unknowns, parent.evidence.mode
-        seen, kept = self.common_noise.whitened(parent.supermodel), []
-
-        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(seen.slopes(local, columns, targets, self.context.whole))
-            return kept[0].grams(seen.sensitivities)
-
-        local_grams(unknowns, found.place, gram)
-        return Seed(unknowns.names, kept[0])
+        found = parent.evidence.mode
+        at, seen = differences(found.unknowns, found.place), self.common_noise.whitened(parent.supermodel)
+        return Seed(found.unknowns.names, seen.slopes(at.local, at.columns, at.targets, self.context.whole))
 
     def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
         """The first steps of a hypothesis without some of its effects, warm started from where it is."""
         found = fitted.evidence.mode
 
         def begin() -> LaplaceFit:
-            unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+            unknowns = self.unknowns(fitted.supermodel, kept)
             start = place_of(unknowns, _without(fitted, kept), found.place.eta)
             evidence = laplace_evidence(unknowns, start, self.secant(fitted.supermodel), found.sigma, **warm_start())
             return LaplaceFit(kept, fitted.supermodel, evidence)
@@ -283,7 +280,7 @@ class LaplaceInference:
         Where a motion bounces, a strong effect cannot be left out at once: bounces come at other times, and what is
         left lies in a minimum of its own. Records may differ by ever more on the way.
         """
-        unknowns = unknowns_of(fitted.supermodel, self.context, kept, self.reference)
+        unknowns = self.unknowns(fitted.supermodel, kept)
         gram = self.secant(fitted.supermodel)
         gone, at = _gone(fitted, kept), fitted
         for share in continuation_steps():
@@ -328,16 +325,12 @@ class LaplaceInference:
             Shared values; the larger one of the mean of their ratios and of that of the change from one to the other is
             reported. The largest of many is above one by chance: of 80 heights 1.5 where nothing is amiss.
         """
-        found, kept = fitted.evidence.mode, []
+        found = fitted.evidence.mode
         unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
-
-        def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-            kept.append(stretch_products(supermodel, local, columns, targets, self.context.whole))
-            return kept[0].sum(axis=1)
-
-        grams = local_grams(unknowns, found.place, gram)
+        at = differences(unknowns, found.place)
+        parts = stretch_products(supermodel, at.local, at.columns, at.targets, self.context.whole)
         covariance = fitted.evidence.covariance[int(np.argmax(fitted.evidence.weight))]
-        ratio = overdispersion_of_scores(found, kept[0], grams, covariance)
+        ratio = overdispersion_of_scores(found, parts, at.per_unit(parts.sum(axis=1)), covariance)
         index = [unknowns.names.index(name) for name in names]
         before = transferred(fitted.supermodel, parent.supermodel, parent.local, _without(fitted, parent.effects))
         change = change_products(supermodel, fitted.local, before, self.context.whole)

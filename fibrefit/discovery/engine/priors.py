@@ -109,10 +109,7 @@ def unknowns_of(
 
 def with_held(unknowns: Unknowns, place: Place, names: Iterable[str]) -> Unknowns:
     """The same with some shared values held where they are at a place."""
-    held = np.isin(unknowns.names[: len(unknowns.shared)], list(names))
-    return replace(
-        unknowns, lower=np.where(held, place.z, unknowns.lower), upper=np.where(held, place.z, unknowns.upper)
-    )
+    return unknowns.holding(np.flatnonzero(np.isin(unknowns.names[: len(unknowns.shared)], list(names))), place.z)
 
 
 def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:

@@ -7,13 +7,16 @@ raises the damping where that one shrinks a radius, and candidates that bounce e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled, gathered
+from fibrefit.problem.statement.problem import Problem
 
 ARRIVED = 0.1
 """Promised fall at which a step is not taken, as a share of the fall that is small enough to stop after."""
@@ -62,10 +65,32 @@ class Refit:
     cost: float
 
 
+class Refittable(Protocol):
+    """What a refit asks of a supermodel, see there."""
+
+    @property
+    def problem(self) -> Problem:
+        """Problem that holds its layout."""
+        ...
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its values, in the order of ``local``."""
+        ...
+
+    def sizes(self, names: Iterable[str]) -> np.ndarray:
+        """Typical sizes of values, in SI units."""
+        ...
+
+    def grams(self, local: np.ndarray, columns: np.ndarray, targets: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Products of changes and residuals, ``(n_record, n_column + 1, n_column + 1)``."""
+        ...
+
+
 class _Map:
     """Between the unknowns of a refit and the values of each record."""
 
-    def __init__(self, supermodel: Supermodel, subset: Subset, local: np.ndarray) -> None:
+    def __init__(self, supermodel: Refittable, subset: Subset, local: np.ndarray) -> None:
         self.supermodel, self.subset, self.records = supermodel, subset, len(local)
         index = {name: i for i, name in enumerate(supermodel.names)}
         self.shared = np.array([index[name] for name in subset.shared], dtype=int)
@@ -138,7 +163,7 @@ class _Map:
 
 
 def refit(
-    supermodel: Supermodel,
+    supermodel: Refittable,
     subset: Subset,
     local: np.ndarray,
     counts: np.ndarray,
@@ -149,7 +174,7 @@ def refit(
 
     Parameters
     ----------
-    supermodel : Supermodel
+    supermodel : Refittable
     subset : Subset
     local : (n_record, n_local) in SI units
         Start; values outside the subset stay.
@@ -192,8 +217,8 @@ def _damped(unknown: _Map, x: np.ndarray, matrix: np.ndarray, gradient: np.ndarr
     free = ~stuck & (diagonal > 0.0)
     step = np.zeros(len(x))
     scale = np.sqrt(diagonal[free])
-    scaled = matrix[np.ix_(free, free)] / np.outer(scale, scale)
-    step[free] = np.linalg.solve(scaled + damping * np.eye(len(scale)), gradient[free] / scale) / scale
+    inside = equilibrated(matrix[np.ix_(free, free)], scale)
+    step[free] = np.linalg.solve(inside + damping * np.eye(len(scale)), gradient[free] / scale) / scale
     return step
 
 
@@ -224,8 +249,7 @@ def predictor_step(
     way = np.zeros(len(here))
     way[~free] = (_Map(supermodel, subset, goal).unknowns() - here)[~free]
     if np.isfinite(matrix).all():
-        size = np.sqrt(np.diag(matrix)[free])
-        size = np.where(size > 0.0, size, 1.0)
-        scaled = matrix[np.ix_(free, free)] / np.outer(size, size)
-        way[free] = -np.linalg.lstsq(scaled, (matrix @ way)[free] / size, rcond=1e-10)[0] / size
+        size = scale_of(matrix)[free]
+        inside = equilibrated(matrix[np.ix_(free, free)], size)
+        way[free] = -np.linalg.lstsq(inside, (matrix @ way)[free] / size, rcond=1e-10)[0] / size
     return unknown.local(unknown.clipped(here + way))

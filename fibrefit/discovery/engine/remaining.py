@@ -15,9 +15,9 @@ import numpy as np
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
-from fibrefit.problem.estimate.normal_equations import local_grams
+from fibrefit.problem.estimate.normal_equations import differences
 from fibrefit.problem.estimate.population import roots_of_posterior
-from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, drawn_about, spread_about
+from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, beyond_inputs, drawn_about, spread_about
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
 from fibrefit.problem.noise.rounding import with_steps
@@ -92,21 +92,12 @@ def changes_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray
     if not found.steps:
         return np.zeros((0, len(times), len(common_noise.noise), times.shape[1]))
     roots = roots_of_posterior(fitted.evidence)
-    kept: list[np.ndarray] = []
-
-    def gram(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        rows = np.asarray(supermodel.rows(local, columns, targets, counts))[:, 1 : 1 + len(columns)]
-        change = targets - local[:, columns]
-        kept.append(rows / np.where(change != 0.0, change, 1.0)[:, :, None])
-        return np.zeros((len(local), len(columns) + 1, len(columns) + 1))
-
-    local_grams(found.unknowns, found.place, gram)
-    moved = np.einsum("rit,rik->rkt", kept[0], roots)
-    shape = (*moved.shape[:2], len(common_noise.noise), -1)
+    local, columns, targets, _ = differences(found.unknowns, found.place)
+    rows = np.asarray(supermodel.rows(local, columns, targets, counts))[:, 1 : 1 + len(columns)]
+    change = targets - local[:, columns]
+    along = np.einsum("rit,rik->rkt", rows / np.where(change != 0.0, change, 1.0)[:, :, None], roots)
+    moved = np.swapaxes(along.reshape(*along.shape[:2], len(common_noise.noise), -1), 0, 1)
     known, raw = common_noise.sensitivities, supermodel.sensitivities
-    if known is not None and raw is not None:
-        white = innovations_of(common_noise.whitening, np.swapaxes(moved.reshape(shape), 0, 1))
-        seen = np.swapaxes(np.asarray(white), 0, 1).reshape(moved.shape)
-        for own, change, of, plain in zip(moved, seen, known.records, raw.records, strict=True):
-            own -= plain.imitated(of.best(change), own.shape[1])
-    return np.swapaxes(moved.reshape(shape), 0, 1)
+    if known is None or raw is None:
+        return moved
+    return beyond_inputs(moved, np.asarray(innovations_of(common_noise.whitening, moved)), known, raw)

@@ -36,7 +36,7 @@ from fibrefit.problem.estimate.gls import inverse
 from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.problem.noise.spectrum import Noise, periodogram, unbroken, without_lines
-from fibrefit.problem.statement.layout import scale_of
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 
@@ -180,10 +180,10 @@ def _freedom(single: np.ndarray) -> float:
     """
     if not np.isfinite(single).all():
         return 0.0
-    scaled = single / scale_of(single @ single.T)[:, None]
-    values, vectors = np.linalg.eigh(scaled @ scaled.T)
+    rows = single / scale_of(single @ single.T)[:, None]
+    values, vectors = np.linalg.eigh(rows @ rows.T)
     seen = values > RANK * RANK * values[-1]
-    share = np.sum((vectors[:, seen].T @ scaled) ** 2 / values[seen, None], axis=0)
+    share = np.sum((vectors[:, seen].T @ rows) ** 2 / values[seen, None], axis=0)
     return float(seen.sum() / max(np.sum(share**2), 1e-300)) if seen.any() else 0.0
 
 
@@ -207,10 +207,10 @@ def _levelled(information: np.ndarray, squares: np.ndarray) -> np.ndarray:
     if not (np.isfinite(information).all() and np.isfinite(squares).all()):
         return np.eye(len(information))
     scale = scale_of(information)
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(equilibrated(information, scale))
     seen = values > RANK
     root = vectors[:, seen] * np.sqrt(values[seen])
-    inner = root.T @ (squares / np.outer(scale, scale)) @ root
+    inner = root.T @ equilibrated(squares, scale) @ root
     sizes, along = np.linalg.eigh(inner)
     if not seen.any() or not sizes[0] > RANK * RANK * sizes[-1]:
         return np.eye(len(information))  # without noise there is nothing to be levelled
@@ -242,7 +242,7 @@ def _windows(scores: _Scores) -> Alarm:
 def _gain(information: np.ndarray, score: np.ndarray, scale: np.ndarray) -> tuple[float, int]:
     if not (np.isfinite(information).all() and np.isfinite(score).all()):
         return 0.0, 0  # where slopes are no numbers they tell nothing
-    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(equilibrated(information, scale))
     seen = values > RANK
     along = vectors.T @ (score / scale)
     return float(np.sum(along[seen] ** 2 / values[seen])), int(seen.sum())

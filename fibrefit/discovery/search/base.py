@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -21,14 +22,14 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.linearisation import AS_BEGUN, Linearisation
 from fibrefit.discovery.engine.refit import Refit
-from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick, supermodel_of
+from fibrefit.discovery.engine.supermodel import Supermodel, is_quick, supermodel_of
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
 from fibrefit.problem.task import Task
 
 
 @dataclass(frozen=True)
-class SearchState:
+class SearchState(ABC):
     """What all rounds of a search have in common.
 
     Parameters
@@ -113,12 +114,9 @@ class SearchState:
         """Whether one program holds it beside any other effects; with noisy inputs each round has its own."""
         return is_quick(effect) and self.base.supermodel.sensitivities is None
 
+    @abstractmethod
     def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
         """A supermodel that holds an effect and others; made where there is none yet.
-
-        One effect by itself is tried with its group, which is quick to run. On top of others it is tried with all: that
-        is slower to run, but every further round does with the same program. With noisy inputs a program serves one
-        round only.
 
         Parameters
         ----------
@@ -126,10 +124,6 @@ class SearchState:
         others : sequence of Effect classes
             All that may be present beside it.
         """
-        kept, stiff = tuple(filter(is_quick, self.effects)), any(other.stiff for other in others)
-        reused = others and not stiff and self.shares_a_program(effect)
-        group = kept if reused else group_of(effect, self.effects, stiff)
-        return self.supermodel_with((*others, *group))
 
     def supermodel_with(self, effects: Sequence[type[Effect]]) -> Supermodel:
         """The supermodel that holds these effects and no others; made where there is none yet."""
@@ -148,18 +142,9 @@ class SearchState:
             self.supermodels.append(supermodel)
             return supermodel
 
+    @abstractmethod
     def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Effects that may be added to a hypothesis."""
-        there = (*self.task.problem.model.effects, *parent.effects)
-        present, excluded = {effect.name for effect in there}, {name for effect in there for name in effect.excludes}
-        return tuple(
-            effect
-            for effect in self.effects
-            if effect not in parent.effects
-            and set(effect.needs) <= present
-            and not set(effect.excludes) & present
-            and effect.name not in excluded
-        )
 
     def swift_extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Effects that may be added to a hypothesis and are not tried last, see `is_costly`."""

@@ -8,7 +8,7 @@ from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.effort import descent, in_wrong_minimum, instants_are_looked_for
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.priors import unknowns_of, with_held
+from fibrefit.discovery.engine.priors import with_held
 from fibrefit.discovery.engine.screening import (
     PredictedGain,
     accompanied,
@@ -53,7 +53,7 @@ def extended(
         evidence = laplace_evidence(at.unknowns, at, gram, most_probable_sigma(at), **how)
         return LaplaceFit(effects, supermodel, evidence)
     local = transferred(supermodel, parent.supermodel, parent.local)
-    unknowns = unknowns_of(supermodel, inference.context, effects, inference.reference)
+    unknowns = inference.unknowns(supermodel, effects)
 
     def followed(values: dict[str, float]) -> LaplaceFit:
         for name, value in values.items():

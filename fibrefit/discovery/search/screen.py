@@ -11,7 +11,6 @@ import numpy as np
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.priors import unknowns_of
 from fibrefit.discovery.engine.screening import (
     Approach,
     PredictedGain,
@@ -76,7 +75,7 @@ class Screen:
 
     def unknowns(self, supermodel: Supermodel) -> Unknowns:
         """Those of the parent in a supermodel."""
-        return unknowns_of(supermodel, self.inference.context, self.parent.effects, self.inference.reference)
+        return self.inference.unknowns(supermodel, self.parent.effects)
 
     def predicted(
         self,
@@ -133,7 +132,7 @@ class Screen:
         # A frequency is what it is or another: no place where records ask for the opposite leads to it.
         opposite = np.array([supermodel.declared[name].unit == "Hz" for _, name, _ in ways]) & (shares <= 0.0)
         worth = np.where(opposite, 0.0, 0.5 * test.score**2 / seen) - PRICE
-        gains = np.where(test.information > 0.0, worth, -np.inf)
+        gains = np.where((test.information > 0.0) & np.isfinite(worth), worth, -np.inf)
         found_all = []
         one_sided = [cannot_be_opposite(supermodel, effect, name) for effect, name, _ in ways]
         for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,7 +19,7 @@ from fibrefit.discovery.engine.effort import followed_in_turn, is_followed_inste
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.screening import PredictedGain, PredictedGains
 from fibrefit.discovery.engine.secant import Seed
-from fibrefit.discovery.engine.supermodel import Supermodel
+from fibrefit.discovery.engine.supermodel import Supermodel, group_of, is_quick
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
 from fibrefit.discovery.search.base import SearchState
 from fibrefit.discovery.search.followed import extended
@@ -228,10 +229,43 @@ class Search(SearchState):
         behind = (*(each for group in left for each in group), *far)
         return [*found, *(self._as_predicted(parent, each, min(predictions[each].gain, 0.0)) for each in behind)]
 
+    @abstractmethod
     def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
         """Effects, the most promising first, in groups: after each it is tested whether the next may do better."""
-        return followed_in_turn(ranked)
 
     def _as_predicted(self, parent: LaplaceFit, effect: type[Effect], gain: float) -> LaplaceFit:
         """A parent with an effect that is not there: its slopes predict too little to look any further."""
         return self.inference.absent(parent, self.supermodel_for(effect, parent.effects), (effect,), gain)
+
+
+@dataclass(frozen=True)
+class EffectSearch(Search):
+    """A search whose candidates are the effects of a catalogue, in programs that hold groups of them."""
+
+    def supermodel_for(self, effect: type[Effect], others: Sequence[type[Effect]] = ()) -> Supermodel:
+        """One effect by itself is tried with its group, which is quick to run.
+
+        On top of others it is tried with all: that is slower to run, but every further round does with the same
+        program. With noisy inputs a program serves one round only.
+        """
+        kept, stiff = tuple(filter(is_quick, self.effects)), any(other.stiff for other in others)
+        reused = others and not stiff and self.shares_a_program(effect)
+        group = kept if reused else group_of(effect, self.effects, stiff)
+        return self.supermodel_with((*others, *group))
+
+    def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
+        """Effects that need nothing that is not there, and that nothing there excludes."""
+        there = (*self.task.problem.model.effects, *parent.effects)
+        present, excluded = {effect.name for effect in there}, {name for effect in there for name in effect.excludes}
+        return tuple(
+            effect
+            for effect in self.effects
+            if effect not in parent.effects
+            and set(effect.needs) <= present
+            and not set(effect.excludes) & present
+            and effect.name not in excluded
+        )
+
+    def in_turn(self, ranked: Sequence[type[Effect]]) -> list[list[type[Effect]]]:
+        """Effects in the groups that candidates of any search are followed in."""
+        return followed_in_turn(ranked)

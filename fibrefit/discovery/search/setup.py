@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, simulation_groups, supermodel_of
-from fibrefit.discovery.search.search import Search
+from fibrefit.discovery.search.search import EffectSearch, Search
 from fibrefit.fitting.checks import AGREED, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
@@ -153,4 +153,4 @@ def _search(
     noise = tuple(task.noise[channel] for channel in task.problem.model.rig.channels)
     reference = {name: float(np.mean(fit.local[:, supermodel.names.index(name)])) for name in context.base}
     inference = LaplaceInference(context, reference, common_noise_of(supermodel, noise))
-    return Search(task, wanted, context, Hypothesis((), fit, supermodel), inference, tell, [supermodel])
+    return EffectSearch(task, wanted, context, Hypothesis((), fit, supermodel), inference, tell, [supermodel])

@@ -18,7 +18,6 @@ from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
 from fibrefit.fitting.thresholds import LOSES
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
-from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 
@@ -116,14 +115,6 @@ def lost_beside(before: Mapping[str, Gap], after: Mapping[str, Gap]) -> str | No
     ratios = {name: total(gap) / total(before[name]) for name, gap in after.items()}
     worst = max(ratios, key=lambda name: ratios[name])
     return worst if loses(total(after[worst]), total(before[worst])) else None
-
-
-def means(layout: Layout, local: np.ndarray) -> np.ndarray:
-    """Free values ``(n_free,)`` of records that differ ``(n_record, n_local)``: of shared ones the mean."""
-    column = {name: i for i, name in enumerate(layout.names)}
-    return np.array(
-        [local[slice(None) if record is None else record, column[slot.name]].mean() for slot, record in layout.entries]
-    )
 
 
 def _together(task: Task, alone: list[Task], found: list[InputCoefficients]) -> InputCoefficients:

@@ -30,7 +30,7 @@ from fibrefit.fitting.thresholds import (
     REACTS_ALIKE,
 )
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, place_of
+from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, begun_at, place_of
 from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
@@ -371,9 +371,9 @@ def _descended(problem: Problem, unknowns: Unknowns, place: Place, view: View) -
     gram, nothing = view.gram(unknowns), np.zeros(0)
     number = float(counted(problem, _weighted(view).downweight).sum())
     with beyond_limits():  # the first of these is without an alternative, and all are short
-        normal = arrowhead(unknowns, place, gram)
-        enough = max(REDUCTION_TOLERANCE, COARSE * (normal.cost - number))
-        return mode(unknowns, PosteriorMode(unknowns, place, normal, nothing, np.inf, 1), gram, nothing, enough)
+        begun = begun_at(unknowns, place, gram, nothing)
+        enough = max(REDUCTION_TOLERANCE, COARSE * (begun.normal.cost - number))
+        return mode(unknowns, begun, gram, nothing, enough)
 
 
 def _values(unknowns: Unknowns, problem: Problem, place: Place) -> np.ndarray:

@@ -19,7 +19,7 @@ from fibrefit.rigs.parts.guide import Sliding
 from fibrefit.rigs.signals.motion import integrated
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals
-from fibrefit.simulation.model import pushed_by
+from fibrefit.simulation.model import corrected_conditions, pushed_by
 from fibrefit.study.summaries.check import Check
 
 MOTION, FORCES = 100.0, 20.0
@@ -108,8 +108,8 @@ def _system(task: Task, local: np.ndarray, record: int) -> tuple[Any, tuple[Effe
     """System of a record, and the laws in it."""
     problem, trace = task.problem, task.traces[record]
     named = dict(zip(problem.layout.names, jnp.asarray(local), strict=True))
-    conditions = {name: named.get(name, jnp.asarray(value)) for name, value in trace.conditions.items()}
-    laws = problem.model.laws(named)
+    stated, laws = {name: jnp.asarray(value) for name, value in trace.conditions.items()}, problem.model.laws(named)
+    conditions = corrected_conditions(stated, named, laws)
     return problem.model.rig.build(named, conditions, laws, problem.model.tension_law), laws
 
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.problem.estimate.gram import Corrected, Gram
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead
+from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, begun_at
 from fibrefit.problem.estimate.trust_region import radius_after, step_within
 from fibrefit.problem.statement.arrays import RAN_AWAY
 
@@ -107,7 +107,7 @@ def mode(
         found = replace(start, sigma=sigma, predicted_reduction=np.inf, steps=1)
     else:
         place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
-        found = PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
+        found = begun_at(unknowns, place, gram, sigma)
     corrected = gram if isinstance(gram, Corrected) else None
     exact = corrected is None or isinstance(start, PosteriorMode) or corrected.exact
     radius, step, lowest = np.inf, None, list[float]()

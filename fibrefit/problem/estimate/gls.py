@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.noise.whitening import Whitening, innovations
-from fibrefit.problem.statement.layout import Layout, normal_equations, scale_of
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.statement.layout import Layout, normal_equations
 from fibrefit.problem.statement.problem import Linearised
 
 QUIETEST = 1e-6
@@ -85,4 +86,4 @@ def _level(fresh: np.ndarray, counts: np.ndarray) -> np.ndarray:
 def inverse(matrix: np.ndarray) -> np.ndarray:
     """Pseudo-inverse of a symmetric matrix whose rows may have any units; zero where there is nothing."""
     scale = scale_of(matrix)
-    return np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
+    return equilibrated(np.linalg.pinv(equilibrated(matrix, scale), rcond=1e-10, hermitian=True), scale)

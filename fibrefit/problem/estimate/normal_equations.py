@@ -235,10 +235,36 @@ def arrowhead(unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
     return arranged(unknowns, local_grams(unknowns, place, gram))
 
 
-def local_grams(
-    unknowns: Unknowns, place: Place, gram: Gram, further: tuple[np.ndarray, np.ndarray] | None = None
-) -> np.ndarray:
-    """Products of slopes and residuals of each record, per unit of its coordinates; residuals come last.
+def begun_at(unknowns: Unknowns, place: Place, gram: Gram, sigma: np.ndarray) -> PosteriorMode:
+    """Where a descent begins, or none is made, under standard deviations between records ``(n_scattering,)``."""
+    return PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
+
+
+class Differences(NamedTuple):
+    """What slopes at a place are differences over; the parameters of a `Gram` first.
+
+    Parameters
+    ----------
+    local : (n_record, n_local) in SI units
+    columns : (n_column,) int
+    targets : (n_record, n_column) in SI units
+        Where the columns go.
+    rate : (n_record, n_column + 1)
+        Of changes per unit of the coordinates; one of the residuals, which come last.
+    """
+
+    local: np.ndarray
+    columns: np.ndarray
+    targets: np.ndarray
+    rate: np.ndarray
+
+    def per_unit(self, grams: np.ndarray) -> np.ndarray:
+        """Products ``(n_record, n_column + 1, n_column + 1)`` of changes, per unit of the coordinates."""
+        return grams * self.rate[:, :, None] * self.rate[:, None, :]
+
+
+def differences(unknowns: Unknowns, place: Place, further: tuple[np.ndarray, np.ndarray] | None = None) -> Differences:
+    """What slopes at a place are differences over.
 
     Parameters
     ----------
@@ -254,7 +280,21 @@ def local_grams(
         columns = np.concatenate([columns, further[0]])
         targets = np.concatenate([targets, np.repeat(further[1][None], len(local), axis=0)], axis=1)
     rate = np.concatenate([rate, np.ones((len(local), len(columns) - rate.shape[1] + 1))], axis=1)
-    return gram(local, columns, targets) * rate[:, :, None] * rate[:, None, :]
+    return Differences(local, columns, targets, rate)
+
+
+def local_grams(
+    unknowns: Unknowns, place: Place, gram: Gram, further: tuple[np.ndarray, np.ndarray] | None = None
+) -> np.ndarray:
+    """Products of slopes and residuals of each record, per unit of its coordinates; residuals come last.
+
+    Parameters
+    ----------
+    further : ((n_direction,) int, (n_direction,) in SI units), optional
+        See `differences`.
+    """
+    at = differences(unknowns, place, further)
+    return at.per_unit(gram(at.local, at.columns, at.targets))
 
 
 def coordinate_steps(unknowns: Unknowns, place: Place) -> np.ndarray:

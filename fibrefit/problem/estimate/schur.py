@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+
 
 def eliminated(
     shared: np.ndarray, cross: np.ndarray, blocks: np.ndarray, pull: np.ndarray, pulls: np.ndarray
@@ -60,10 +62,8 @@ def solved(blocks: np.ndarray, right: np.ndarray) -> np.ndarray:
     """
     if not blocks.shape[-1]:
         return np.zeros_like(right)
-    scale = np.sqrt(np.diagonal(blocks, axis1=-2, axis2=-1))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    size = blocks.shape[-1]
-    inside = blocks / (scale[..., :, None] * scale[..., None, :])
+    scale, size = scale_of(blocks), blocks.shape[-1]
+    inside = equilibrated(blocks, scale)
     # What no record sees has an empty row: it stays where it is.
     empty = np.diagonal(inside, axis1=-2, axis2=-1) == 0.0
     inside = inside + empty[..., None] * np.eye(size) + 1e-14 * np.eye(size)

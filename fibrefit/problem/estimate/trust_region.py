@@ -14,6 +14,7 @@ import numpy as np
 
 from fibrefit.problem.estimate.normal_equations import Arrowhead, Place, PosteriorMode, with_priors
 from fibrefit.problem.estimate.schur import eliminated, solved
+from fibrefit.problem.statement.equilibration import equilibrated
 
 LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
 """Damping of a step whose size nothing limits, of the first one, and beyond which there is no step."""
@@ -108,7 +109,7 @@ def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray
     right = right + schur @ dz
     if free.any():
         scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
-        inside, wanted = schur[np.ix_(free, free)] / np.outer(scale, scale), right[free] / scale
+        inside, wanted = equilibrated(schur[np.ix_(free, free)], scale), right[free] / scale
         # Where slopes are lost though the motion is not, no step leads anywhere.
         known = np.isfinite(inside).all() and np.isfinite(wanted).all()
         dz[free] = -np.linalg.lstsq(inside, wanted, rcond=1e-13)[0] / scale if known else np.nan

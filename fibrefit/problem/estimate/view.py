@@ -125,19 +125,30 @@ class View:
         places = np.searchsorted(np.asarray(self.problem.layout.local_free), evidence.mode.unknowns.columns)
         slopes = np.asarray(self.problem.followed(local)[0].slopes)[..., places]
         moved = np.einsum("rcti,rik->krct", slopes, roots_of_posterior(evidence))
-        return spread_about(best, self._with_errors_at_their_best(moved))
+        if self.sensitivities is not None and self.raw is not None:
+            white = moved if self.whitening is None else np.asarray(self.whitening.whiten_rows(jnp.asarray(moved)))
+            moved = beyond_inputs(moved, white, self.sensitivities, self.raw)
+        return spread_about(best, moved)
 
-    def _with_errors_at_their_best(self, moved: np.ndarray) -> np.ndarray:
-        """Changes of the readings ``(n_change, n_record, n_channel, n_time)`` that are left once inputs follow them."""
-        if self.sensitivities is None or self.raw is None:
-            return moved
-        white = moved if self.whitening is None else np.asarray(self.whitening.whiten_rows(jnp.asarray(moved)))
-        left = moved.copy()
-        for r, (seen, raw) in enumerate(zip(self.sensitivities.records, self.raw.records, strict=True)):
-            change = left[:, r]
-            best = seen.best(white[:, r].reshape(len(moved), -1))
-            change -= raw.imitated(best, change[0].size).reshape(change.shape)
-        return left
+
+def beyond_inputs(
+    moved: np.ndarray, white: np.ndarray, known: InputSensitivities, raw: InputSensitivities
+) -> np.ndarray:
+    """Changes of the residuals that are left once errors of inputs, at their best, follow them.
+
+    Parameters
+    ----------
+    moved, white : (n_change, n_record, n_channel, n_time)
+        In units of the noise, and their innovations.
+    known, raw : InputSensitivities
+        Whitened, and not.
+    """
+    left = moved.copy()
+    for r, (seen, of) in enumerate(zip(known.records, raw.records, strict=True)):
+        change = left[:, r]
+        best = seen.best(white[:, r].reshape(len(moved), -1))
+        change -= of.imitated(best, change[0].size).reshape(change.shape)
+    return left
 
 
 def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.random.Generator) -> np.ndarray:

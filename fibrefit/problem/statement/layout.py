@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core.parameter import Parameter
 from fibrefit.problem.statement.arrays import RAN_AWAY, functions_for
 from fibrefit.problem.statement.belief import Belief
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.transform import Range
 
 
@@ -63,11 +64,6 @@ def normal_equations(
     return (normal, gradient) if belief is None else (normal + belief[:-1, :-1], gradient + belief[:-1, -1])
 
 
-def scale_of(normal: np.ndarray) -> np.ndarray:
-    """Scale ``(n,)`` of each row of a normal matrix, which makes rows of any units alike; 1 where nothing is seen."""
-    return np.sqrt(np.where(np.diag(normal) > 0.0, np.diag(normal), 1.0))
-
-
 def least_squares(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solution ``(n,)`` of normal equations whose rows may have any units; the smallest where several solve them.
 
@@ -76,7 +72,7 @@ def least_squares(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
     if not (np.isfinite(normal).all() and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
     scale = scale_of(normal)
-    return np.linalg.lstsq(normal / np.outer(scale, scale), right / scale, rcond=1e-10)[0] / scale
+    return np.linalg.lstsq(equilibrated(normal, scale), right / scale, rcond=1e-10)[0] / scale
 
 
 @dataclass(frozen=True)
@@ -268,3 +264,7 @@ class Layout:
             value = np.asarray(named[slot.name], dtype=float)
             packed.append(float(value.mean() if record is None else value if value.ndim == 0 else value[record]))
         return np.array(packed)
+
+    def means_of(self, local: np.ndarray) -> np.ndarray:
+        """Free values ``(n_free,)`` from those of each record ``(n_record, n_local)``: of shared ones the mean."""
+        return self.pack({name: local[:, j] for j, name in enumerate(self.names)})

@@ -19,6 +19,7 @@ from fibrefit.core.programs.products import column_products
 from fibrefit.problem.posterior.log_posterior import LogPosterior, RecordPlace
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.posterior.random_effects import Conditional
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled
 from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.thresholds import FLAT_PART
@@ -240,11 +241,10 @@ def _sum(here: _Local, floor: np.ndarray, proper: np.ndarray, density: LogPoster
 
 
 def _refuse_flat(curvature: np.ndarray, density: LogPosterior) -> None:
-    scale = np.sqrt(np.abs(np.diag(curvature)))
-    safe = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(curvature / np.outer(safe, safe))
+    scale = scale_of(np.abs(curvature))
+    values, vectors = np.linalg.eigh(equilibrated(curvature, scale))
     flat = vectors[:, values < BLIND * values.max()]
-    lost = (np.abs(flat) > FLAT_PART).any(axis=1) | (scale == 0.0)
+    lost = (np.abs(flat) > FLAT_PART).any(axis=1) | (np.diag(curvature) == 0.0)
     if lost.any():
         names = np.array(density.problem.layout.free_names + density.likelihood.names)[lost]
         raise StudyError(
@@ -256,17 +256,17 @@ def _refuse_flat(curvature: np.ndarray, density: LogPosterior) -> None:
 
 
 def _step(curvature: np.ndarray, gradient: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
-    scale = np.sqrt(np.abs(np.diag(curvature)))
-    matrix = curvature / np.outer(scale, scale) + damping * np.eye(len(scale))
+    scale = scale_of(np.abs(curvature))
+    matrix = equilibrated(curvature, scale) + damping * np.eye(len(scale))
     step = np.linalg.solve(matrix, gradient / scale) / scale
     return step, float(0.5 * step @ gradient)
 
 
 def _inverse(curvature: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.abs(np.diag(curvature)))
-    values, vectors = np.linalg.eigh(curvature / np.outer(scale, scale))
+    scale = scale_of(np.abs(curvature))
+    values, vectors = np.linalg.eigh(equilibrated(curvature, scale))
     values = np.maximum(np.abs(values), BLIND)
-    return (vectors / values) @ vectors.T / np.outer(scale, scale)
+    return equilibrated((vectors / values) @ vectors.T, scale)
 
 
 def _prior_precision(density: LogPosterior, priors: tuple[Prior, ...], point: np.ndarray) -> np.ndarray:

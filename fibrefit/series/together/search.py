@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
@@ -19,7 +19,7 @@ class SpeedSearch(Search):
     @classmethod
     def of(cls, search: Search) -> SpeedSearch:
         """The same search with this way to try candidates."""
-        return cls(**{name: getattr(search, name) for name in Search.__dataclass_fields__})
+        return cls(**{one.name: getattr(search, one.name) for one in fields(Search)})
 
     def extensions(self, parent: LaplaceFit) -> tuple[type[Effect], ...]:
         """Laws of parameters that have none yet."""
