@@ -79,7 +79,7 @@ def best_pair(comparison: Comparison, instead: LaplaceFit) -> Comparison | None:
     search, found, number, all_tried = comparison.search, list[LaplaceFit](), 0, True
     best, beside = [one for i, one in enumerate(comparison.found) if is_partner(i)], _beside(comparison, instead)
     reached, likely = max([comparison.parent.log, *(one.log for one in beside)]), [one.effects[-1] for one in best]
-    # Slopes about infinity are no numbers: what has no place is the second of its pairs.
+    # Slopes about infinity are no numbers: what has no place is the second of its pairs, and two such are none.
     firsts = [one for one in best if one.has_a_place]
 
     def partners(first: LaplaceFit, done: Sequence[type[Effect]]) -> Tried:

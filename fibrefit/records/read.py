@@ -233,7 +233,7 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
             return long
         text = decode(data, where)
     if is_lvm(text):
-        return _with_unused(read_lvm(text, where), options)
+        return _with_unused(read_lvm(text, where), options, "decimal")
     return read_text(without_keys(text, where), where, options)
 
 

@@ -34,8 +34,8 @@ def test_a_rate_that_is_given_is_held_against_that_of_the_file(write: Callable) 
 def test_what_is_stated_of_text_changes_nothing_and_is_told(write: Callable) -> None:
     """A study may hold files of both kinds: it is not refused."""
     path = write(one(), "a.lvm")
-    note = "What is stated of delimiter and decimal changed nothing: the file has a layout of its own."
-    assert note in read_record(path, delimiter=";", decimal=",").notes
+    note = "What is stated of delimiter changed nothing: the file has a layout of its own."
+    assert note in read_record(path, delimiter=";", decimal=".").notes
     assert not any("changed nothing" in one for one in read_record(path, rate=2000.0).notes)
 
 

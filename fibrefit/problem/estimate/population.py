@@ -14,6 +14,7 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood, end_told
 from fibrefit.problem.estimate.normal_equations import held_places, own_precision, shared_coordinates
 from fibrefit.problem.estimate.schur import inverses
 from fibrefit.problem.estimate.sigma_grid import FURTHER, further_in
+from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.thresholds import END_TOLD
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.summaries import BetweenRecordsSummary
@@ -156,7 +157,6 @@ def roots_of_posterior(evidence: MarginalLikelihood) -> np.ndarray:
 def _root_of(covariance: np.ndarray) -> np.ndarray:
     """Square roots of covariance matrices ``(..., n, n)``; of one that is none, as where a motion is lost, nothing."""
     covariance = np.where(np.isfinite(covariance).all(axis=(-2, -1), keepdims=True), covariance, 0.0)
-    scale = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), 0.0))
-    unit = np.where(scale > 0.0, scale, 1.0)
-    value, vector = np.linalg.eigh(covariance / (unit[..., :, None] * unit[..., None, :]))
+    unit = scale_of(covariance)
+    value, vector = np.linalg.eigh(equilibrated(covariance, unit))
     return unit[..., None] * vector * np.sqrt(np.maximum(value, 0.0))[..., None, :]

@@ -39,9 +39,8 @@ def log_determinant(matrices: np.ndarray) -> np.ndarray:
     """Logarithms of the determinants of symmetric matrices ``(..., n, n)`` whose rows may have any units."""
     if not matrices.shape[-1]:
         return np.zeros(matrices.shape[:-2])
-    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
-    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    inside = matrices / (scale[..., :, None] * scale[..., None, :])
+    scale = scale_of(matrices)
+    inside = equilibrated(matrices, scale)
     return np.linalg.slogdet(inside + 1e-14 * np.eye(inside.shape[-1]))[1] + 2.0 * np.log(scale).sum(axis=-1)
 
 

@@ -1,7 +1,7 @@
 """Equilibration (Jacobi scaling) of symmetric matrices, whose rows are of any units: diagonals become one.
 
-Factorisations, ranks and pseudo-inverses of a normal matrix or covariance do not depend on units, and its condition
-number is within a factor of its size of the least that a diagonal scaling reaches.
+Factorisations, ranks and pseudo-inverses of a matrix so scaled do not depend on units, and its condition number is
+within a factor of its size of the least that a diagonal scaling reaches.
 
 Source
 ------
