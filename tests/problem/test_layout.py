@@ -68,6 +68,11 @@ def test_packing_takes_one_number_or_one_for_each_record() -> None:
     np.testing.assert_array_equal(layout.pack({"k": [3.0, 5.0, 7.0], "zero": 1.0}), [5.0, 1.0, 1.0])
 
 
+def test_of_records_that_differ_a_shared_value_is_the_mean() -> None:
+    layout = Layout((Slot("k", "N/m", POSITIVE), Slot("zero", "m", POSITIVE, False)), RECORDS)
+    assert layout.means_of(np.array([[3.0, 1.0], [5.0, 2.0], [7.0, 4.0]])).tolist() == [5.0, 1.0, 2.0, 4.0]
+
+
 def test_a_layout_without_free_values_still_serves() -> None:
     layout = Layout((Slot("k", "N/m", POSITIVE, True, (5.0,)),), RECORDS)
     assert layout.size == 0
