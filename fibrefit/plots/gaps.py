@@ -20,6 +20,7 @@ from fibrefit.plots.style import (
     SMALL,
     TOP,
     USUAL,
+    WIDE_GAP,
     axes_at,
     cut_name,
     label,
@@ -43,8 +44,6 @@ MOST_CANDIDATES = 16
 """Candidates that are drawn: those of the lists in reports, twice over."""
 BEYOND = 1.25
 """Ratio to the gap before at which the axis of the candidates ends; a longer bar carries its number."""
-WIDE = 8.0
-"""Ratio of largest to smallest gap beyond which an axis is logarithmic."""
 
 Pair = tuple[float, float]
 
@@ -103,7 +102,7 @@ def _pairs(axes: Axes, pairs: Sequence[Pair | None], changed: bool, noise: float
         after, rows, linestyle="none", marker="o", markersize=4.0, color=FINAL, label="after" if changed else "gap"
     )
     largest = float(np.nanmax([noise, *before, *after]))
-    if largest > WIDE:
+    if largest > WIDE_GAP:
         logarithmic(axes, "x")
         least = np.nan_to_num(np.concatenate([before, after, [noise]]))
         axes.set_xlim(0.8 * min(1.0, float(least[least > 0.0].min())), 1.25 * largest)

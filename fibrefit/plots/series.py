@@ -23,6 +23,7 @@ from fibrefit.plots.style import (
     SKY,
     SMALL,
     TOP,
+    WIDE_GAP,
     WIDTH,
     axes_at,
     in_own_style,
@@ -43,8 +44,6 @@ ANSWERS = {"constant": "one set of parameters", "speed_law": "a law of speed", "
 COLOURS = {"constant": ORANGE, "speed_law": BLUE, "per_record": GREEN}
 MOST = 12
 """Records whose names fit below an axis."""
-WIDE = 10.0
-"""Gap of a record left out from which the axis is logarithmic."""
 
 
 @in_own_style
@@ -150,7 +149,7 @@ def _left_out(axes: Axes, summary: SeriesSummary) -> None:
         axes.plot(places + 0.15 * (i - 1), gaps, mark, color=COLOURS[name], markersize=4, label=words)
         largest = max(largest, *gaps)
     axes.axhline(1.0, color=BLACK, linewidth=0.6)
-    if largest > WIDE:
+    if largest > WIDE_GAP:
         logarithmic(axes, "y")
     else:
         axes.set_ylim(0.0, 1.15 * largest)

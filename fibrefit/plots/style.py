@@ -177,6 +177,8 @@ def label(axes: Axes, *, x: str = "", y: str = "") -> None:
 
 WIDE = 20.0
 """Ratio of the largest to the smallest value from which an axis is logarithmic."""
+WIDE_GAP = 8.0
+"""Gap, as a multiple of the noise, from which an axis of gaps is logarithmic: below it the line of noise is seen."""
 FEWEST_TICKS = 2
 """Numbers that an axis needs to be read."""
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.shown import in_words
 from fibrefit.records.columns.channel import Channel
+from fibrefit.records.columns.raw import Raw
 from fibrefit.records.columns.roles import USUAL
 
 
@@ -84,3 +86,26 @@ class ReadOptions:
             If a role, a unit or a scale is not known.
         """
         return {role: Channel.of(role, said, where) for role, said in self.channels.items()}
+
+
+def with_unused(raw: Raw, options: ReadOptions, *used: str) -> Raw:
+    """The same; told is what was stated of all files of a study and changes nothing in one with a layout of its own.
+
+    Parameters
+    ----------
+    raw : Raw
+    options : ReadOptions
+    used : str
+        Options that such a file does ask for.
+
+    Returns
+    -------
+    Raw
+        With a note where an option was stated in vain.
+    """
+    names = ("columns", "delimiter", "decimal", "header")
+    stated = [name for name in names if name not in used and getattr(options, name)]
+    if not stated:
+        return raw
+    note = f"What is stated of {in_words(stated)} changed nothing: the file has a layout of its own."
+    return replace(raw, notes=[*raw.notes, note])

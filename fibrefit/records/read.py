@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError, as_one
 from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
 from fibrefit.core.roles import ROLES
-from fibrefit.core.shown import in_words
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
@@ -31,7 +29,7 @@ from fibrefit.records.files.text import read_text
 from fibrefit.records.grammar.phrases import Aside, count
 from fibrefit.records.layouts.units_behind import with_units_apart
 from fibrefit.records.layouts.usual import in_usual_layout
-from fibrefit.records.options import ReadOptions
+from fibrefit.records.options import ReadOptions, with_unused
 from fibrefit.records.record import Record
 from fibrefit.records.table import Column, Table
 from fibrefit.records.thresholds import FASTEST_LIKELY, SLOWEST_LIKELY
@@ -204,27 +202,28 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
     if data is not packed and (tdms or mdf or arrays):
         raise DataError(where, f'a packed file of another kind ("{name}")', "a packed text file", "Unpack it first.")
     if ending == ".xlsx":
-        return read_workbook(data, where, options, with_units_apart)
+        raw = read_workbook(data, where, options, with_units_apart)
+        return with_unused(raw, options, "columns", "decimal", "header")
     if ending == ".npz" or data[:6] == b"\x93NUMPY":
         from fibrefit.records.files.arrays.numpy_file import read_numpy
 
-        return _with_unused(read_numpy(data, where, options), options, "columns")
+        return read_numpy(data, where, options)
     if data[:4] == b"PAR1":
         from fibrefit.records.files.parquet import read_parquet
 
-        return _with_unused(read_parquet(data, where), options)
+        return with_unused(read_parquet(data, where), options)
     if tdms:
         from fibrefit.records.files.tdms import read_tdms
 
-        return _with_unused(read_tdms(path, where), options)
+        return with_unused(read_tdms(path, where), options)
     if mdf:
         from fibrefit.records.files.mdf import read_mdf
 
-        return _with_unused(read_mdf(path, where), options)
+        return with_unused(read_mdf(path, where), options)
     if arrays:
         from fibrefit.records.files.matlab import read_matlab
 
-        return _with_unused(read_matlab(path, where, options.wanted), options)
+        return with_unused(read_matlab(path, where, options.wanted), options)
     _refuse_many_cells(data, where)
     text = in_usual_layout(data, where)
     if text is None:
@@ -233,18 +232,8 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
             return long
         text = decode(data, where)
     if is_lvm(text):
-        return _with_unused(read_lvm(text, where), options, "decimal")
+        return with_unused(read_lvm(text, where), options, "decimal")
     return read_text(without_keys(text, where), where, options)
-
-
-def _with_unused(raw: Raw, options: ReadOptions, but: str = "") -> Raw:
-    """The same; told is what was stated of all files of a study and changes nothing in one with a layout of its own."""
-    names = ("columns", "delimiter", "decimal", "header")
-    stated = [name for name in names if name != but and getattr(options, name)]
-    if not stated:
-        return raw
-    note = f"What is stated of {in_words(stated)} changed nothing: the file has a layout of its own."
-    return replace(raw, notes=[*raw.notes, note])
 
 
 def _refuse_many_cells(data: bytes, where: str) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.problem.estimate.normal_equations import Place, Unknowns, local_grams
-from fibrefit.problem.estimate.score_test import score_test
+from fibrefit.problem.estimate.score_test import ScoreTest, score_test
 from tests.problem.toys import gram_of, unknowns
 
 TIMES = np.linspace(0.0, 1.0, 200)
@@ -51,6 +51,12 @@ def test_unknowns_give_way_to_a_direction_as_a_search_beside_it_says() -> None:
     np.testing.assert_allclose(test.shared[0], (other.z - place.z)[:2], rtol=1e-3, atol=1e-7)
     own = np.concatenate([other.own - place.own, other.eta - place.eta], axis=1)
     np.testing.assert_allclose(test.own[0], own, rtol=1e-3, atol=1e-7)
+
+
+def test_a_direction_of_which_slopes_are_no_numbers_gains_nothing() -> None:
+    score, information = np.array([2.0, 1.0, np.nan, 3.0]), np.array([4.0, 0.0, 1.0, np.nan])
+    test = ScoreTest(score, information, np.diag(information), np.zeros((4, 0)), np.zeros((4, 1, 0)))
+    np.testing.assert_array_equal(test.gain, [0.5, -np.inf, -np.inf, -np.inf])
 
 
 def _steps(relative: bool) -> int:

@@ -261,3 +261,6 @@ def test_what_is_stated_of_text_changes_nothing_in_arrays_and_is_told(tmp_path: 
     np.savez(tmp_path / "b.npz", data=np.c_[TIME, FORCE, POSITION])
     named = read_record(tmp_path / "b.npz", columns=("time [s]", "force [N]", "position [mm]"))
     assert not any("changed nothing" in one for one in named.notes)
+    np.savez(tmp_path / "c.npz", time_s=TIME, force_N=FORCE, position_mm=POSITION)
+    notes = read_record(tmp_path / "c.npz", columns=("time [s]", "force [N]", "position [mm]")).notes
+    assert "What is stated of columns changed nothing: the file has a layout of its own." in notes

@@ -217,3 +217,8 @@ def test_times_in_days_are_called_that(write: Callable) -> None:
     with pytest.raises(DataError, match=r'time = "d" \(2000 Hz\) or "s"'):
         read_record(path)
     check(path, units={"time": "d"})
+
+
+def test_a_delimiter_changes_nothing_in_a_workbook_and_is_told(write: Callable) -> None:
+    record = read_record(write(book(HEAD, lambda sheet: None), "a.xlsx"), delimiter=";", decimal=".")
+    assert "What is stated of delimiter changed nothing: the file has a layout of its own." in record.notes

@@ -68,8 +68,7 @@ def predicted_recurrence(screen: Screen, supermodel: Supermodel, effect: type[Ef
         return local_grams(unknowns, place_of(unknowns, local, found.place.eta), gram, further)
 
     def gain(grams: np.ndarray) -> float:
-        test = score_test(unknowns, found.place, grams, 1, found.sigma)
-        return float(0.5 * test.score[0] ** 2 / test.information[0]) if test.information[0] > 0.0 else -np.inf
+        return float(score_test(unknowns, found.place, grams, 1, found.sigma).gain[0])
 
     # An effect may have fewer instants than there are records: those beyond them say nothing of any.
     looked = np.repeat(np.array(INSTANTS)[:, None], len(base), axis=1)

@@ -127,12 +127,10 @@ class Screen:
         values = np.array([slightly(supermodel, *way) for way in ways])
         grams = local_grams(unknowns, place, gram, (columns, values))
         test = score_test(unknowns, place, grams, len(columns), found.sigma)
-        seen = np.where(test.information > 0.0, test.information, np.inf)
-        shares = -test.score / seen
+        shares = -test.score / np.where(test.information > 0.0, test.information, np.inf)
         # A frequency is what it is or another: no place where records ask for the opposite leads to it.
         opposite = np.array([supermodel.declared[name].unit == "Hz" for _, name, _ in ways]) & (shares <= 0.0)
-        worth = np.where(opposite, 0.0, 0.5 * test.score**2 / seen) - PRICE
-        gains = np.where((test.information > 0.0) & np.isfinite(worth), worth, -np.inf)
+        gains = np.where(opposite & np.isfinite(test.gain), 0.0, test.gain) - PRICE
         found_all = []
         one_sided = [cannot_be_opposite(supermodel, effect, name) for effect, name, _ in ways]
         for i, ((effect, name, weak), value, gain, share) in enumerate(zip(ways, values, gains, shares, strict=True)):

@@ -36,6 +36,13 @@ class ScoreTest(NamedTuple):
     shared: np.ndarray
     own: np.ndarray
 
+    @property
+    def gain(self) -> np.ndarray:
+        """What each is predicted to add to the log likelihood by itself; -inf where slopes say nothing of it."""
+        seen = np.where(self.information > 0.0, self.information, np.inf)
+        gain = 0.5 * self.score**2 / seen
+        return np.where((self.information > 0.0) & np.isfinite(gain), gain, -np.inf)
+
 
 def score_test(unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray) -> ScoreTest:
     """What slopes say of further directions.

@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.candidates import transferred, with_values
 from fibrefit.discovery.engine.effort import FIRST_STARTS, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
-from fibrefit.discovery.engine.priors import BASE_SD, unknowns_of
+from fibrefit.discovery.engine.priors import BASE_SD
 from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.pairs import pruned
@@ -213,17 +213,15 @@ def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> 
     ---
     ``theta_r = reference exp(eta_r)``, ``eta_r ~ N(0, BASE_SD^2)``; the evidence is Laplace's.
     """
-    context = search.context
-    unknowns = unknowns_of(supermodel, context, (), search.inference.reference)
+    unknowns = search.inference.unknowns(supermodel, ())
     held = unknowns.scattering
-    lower, upper = unknowns.lower.copy(), unknowns.upper.copy()
-    lower[held] = upper[held] = 0.0
-    unknowns = replace(unknowns, lower=lower, upper=upper)
+    unknowns = unknowns.holding(held, np.zeros_like(unknowns.lower))
     local = _alone(search, supermodel, transferred(supermodel, constant.supermodel, constant.local))
-    free = replace(unknowns, lower=np.full_like(lower, -np.inf), upper=np.full_like(upper, np.inf))
+    endless = np.full_like(unknowns.lower, np.inf)
+    free = replace(unknowns, lower=-endless, upper=endless)
     eta = free.coordinate(local[:, unknowns.shared])[:, held]
     start = place_of(unknowns, local, eta)
-    start = start._replace(z=np.where(np.isin(np.arange(len(lower)), held), 0.0, start.z))
+    start = start._replace(z=np.where(np.isin(np.arange(len(endless)), held), 0.0, start.z))
     found = mode(unknowns, start, search.inference.secant(supermodel), np.full(len(held), BASE_SD))
     return LaplaceFit((), supermodel, own_evidence(found))
 

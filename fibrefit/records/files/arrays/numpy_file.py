@@ -18,7 +18,7 @@ from fibrefit.records.files.arrays.tree import columns_of_tree
 from fibrefit.records.files.arrays.values import complex_numbers, stamps_in
 from fibrefit.records.files.extras import damage_as_error, json_object
 from fibrefit.records.grammar.phrases import Aside
-from fibrefit.records.options import ReadOptions
+from fibrefit.records.options import ReadOptions, with_unused
 from fibrefit.records.thresholds import HEADER_DEPTH
 
 _MAGIC = b"\x93NUMPY"
@@ -63,7 +63,8 @@ def read_numpy(data: bytes, where: str, options: ReadOptions) -> Raw:
             else:
                 left += [complex_numbers(name)] if array.dtype.kind == "c" else []
                 tree |= _variable(name, array, where)
-    if options.columns and len(tree) == 1:
+    alone = len(tree) == 1
+    if options.columns and alone:
         tree["names"] = list(options.columns)
     try:
         raw = columns_of_tree(tree, [], where, options.wanted)
@@ -74,7 +75,8 @@ def read_numpy(data: bytes, where: str, options: ReadOptions) -> Raw:
         raise DataError(where, left[0], "a real array for each channel", do) from error
     told = [Aside(f"{one}: it is left out.") for one in left]
     told += [Aside(f"Python objects are left out: {', '.join(objects)}.")] if objects else []
-    return replace(raw, layout={"format": "NumPy", **raw.layout}, notes=[*raw.notes, *told])
+    raw = replace(raw, layout={"format": "NumPy", **raw.layout}, notes=[*raw.notes, *told])
+    return with_unused(raw, options, *(["columns"] if alone else []))
 
 
 def _members(data: bytes, allowed: Allowance) -> Iterator[tuple[str, bytes]]:
