@@ -49,8 +49,8 @@ def members() -> Iterator[tuple[str, Any]]:
                 yield f"{name}.{member}", function
 
 
-OF_MANY_FITS = ("batch", "plan", "series_of")
-"""Functions whose examples take as long as those of all others together."""
+OF_MANY_FITS = ("batch", "discover", "plan", "sample", "series_of", "sweep")
+"""Functions whose examples take longer than those of all others together."""
 OTHER_NAMES = ("confuse",)
 """The same functions by a name they had before."""
 MEMBERS = dict(members())

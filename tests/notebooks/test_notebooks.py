@@ -83,10 +83,6 @@ def test_thirty_lines_are_thirty_and_keep_to_the_reference() -> None:
         assert f"autofunction:: {name}\n" in reference, name
 
 
-def test_thirty_lines_run(tmp_path: Path) -> None:
-    carry_out("11_thirty_lines", tmp_path)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(SAYS))
 def test_it_runs(name: str, tmp_path: Path) -> None:

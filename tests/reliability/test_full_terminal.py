@@ -37,7 +37,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "glossary": ("glossary",),
     "doctor": ("doctor",),
 }
-SHORT = ("init", "inspect", "simulate", "effects")
+SHORT = ("init", "inspect", "effects")
 """Those that belong to the fast part."""
 
 

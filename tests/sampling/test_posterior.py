@@ -42,7 +42,7 @@ SURE = 4.0
 @pytest.fixture(scope="module")
 def posterior(small: tuple[Task, np.ndarray]) -> Posterior:
     task, values = small
-    return sample_posterior(task, ChainStart(values), PosteriorRequest(settings=Settings(seed=3)))
+    return sample_posterior(task, ChainStart(values), PosteriorRequest(settings=Settings(seed=3, ess=100.0)))
 
 
 @pytest.fixture(scope="module")

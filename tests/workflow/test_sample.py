@@ -43,7 +43,7 @@ RATIO = (0.5, 1.4)
 
 @pytest.fixture(scope="session")
 def sampled(study: Study, fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Sampled:
-    return fibrefit.sample(study, start=fit, seed=1, checkpoint=tmp_path_factory.mktemp("chains"))
+    return fibrefit.sample(study, start=fit, seed=1, ess=100.0, checkpoint=tmp_path_factory.mktemp("chains"))
 
 
 @pytest.fixture(scope="session")
