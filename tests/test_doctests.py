@@ -49,7 +49,7 @@ def members() -> Iterator[tuple[str, Any]]:
                 yield f"{name}.{member}", function
 
 
-OF_MANY_FITS = ("batch", "discover", "plan", "sample", "series_of", "sweep")
+OF_MANY_FITS = ("batch", "discover", "distinguish", "plan", "predict", "sample", "series_of", "sweep")
 """Functions whose examples take longer than those of all others together."""
 OTHER_NAMES = ("confuse",)
 """The same functions by a name they had before."""

@@ -59,7 +59,7 @@ class Comparison:
     gained : float
         Nats that the parent's effects gained when they were found, the most of any.
     others : int
-        Candidates of which slopes predicted too little to be followed and that do not stand among those found.
+        Candidates that were looked at, led nowhere and do not stand among those found: each might have by chance.
     """
 
     search: Search

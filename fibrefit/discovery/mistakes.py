@@ -49,7 +49,7 @@ def mistaken(search: Search, parent: LaplaceFit) -> Believed | None:
     for i, one in enumerate(found):
         seen, _ = in_time(partial(confirmed, search, parent, one, lead=True), None)
         if seen is not None and seen.gain > NAMED and slopes_tell(seen.search.gap_left(seen.found)):
-            return _believed(Comparison(search, parent, tuple(found)), one, seen)
+            return _believed(Comparison(search, parent, tuple(found), others=len(mistakes) - len(found)), one, seen)
         found[i] = one.with_log(parent.log + (0.0 if seen is None else seen.gain))
     return None
 
@@ -60,7 +60,8 @@ def _believed(comparison: Comparison, one: LaplaceFit, seen: Confirmation) -> Be
     if found.comparison is not comparison:
         return found
     alone = one.with_log(comparison.parent.log + seen.gain)
-    return Believed(replace(comparison, found=(alone,)), alone, seen)
+    others = comparison.others + len(comparison.found) - 1
+    return Believed(replace(comparison, found=(alone,), others=others), alone, seen)
 
 
 def _states(effect: type[Effect]) -> bool:

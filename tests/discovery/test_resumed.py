@@ -108,6 +108,7 @@ def test_fits_are_made_once(task: Task, tmp_path: Path, monkeypatch: pytest.Monk
     assert evidence.call_count == times[0] + 1
 
 
+@pytest.mark.slow
 def test_what_slopes_predict_of_curves_is_found_once(
     task: Task, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -81,6 +81,7 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     assert cost == pytest.approx(np.sum(kept**2) + np.sum(waves**2), rel=0.01)
 
 
+@pytest.mark.slow
 def test_far_from_a_right_model_nothing_counts_once_something_could_not_be_foretold() -> None:
     study = load_study(STUDY)
     study = study.model_copy(update={"records": study.records[-1:]})

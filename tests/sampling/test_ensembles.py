@@ -204,7 +204,8 @@ def kept(file: Path) -> int:
         return len(content["0.points"])
 
 
-@pytest.mark.parametrize("kills", [1, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kills", [1, 10])
 def test_kill_nine_loses_nothing_but_seconds(tmp_path: Path, kills: int) -> None:
     random = np.random.default_rng(kills)
     file, whole, pieces = tmp_path / "chains.npz", tmp_path / "whole.npy", tmp_path / "pieces.npy"

@@ -69,6 +69,7 @@ def test_sixty_millimetres_overturn_near_3_75_hz() -> None:
     assert not curve.branches["up"].overturned[2]
 
 
+@pytest.mark.slow
 def test_preload_moves_the_peak() -> None:
     (curve,) = swept((5.7, 5.9, 6.0, 6.2), ((0.02, 585.0),))
     rest = curve.branches["rest"]

@@ -101,7 +101,12 @@ def test_tables() -> None:
     assert "| noncentrality 60: named by class | >= 50 % | 66.7 % (4 of 6;" in told[4]
     assert by_strength(ALL)[2].startswith("| fibre_mass | 60 | 100.0 % | 66.7 % (4 of 6")
     assert by_noise(ALL, "null")[2].startswith("| fibre_mass | pink |  | ")
-    assert "| sensor.force_delay | fibre_mass | 6 | 4 | 1 | 2 | 0 |" in by_hidden(ALL)[2]
+    assert "| sensor.force_delay | fibre_mass | 6 | 4 | 1 | 2 | 0 |  |" in by_hidden(ALL)[2]
+    assert "| open.curved_gauge | fibre_mass | 1 | 0 | 0 | 0 | 0 | 1 |  |" in by_hidden([KNOWN])[2]
+    slow = replace(GOOD, case="o", seconds=46.0)
+    twice = [slow, replace(GOOD, seconds=45.0)]
+    assert any("within 45 s, driven 120 s | all | 50.0 % (1 of 2;" in line for line in goals(twice))
+    assert any("within twice that | nothing compiled | 100.0 % (1 of 1;" in line for line in goals([slow]))
     assert len(misses(ALL)) == 2 + 7
     assert times(ALL)[2] == "| fibre_mass | null | 2 | 60 | 20 | 60 | 0.5 |"
     assert times([replace(GOOD, memory=math.nan)])[2].endswith("| 60 | not recorded |")

@@ -1,4 +1,4 @@
-"""Takes the record that a plan proposes to tell two effects apart, and a random one of the same cost, and counts.
+"""Takes the record that a plan proposes to tell two effects apart, and a random one that costs no more, and counts.
 
 ``python -m tests.validation.validate_plan --release LABEL --trials 20`` carries out twenty further trials, the pairs in
 turn, and prints the table. Each is a series of slow drops by an independent simulator with one of two effects hidden
@@ -95,7 +95,7 @@ class Outcome:
     release, index, pair : of it
     hidden : the effect that is in the records
     proposed, random : further records in words
-    minutes : cost of each of them
+    minutes : cost of the proposed one; the random one costs no more
     foretold, foretold_random : probability that each tells the rivals apart, as planned
     before, after, after_random : logarithm of the Bayes factor of the true effect over the false one, of the records at
         hand, with the proposed record, and with the random one
@@ -180,9 +180,8 @@ def _told(trial: Trial, bench: Bench, folder: Path) -> dict[str, Any]:
     at_hand = bench.write(folder / "at hand")
     plan = plan_study(load_study(at_hand), Aim("rivals", trial.pair, only=trial.pair))
     (best, minutes), others = plan.further[0], plan.further[1:]
-    nearest = min(abs(cost - minutes) for _, cost in others)
-    alike = [worth for worth, cost in others if abs(cost - minutes) == nearest]
-    chance = alike[int(bench.rng.integers(len(alike)))]
+    affordable = [worth for worth, cost in others if cost <= minutes]
+    chance = affordable[int(bench.rng.integers(len(affordable)))]
     said = {
         id(worth): one.says.partition(" min): ")[0].rpartition(" (")[0]
         for (worth, _), one in zip(plan.further, plan.summary().further, strict=True)
