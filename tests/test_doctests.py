@@ -91,6 +91,7 @@ def test_the_example_is_true(name: str, tmp_path: Path, monkeypatch: pytest.Monk
     assert found.failed == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(EXPLAINED))
 def test_the_example_of_a_method_is_true(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = carried_out(examples_of(EXPLAINED[name], name, given()), tmp_path, monkeypatch)
@@ -107,6 +108,7 @@ def test_a_method_says_what_it_takes_and_returns(name: str) -> None:
     assert "Returns\n---" in said or name == "AnyResult.status"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shown", [Record, SweptCurve])
 def test_the_example_of_a_class_is_true(shown: type, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = carried_out(examples_of(shown, shown.__name__, given()), tmp_path, monkeypatch)

@@ -82,6 +82,7 @@ def test_it_is_found_though_its_deviation_accounts_for_it(
     assert Screen(search.inference, base, slopes).predicted(supermodel, [effect])[effect].gain < NAMED
 
 
+@pytest.mark.slow
 def test_two_of_five_are_found_together(tmp_path: Path) -> None:
     series(tmp_path, 3, (2, 4), 0.005)
     search, base = searched(tmp_path)

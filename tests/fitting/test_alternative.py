@@ -110,6 +110,7 @@ def test_a_law_that_leaves_the_values_as_they_are_fails_no_fit(tmp_path: Path) -
     assert not all(check.passed for check in found.checks)
 
 
+@pytest.mark.slow
 def test_a_sound_fit_is_not_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fibrefit.fitting.identify.best_alternative", lambda *given: pytest.fail("it was asked"))
     assert of_one_drop(tmp_path).status == "ok"

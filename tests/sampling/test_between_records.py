@@ -112,6 +112,7 @@ def test_the_bridge_finds_the_evidence_of_laplace(posterior: Posterior) -> None:
     assert away < SURE * mode.evidence.error + LAPLACE
 
 
+@pytest.mark.slow
 def test_what_slopes_promise_and_no_step_brings_is_no_evidence(
     ready: readiness.Ready, monkeypatch: pytest.MonkeyPatch
 ) -> None:

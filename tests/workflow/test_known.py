@@ -269,6 +269,7 @@ def test_another_variant_of_a_rig_is_refused(tmp_path: Path) -> None:
         predict_study(nothing_known(usual), force)
 
 
+@pytest.mark.slow
 def test_a_free_decay_is_predicted_by_values_that_were_found(tmp_path: Path) -> None:
     """Of a mass that the result had to find, or was told: the records that are predicted need not tell it."""
     rows = laboratory.cart(2.0, 200.0, lambda t: 0.0, (0.06, 0.0))
