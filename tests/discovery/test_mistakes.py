@@ -123,6 +123,15 @@ def test_what_no_time_was_left_to_compare_is_told_alone_with_what_it_gains(monke
     assert found.chosen is found.comparison.found[0]
 
 
+def test_all_mistakes_that_were_led_count_in_the_false_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(monkeypatch, base=1000.0, clock=21.0, inclination=20.0)
+    found = bench.found().comparison
+    assert (len(found.found), found.others) == (2, 1)
+    bench.compared = False
+    alone = bench.found().comparison
+    assert (len(alone.found), alone.others) == (1, 2)
+
+
 def test_a_base_model_without_any_motion_leaves_all_to_the_mistakes(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, base=np.inf, clock=np.inf, inclination=20.0, weight_mass=np.inf)
     assert bench.found().chosen.names == (SLOPE.name,)
