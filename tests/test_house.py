@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.count import BUDGET, Budget, Count, counts
 from tests.tolerances import REASONS
 
 PACKAGE = Path(__file__).resolve().parent.parent / "fibrefit"
@@ -225,6 +226,38 @@ def test_size(modules: list[str]) -> None:
                     # What users call is explained at length; only its code counts.
                     length -= (node.body[0].end_lineno or 0) - node.body[0].lineno + 1
                 assert length <= LONGEST_FUNCTION, f"{module}.{node.name} has {length} lines"
+
+
+def test_no_package_grows() -> None:
+    found = Budget.of(BUDGET.read_text(encoding="utf-8")).exceeded(counts(PACKAGE.parent))
+    assert not found, f"{found}: make it smaller, or say what it bought (python -m tests.count --help)"
+
+
+def test_a_budget_that_rises_says_what_it_bought() -> None:
+    """Against the budget of the last commit that had another one."""
+    call = ["git", "log", "-2", "--format=%H", "--", str(BUDGET)]
+    root, now = PACKAGE.parent, BUDGET.read_text(encoding="utf-8")
+    if not (root / ".git").exists():
+        pytest.skip("not a checkout")
+    for commit in subprocess.run(call, cwd=root, capture_output=True, text=True, check=True).stdout.split():
+        show = ["git", "show", f"{commit}:{BUDGET.relative_to(root).as_posix()}"]
+        before = subprocess.run(show, cwd=root, capture_output=True, text=True, check=True).stdout
+        if before != now:
+            assert not Budget.of(now).unexplained(Budget.of(before))
+            return
+
+
+def test_growth_is_seen_and_has_to_be_explained() -> None:
+    before = Budget({"core": {"files": 2, "code": 50, "single": 3, "numbers": 4}}, [])
+    assert not before.exceeded({"core": Count(2, 900, 50, 9, 3, 9, 4)})
+    assert before.exceeded({"core": Count(2, 90, 51, 9, 3, 9, 4)}) == ["core: code 51, budget 50"]
+    assert len(before.exceeded({"another": Count(1, 9, 5, 1, 1, 1, 1)})) == 4
+    more = before._replace(packages={"core": before.packages["core"] | {"code": 51}})
+    assert more.unexplained(before) == ["core: code from 50 to 51"]
+    reason = {"package": "core", "quantity": "code", "to": 51, "bought": "reads another unit"}
+    assert not more._replace(raised=[reason]).unexplained(before)
+    assert more._replace(raised=[reason | {"bought": " "}]).unexplained(before)
+    assert more._replace(raised=[reason]).unexplained(before._replace(raised=[reason]))
 
 
 @pytest.mark.parametrize("modules", by_floor(set(MODULES) - {"core.roles"}))
