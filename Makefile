@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test test-extras bench bench-series validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
+.PHONY: demo real test test-extras bench bench-series same validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
         validate-population validate-plan lint format schemas docs notebooks dist release-check clean
 
 demo: .venv/installed
@@ -28,6 +28,12 @@ bench: .venv/installed-bench
 FOLDER ?= results/bench_series
 bench-series: .venv/installed-bench
 	$(RUN) -m tests.validation.validate_batch $(FOLDER) --workers 40 $(ARGS)
+
+# Whether this checkout gives the results of an earlier revision to the last bit: the demo, every config, a batch of forty
+# and, with PRACTICE=folder, the search of each series there. ARGS="--only fit" takes fewer; it goes on where it was stopped.
+BEFORE ?= HEAD
+same: .venv/installed-test
+	$(RUN) -m tests.validation.same_results since $(BEFORE) $(if $(PRACTICE),--practice $(PRACTICE)) $(ARGS)
 
 validate: .venv/installed-bench
 	$(RUN) -m pytest -s -m 'slow or not slow' tests/validation tests/reliability

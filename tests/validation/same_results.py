@@ -2,16 +2,18 @@
 
 ::
 
-    python -m tests.validation.same_results keep BEFORE --tree ../checkout-of-before --practice FOLDER
-    python -m tests.validation.same_results keep AFTER --practice FOLDER
-    python -m tests.validation.same_results compare BEFORE AFTER
+    make same BEFORE=revision PRACTICE=folder
+    python -m tests.validation.same_results keep FOLDER --tree ../another-checkout --practice FOLDER
+    python -m tests.validation.same_results compare FOLDER ANOTHER
 
-``keep`` computes one case after another and keeps each as soon as it is done, so that it may be stopped at any time and
-called again: what that very state of the code has computed is not computed again. ``--only WORD`` takes the cases whose
-name holds the word, ``--seconds`` begins no further case after that time, ``--list`` names them. Cases are what
-``make demo`` computes, the studies under ``configs/``, and of each series below ``--practice`` the search for what its
-model lacks; further studies can be named. ``compare`` computes nothing. Numbers, names and verdicts of ``summary.json``
-and the arrays of ``result.h5`` are compared; sentences may differ.
+``since``, which ``make same`` calls, keeps the results of an earlier revision and those of this checkout below
+``results/same``, each state of the code in a folder named by its digest, and compares them. ``keep`` computes one
+case after another and keeps each as soon as it is done, so that it may be stopped at any time and called again: what
+that very state of the code has computed is not computed again. ``--only WORD`` takes the cases whose name holds the
+word, ``--seconds`` begins no further case after that time, ``--list`` names them. Cases are what ``make demo``
+computes, its posterior, the studies under ``configs/``, a batch of forty made drops, and of each series below
+``--practice`` the search for what its model lacks; further studies can be named. ``compare`` computes nothing.
+Numbers, names and verdicts of ``summary.json`` and the arrays of ``result.h5`` are compared; sentences may differ.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from tests.validation.many_records import make
+
 ROOT = Path(__file__).resolve().parents[2]
 
 #: What is written for a person, or tells of the run and not of the result.
@@ -39,6 +43,8 @@ WORDS = frozenset(
 )
 #: Exit codes of a command that has a result: 5 where its checks failed.
 ENDED = (0, 5)
+FORTY = "forty made drops"
+"""Study of a batch whose records are made where it is computed, always the same."""
 
 
 class Case(NamedTuple):
@@ -66,7 +72,7 @@ class Case(NamedTuple):
 def cases(practice: Path | None, others: list[str], command: str) -> list[Case]:
     """``make demo``, the studies of the configs, the practice series and what else is named."""
     demo = "configs/drop_series/study.toml"
-    found = [Case.of("fit", demo, "demo")]
+    found = [Case.of("fit", demo, "demo"), Case.of("sample", demo, "demo"), Case.of("batch", FORTY, "forty")]
     for file in sorted((ROOT / "configs").glob("*/study.toml")):
         study = file.relative_to(ROOT).as_posix()
         measured = any(path.suffix == ".csv" for path in file.parent.iterdir())
@@ -82,7 +88,11 @@ def cases(practice: Path | None, others: list[str], command: str) -> list[Case]:
 def computed(case: Case, tree: Path, seed: int) -> dict[str, Any]:
     """Results of a case by the code of a checkout, in a process of its own; the refusal where there are none."""
     with tempfile.TemporaryDirectory() as folder:
-        call = [sys.executable, "-m", "fibrefit", case.command, case.study, "--json", "-q", "--figures", "none"]
+        study = case.study
+        if study == FORTY:
+            study = f"{folder}/forty"
+            make(Path(study), 40, seed=0)
+        call = [sys.executable, "-m", "fibrefit", case.command, study, "--json", "-q", "--figures", "none"]
         call += ["--seed", str(seed), "--out", f"{folder}/result"]
         if case.command == "discover":
             call += ["--time", "86400"]  # what a search comes to must not depend on how quick the machine is
@@ -182,6 +192,21 @@ def compare(before: Path, after: Path, word: str) -> int:
     return changed
 
 
+def since(revision: str, wanted: list[Case], seed: int) -> int:
+    """Keep what a revision and this checkout give, and compare; how many cases differ or were not computed."""
+    with tempfile.TemporaryDirectory() as place:
+        tree = Path(place) / "before"
+        subprocess.run(["git", "worktree", "add", "--detach", str(tree), revision], cwd=ROOT, check=True)
+        try:
+            folders = [ROOT / "results" / "same" / state_of(one) for one in (tree, ROOT)]
+            for folder, one in zip(folders, (tree, ROOT), strict=True):
+                print(f"{one}: results in {folder}", flush=True)
+                keep(folder, wanted, one, seed, float("inf"))
+        finally:
+            subprocess.run(["git", "worktree", "remove", "--force", str(tree)], cwd=ROOT, check=True)
+    return sum(compare(*folders, f"{case.name}.json") for case in wanted)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Keep or compare; the exit code is the number of cases that differ or were not computed, at most 100."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -198,7 +223,12 @@ def main(arguments: list[str] | None = None) -> int:
     compares = kinds.add_parser("compare", help="compare what is kept")
     compares.add_argument("before", type=Path)
     compares.add_argument("after", type=Path)
-    for kind in (keeps, compares):
+    both = kinds.add_parser("since", help="keep an earlier revision's and this checkout's, and compare")
+    both.add_argument("revision")
+    both.add_argument("--practice", type=Path, metavar="FOLDER", help="with one series a folder")
+    both.add_argument("--seed", type=int, default=0)
+    both.set_defaults(studies=[], command="fit", list=False)
+    for kind in (keeps, compares, both):
         kind.add_argument("--only", default="", metavar="WORD", help="cases whose name holds it")
     wanted = parser.parse_args(arguments)
     if wanted.do == "compare":
@@ -207,6 +237,8 @@ def main(arguments: list[str] | None = None) -> int:
     if wanted.list:
         print(*(case.name for case in chosen), sep="\n")
         return 0
+    if wanted.do == "since":
+        return min(since(wanted.revision, chosen, wanted.seed), 100)
     return min(keep(wanted.folder, chosen, wanted.tree.resolve(), wanted.seed, wanted.seconds), 100)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +63,39 @@ def test_it_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Mon
     assert len(asked) == len(set(asked)) == number
     monkeypatch.setattr(same_results, "state_of", lambda tree: "another")
     assert main(["keep", after, "--only", "demo"]) == 0
-    assert asked.count("fit-demo") == 2
+    assert asked.count("fit-demo") == asked.count("sample-demo") == 2
     assert main(["compare", before, after, "--only", "demo"]) == 0
-    assert main(["compare", before, after]) == number - 1
+    assert main(["compare", before, after]) == number - 2
+
+
+def test_an_earlier_revision_is_computed_by_its_own_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each state once, from a checkout that is gone afterwards."""
+
+    def git(*words: str) -> str:
+        call = ["git", "-c", "user.name=a", "-c", "user.email=a@b.c", *words]
+        return subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+    file = tmp_path / "fibrefit" / "a.py"
+    file.parent.mkdir()
+    (tmp_path / ".gitignore").write_text("results\n")
+    git("init")
+    for value in ("1.0", "2.0"):
+        file.write_text(value)
+        git("add", ".")
+        git("commit", "-m", value)
+    trees: list[Path] = []
+
+    def computed(case: Case, tree: Path, seed: int) -> dict[str, Any]:
+        trees.append(tree)
+        return {"summary": {"value": float((tree / "fibrefit" / "a.py").read_text())}, "arrays": {}}
+
+    monkeypatch.setattr(same_results, "ROOT", tmp_path)
+    monkeypatch.setattr(same_results, "computed", computed)
+    assert main(["since", "HEAD", "--only", "fit-demo"]) == 0
+    assert main(["since", "HEAD~1", "--only", "fit-demo"]) == 1
+    assert len(trees) == 2
+    assert not any(tree.exists() for tree in trees if tree != tmp_path)
+    assert len(git("worktree", "list").splitlines()) == 1
 
 
 def test_a_difference_is_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
