@@ -26,7 +26,7 @@ from fibrefit.discovery.engine.thresholds import (
 from fibrefit.discovery.search.inputs import Confirmation, confirmed
 from fibrefit.discovery.search.starts import searched_for
 from fibrefit.study.summaries.discovery import Candidate
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 
 LISTED = 8
 """Candidates whose parameters are shown with errors."""

@@ -38,7 +38,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
-from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
+from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary
 
 CONVERGED = "convergence"
 COMPLETION = "completion"

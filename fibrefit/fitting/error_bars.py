@@ -13,7 +13,7 @@ from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.problem.statement.belief import Belief
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 
 
 def error_bars(problem: Problem, scores: uncertainty.Scores, rate: float) -> ErrorBars:

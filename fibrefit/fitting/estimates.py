@@ -14,7 +14,7 @@ from fibrefit.problem.estimate.population import quantiles
 from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary
+from fibrefit.study.summaries.results import BetweenRecordsSummary
 
 NOT_ARRIVED = "convergence of the solver"
 """Quantity of the check that fails where an estimate is not quite at its minimum."""

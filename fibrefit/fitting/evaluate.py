@@ -13,7 +13,7 @@ from fibrefit.problem.noise.spectrum import unbroken
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.rest import rests
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.results import ChannelGap
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import ChannelGap, ParameterSummary
+from fibrefit.study.summaries.results import ChannelGap, ParameterSummary
 
 Stop = Callable[[], bool]
 Width = Callable[[], np.ndarray]

@@ -33,7 +33,7 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import InputErrorSummary
+from fibrefit.study.summaries.results import InputErrorSummary
 
 NOT_COMPARED = Why("not_converged")
 

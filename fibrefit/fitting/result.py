@@ -17,7 +17,7 @@ from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check, Status, status_by
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap, InputErrorSummary, ParameterSummary
+from fibrefit.study.summaries.results import BetweenRecordsSummary, ChannelGap, InputErrorSummary, ParameterSummary
 
 
 class Estimate(NamedTuple):

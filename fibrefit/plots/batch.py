@@ -29,7 +29,8 @@ from fibrefit.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, Measure
+    from fibrefit.study.summaries.part import Measure
+    from fibrefit.study.summaries.series import BatchItem, BatchSummary
 
 ROW = 30.0
 """Height of a parameter, in mm: five of them and the gap stand on a page."""

@@ -14,8 +14,8 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.records import BAND, Compared, crop
 from fibrefit.plots.spectrum import spectrum_of_channel
 from fibrefit.plots.style import FIRST, MEASURED, PALE, PLACE, SIMULATED, SMALL, label, legend, stacked_figure, title
-from fibrefit.study.summaries.arrays import Array
 from fibrefit.study.summaries.discovery import GapPlace
+from fibrefit.study.summaries.part import Array
 
 TALL, LOW = 32.0, 22.0
 """Heights in mm of readings and residuals: the smaller signal has the smaller room."""

@@ -15,7 +15,7 @@ from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
 from fibrefit.problem.statement.equilibration import correlation_matrix
 from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 
 METHODS = {
     "white": "white (i.i.d.) noise",

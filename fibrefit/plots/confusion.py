@@ -12,7 +12,7 @@ from fibrefit.plots.figures import Figures
 from fibrefit.plots.style import in_own_style
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.design import DistinguishSummary
+    from fibrefit.study.summaries.discovery import DistinguishSummary
 
 
 @in_own_style

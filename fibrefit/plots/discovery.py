@@ -16,8 +16,8 @@ from fibrefit.plots.places import places_figure
 from fibrefit.plots.spectrum import spectrum_figure
 from fibrefit.plots.states import has_fibre_map, map_figure, states_figure
 from fibrefit.plots.style import in_own_style
-from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
+from fibrefit.study.summaries.part import Groups
 
 MOST_RECORDS = 12
 """Records that get a figure of their own: those the first model explains worst."""

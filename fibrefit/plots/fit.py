@@ -14,8 +14,8 @@ from fibrefit.plots.records import Compared, compared_figure
 from fibrefit.plots.snaps import snap_figures
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import in_own_style
-from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.study.summaries.part import Groups
+from fibrefit.study.summaries.results import FitSummary
 
 OVERVIEW = "overview"
 

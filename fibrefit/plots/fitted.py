@@ -8,9 +8,9 @@ import numpy as np
 
 from fibrefit.core.roles import HELD, REST
 from fibrefit.plots.records import Compared
-from fibrefit.study.summaries.arrays import AXES, Groups, conditions_text
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.study.summaries.summaries import FitResultSummary, Gap
+from fibrefit.study.summaries.part import AXES, Groups, conditions_text
+from fibrefit.study.summaries.results import FitResultSummary, Gap
 
 MARGIN = 0.15
 """Rest that is shown on either side of a motion, as a share of it."""

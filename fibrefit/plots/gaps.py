@@ -30,7 +30,7 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
-from fibrefit.study.summaries.summaries import Gap
+from fibrefit.study.summaries.results import Gap
 
 ROW, BETWEEN = 5.0, 6.0
 """Height of a record, two lines of small text, and room between channels for the end of a number, in mm."""

@@ -37,7 +37,7 @@ from fibrefit.plots.style import (
 )
 from fibrefit.study.summaries.check import lacking, leaves_more
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.study.summaries.summaries import FitResultSummary, ParameterSummary
+from fibrefit.study.summaries.results import FitResultSummary, ParameterSummary
 
 LEFT, RIGHT, TOP, BOTTOM = 15.0, 4.0, 27.0, 6.0
 """Margins in mm: above there is room for the verdict, what explains it, and the legend."""

@@ -28,8 +28,8 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
-from fibrefit.study.summaries.arrays import Array
 from fibrefit.study.summaries.discovery import GapPlace
+from fibrefit.study.summaries.part import Array
 
 ROW, LEAST_ROWS = 8.0, 4
 """Height of a record in mm, and rows there is room for at least: the phases beside them have as many."""

@@ -25,7 +25,7 @@ from fibrefit.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
+    from fibrefit.study.summaries.discovery import FurtherRecord, PlanSummary
 
 MOST = 12
 """Records that are drawn, the most useful first."""

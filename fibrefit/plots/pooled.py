@@ -32,12 +32,10 @@ from fibrefit.plots.style import (
 )
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
-from fibrefit.study.summaries.pooled import speed_name
+from fibrefit.study.summaries.series import speed_name
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
-    from fibrefit.study.summaries.series import SeriesRecord
-    from fibrefit.study.summaries.summaries import BatchItem
+    from fibrefit.study.summaries.series import BatchItem, PopulationSummary, SeriesRecord, TrendSummary
 
 LEFT, BOTTOM, ACROSS, UP = 17.0, 13.0, 17.0, 15.0
 """Margins for names of records in two lines, and room between panels for the label of the next, in mm."""

@@ -13,8 +13,8 @@ from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.overlay import PriorCurve, overlay_figure
 from fibrefit.plots.style import in_own_style
 from fibrefit.plots.traces import Way, traces_figure
-from fibrefit.study.summaries.arrays import Array, Groups
-from fibrefit.study.summaries.summaries import PosteriorParameter, PosteriorSummary
+from fibrefit.study.summaries.part import Array, Groups
+from fibrefit.study.summaries.results import PosteriorParameter, PosteriorSummary
 
 MOST_VALUES = 10
 """Values in a corner plot, unless they are named: more cannot be read."""

@@ -7,8 +7,7 @@ import numpy as np
 from fibrefit.plots.bands import Banded, bands_figure
 from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.style import in_own_style
-from fibrefit.study.summaries.arrays import AXES, Groups
-from fibrefit.study.summaries.part import Z_95
+from fibrefit.study.summaries.part import AXES, Z_95, Groups
 
 
 @in_own_style

@@ -7,7 +7,7 @@ import numpy as np
 from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.records import Compared, compared_figure
 from fibrefit.plots.style import in_own_style
-from fibrefit.study.summaries.arrays import Groups
+from fibrefit.study.summaries.part import Groups
 
 
 @in_own_style

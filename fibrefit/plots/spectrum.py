@@ -25,7 +25,7 @@ from fibrefit.plots.style import (
     stacked_figure,
     title,
 )
-from fibrefit.study.summaries.arrays import Array
+from fibrefit.study.summaries.part import Array
 
 HEIGHT = 46.0
 """Of a channel, in mm: four of them stand on a page."""

@@ -26,7 +26,7 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
-from fibrefit.study.summaries.arrays import Array
+from fibrefit.study.summaries.part import Array
 
 LEFT, BETWEEN = 14.0, 6.0
 """Room for the numbers of the starts, and between panels for the end of a number, in mm."""

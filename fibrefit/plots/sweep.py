@@ -27,8 +27,8 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.series.marks import Extremes, jumps, ranges
-from fibrefit.study.summaries.arrays import Array, Groups
-from fibrefit.study.summaries.sweep import CurveSummary, SweepSummary
+from fibrefit.study.summaries.part import Array, Groups
+from fibrefit.study.summaries.results import CurveSummary, SweepSummary
 
 CHANNELS = ("angle", "force_1", "force_2")
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from fibrefit.study.summaries.part import Part
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.design import DistinguishSummary
-    from fibrefit.study.summaries.summaries import BatchSummary
+    from fibrefit.study.summaries.discovery import DistinguishSummary
+    from fibrefit.study.summaries.series import BatchSummary
 
 REPORTS = {
     "FitSummary": "text.fit_report",

@@ -11,7 +11,8 @@ from fibrefit.report.layout import decimals_of, items, paragraph, section, table
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.sentences.thresholds import SCATTERS_MORE
 from fibrefit.report.text import LONGEST_NAME, with_error
-from fibrefit.study.summaries.summaries import BatchSummary, ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
+from fibrefit.study.summaries.series import BatchSummary
 
 MOST_NAMED = 5
 """Items named in a sentence; the others are counted."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from fibrefit.core.shown import in_words
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, shortened_names
 from fibrefit.study.summaries.check import OTHERWISE, Check
-from fibrefit.study.summaries.summaries import RecordSummary
+from fibrefit.study.summaries.results import RecordSummary
 
 GLOSSARY = "Terms: fibrefit glossary."
 """Last line of the reports."""

@@ -8,8 +8,7 @@ from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH
 from fibrefit.report.sentences.thresholds import CONFOUNDED
-from fibrefit.study.summaries.design import DistinguishSummary
-from fibrefit.study.summaries.discovery import Detectable
+from fibrefit.study.summaries.discovery import Detectable, DistinguishSummary
 
 MOST_PAIRS = 12
 

@@ -48,7 +48,7 @@ from fibrefit.study.summaries.discovery import (
     ProposedLawSummary,
     listed,
 )
-from fibrefit.study.summaries.summaries import Gap, ParameterSummary
+from fibrefit.study.summaries.results import Gap, ParameterSummary
 
 MOST_CANDIDATES = 6
 """Candidates of a round that are listed; the rest are counted."""

@@ -8,7 +8,7 @@ from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH, items, numbered, paragraph, section, shortened, table, titled
 from fibrefit.report.sentences.discovery import shown_condition, shown_probability
 from fibrefit.rigs.thresholds import FARTHER
-from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
+from fibrefit.study.summaries.discovery import FurtherRecord, PlanSummary
 
 MOST = 6
 """Records that are described; all are in the summary."""

@@ -9,7 +9,7 @@ from fibrefit.report.layout import decimals_of, items, table
 from fibrefit.report.text import quantity_text
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import BY_ORDER
-from fibrefit.study.summaries.pooled import PopulationSummary, TrendSummary
+from fibrefit.study.summaries.series import PopulationSummary, TrendSummary
 
 MOST_TRENDS = 6
 

@@ -14,9 +14,8 @@ from fibrefit.report.sentences.alike import between_sentence
 from fibrefit.report.text import alike_in_digits, rows_of, with_error
 from fibrefit.sampling.thresholds import DECISIVE, PARETO_K, PRIOR_MATTERS
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
-from fibrefit.study.summaries.summaries import PosteriorParameter, PosteriorSummary
+from fibrefit.study.summaries.results import ComparedModel, PosteriorParameter, PosteriorSummary
 
 VERDICTS = {
     "ok": "The chains converged and every check passed: this posterior can be believed as far as its model can.",

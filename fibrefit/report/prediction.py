@@ -14,8 +14,7 @@ from fibrefit.report.text import (
     parameter_row,
     population_sentence,
 )
-from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary, PredictedChannel, PredictionSummary
 
 EXPECTED = (
     "Expected: what noise, what the model lacked in the fit, and the error bars of the values come to together. "

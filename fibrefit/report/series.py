@@ -7,8 +7,8 @@ from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines
 from fibrefit.report.text import MOST_RECORDS, quantity_text, with_error
+from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import ParameterSummary
 
 MODELS = {
     "constant": "constant parameters",

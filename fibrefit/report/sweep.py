@@ -5,7 +5,7 @@ from __future__ import annotations
 from fibrefit.core.units import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import items, paragraph, section, table, titled
-from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, SweepSummary
+from fibrefit.study.summaries.results import BranchSummary, CurveSummary, SweepSummary
 
 BRANCHES = {"rest": "from rest", "up": "sweep up", "down": "sweep down"}
 #: What the columns hold.

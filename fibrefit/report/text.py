@@ -26,7 +26,7 @@ from fibrefit.report.sentences.alike import between_sentence, taken_alike_senten
 from fibrefit.report.sentences.minima import multistart_sentence
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
 from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
-from fibrefit.study.summaries.summaries import (
+from fibrefit.study.summaries.results import (
     ChannelGap,
     ConditionSummary,
     FitResultSummary,

@@ -27,7 +27,7 @@ from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.random_effects import Conditional, Mixture, RandomEffects, drawn_deviations
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.task import Task
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary
+from fibrefit.study.summaries.results import BetweenRecordsSummary
 
 LIGHT = 1e-6
 """Weight of a point of the grid, as a share of the largest, below which it is left out of the density."""

@@ -20,7 +20,7 @@ from fibrefit.sampling.settings import Settings
 from fibrefit.sampling.target import Target
 from fibrefit.sampling.thresholds import GAINED
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap
+from fibrefit.study.summaries.results import BetweenRecordsSummary, ChannelGap
 
 INTERVAL_KIND = "equal_tailed"
 

@@ -27,7 +27,7 @@ from fibrefit.sampling.posterior import Posterior, marginals
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, Ready, coordinates_of, prepare
 from fibrefit.sampling.settings import Settings
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ChannelGap
+from fibrefit.study.summaries.results import BetweenRecordsSummary, ChannelGap
 
 if TYPE_CHECKING:
     from fibrefit.study.parameters import PriorSetting

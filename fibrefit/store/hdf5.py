@@ -15,7 +15,7 @@ from fibrefit.core import allowance
 from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import is_plain_file, write_whole
-from fibrefit.study.summaries.summaries import Provenance
+from fibrefit.study.summaries.results import Provenance
 
 if TYPE_CHECKING:
     import h5py  # where a file is written or read; who only names arrays does without

@@ -20,7 +20,7 @@ from fibrefit.core.paths import (
 )
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import Provenance
+from fibrefit.study.summaries.results import Provenance
 
 NAME = "summary.json"
 LARGEST_SUMMARY = 1 << 27
@@ -35,7 +35,7 @@ def write_summary(folder: Path, summary: Part) -> Path:
     folder : pathlib.Path
         Folder of the result.
     summary : Part
-        One of the models of `fibrefit.study.summaries.summaries`.
+        One of the models of `fibrefit.study.summaries.results`.
     """
     path = folder / NAME
     write_whole(path, summary.model_dump_json(by_alias=True, indent=1) + "\n")

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
+from fibrefit.study.summaries.discovery import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.part import Z_95, Part
+from fibrefit.study.summaries.results import SweepSummary
 from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.sweep import SweepSummary
 from fibrefit.tables.frames import COLUMNS, parameter_frame
 
 

@@ -16,9 +16,8 @@ from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.thresholds import PARETO_K
 from fibrefit.store import read_result, read_summary, sha256_of
 from fibrefit.study import Study
-from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
-from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.study.summaries.results import ComparedModel, PosteriorSummary
 from fibrefit.workflow.groups_in_common import observed_group
 
 FEWEST_BLOCKS = 2

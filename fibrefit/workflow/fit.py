@@ -19,7 +19,7 @@ from fibrefit.problem.task import Task
 from fibrefit.records import Record
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.summaries.summaries import FitSummary, ParameterSummary
+from fibrefit.study.summaries.results import FitSummary, ParameterSummary
 from fibrefit.workflow.fit_files import fit_groups, fit_summary
 from fibrefit.workflow.prediction.predicts import Predicts
 from fibrefit.workflow.prepare import read_records, task_of, task_to_fit

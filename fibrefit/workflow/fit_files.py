@@ -28,7 +28,7 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import MOST_MINIMA
-from fibrefit.study.summaries.summaries import (
+from fibrefit.study.summaries.results import (
     Basin,
     ChannelGap,
     ConditionSummary,
@@ -40,7 +40,7 @@ from fibrefit.study.summaries.summaries import (
     StartsSummary,
     StatisticsSummary,
 )
-from fibrefit.study.summaries.summaries import Gap as GapSummary
+from fibrefit.study.summaries.results import Gap as GapSummary
 from fibrefit.workflow.groups_in_common import (
     conditions_group,
     motion_group,

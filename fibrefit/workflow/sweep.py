@@ -22,7 +22,7 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import status_by
-from fibrefit.study.summaries.sweep import SweepSummary
+from fibrefit.study.summaries.results import SweepSummary
 from fibrefit.workflow.prepare import model_of, refuse_places
 from fibrefit.workflow.saved import FoundResult
 from fibrefit.workflow.sweep_summary import curve_summary, sweep_checks

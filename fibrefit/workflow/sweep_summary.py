@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.series.marks import jumps, ranges
 from fibrefit.series.sweep import Branch, SweptCurve
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.sweep import BranchSummary, CurveSummary, JumpSummary, PeakSummary
+from fibrefit.study.summaries.results import BranchSummary, CurveSummary, JumpSummary, PeakSummary
 from fibrefit.workflow.thresholds import LOCATED
 
 

@@ -9,7 +9,7 @@ import pytest
 from fibrefit.cli.choosing import ask_candidate, distinct_names, listed_steps
 from fibrefit.cli.terminal import Terminal
 from fibrefit.study.summaries.discovery import Candidate
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 
 VISCOUS, DRAG, DELAY = "guide.viscous_friction", "guide.quadratic_drag", "sensor.force_delay"
 VALUES = {

@@ -11,7 +11,7 @@ import pytest
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import load_study
 from fibrefit.study.schemas import schemas
-from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.study.summaries.results import FitSummary
 from tests.cli.conftest import Run
 
 #: Stiffness [N/m] of the fibre in the demonstration record, from a fit of the whole series it belongs to,

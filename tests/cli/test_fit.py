@@ -12,7 +12,7 @@ from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.study.summaries.results import FitSummary
 from tests.cli.conftest import Run
 from tests.study.test_summaries import FIT
 

@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.store import ResultDirectory
 from fibrefit.study import Study
-from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.study.summaries.results import PosteriorSummary
 from fibrefit.workflow.sampling import sample
 from fibrefit.workflow.sampling.start import CHAINS
 from tests.cli.conftest import Run

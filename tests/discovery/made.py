@@ -22,7 +22,7 @@ from fibrefit.problem.diagnose.phases import Motion
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Candidate, FreeCurve, GapPlace, HeldOut, Round, Unexplained
-from fibrefit.study.summaries.summaries import ChannelGap, ParameterSummary
+from fibrefit.study.summaries.results import ChannelGap, ParameterSummary
 
 RELEASE = 0.12
 BASE = {"stiffness": 2.2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1.5e-4, "release": RELEASE}

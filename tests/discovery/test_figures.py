@@ -21,7 +21,7 @@ from fibrefit.plots.style import FINAL, LONGEST_BESIDE_AXES, caption_of
 from fibrefit.problem.task import Task
 from fibrefit.report.discovery import discovery_report
 from fibrefit.report.page.common import gaps_table
-from fibrefit.study.summaries.summaries import ChannelGap, Gap
+from fibrefit.study.summaries.results import ChannelGap, Gap
 from fibrefit.workflow.groups_in_common import motion_group
 from tests.discovery.made import CURVES, FINDINGS, WHERE, identified, named
 from tests.plots.saved import drawn_search, fitted_of, saved_search

@@ -51,7 +51,7 @@ from fibrefit.problem.noise.blocks import BLOCK, BlockFilter
 from fibrefit.problem.task import Task
 from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record
-from fibrefit.study.summaries.design import PlanSummary
+from fibrefit.study.summaries.discovery import PlanSummary
 from fibrefit.study.summaries.files import summary_of
 from fibrefit.workflow.design import plan as workflow
 from fibrefit.workflow.design import rivals as at_hand

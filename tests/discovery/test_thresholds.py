@@ -28,7 +28,7 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Detectable
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.results import ChannelGap
 from fibrefit.workflow.design import distinguish as limits
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in

@@ -26,7 +26,7 @@ from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence, weakness_sentence
 from fibrefit.simulation.model import Experiment
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
+from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
 CHANNELS = ("force", "position")

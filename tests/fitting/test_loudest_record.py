@@ -15,7 +15,7 @@ from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import Check, status_by
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.results import ChannelGap
 
 RATE = 2000.0
 WHITE = Noise(2.0 / RATE, 0.0, 0.0, 1000)

@@ -15,7 +15,7 @@ from fibrefit.problem.statement.layout import Slot
 from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import status_by
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.results import ChannelGap
 
 TRUTH = 2.0
 POSITIVE = Range(0.0, np.inf, 1.0)

@@ -37,7 +37,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.transform import Range
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.summaries import ChannelGap, InputErrorSummary
+from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts

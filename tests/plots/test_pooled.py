@@ -11,8 +11,8 @@ from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
 from fibrefit.report.pooled import population_rows
 from fibrefit.series.trends import BY_ORDER
-from fibrefit.study.summaries.pooled import OutlierSummary, PopulationSummary, TrendSummary
-from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
+from fibrefit.study.summaries.series import BatchItem, BatchSummary, OutlierSummary, PopulationSummary, TrendSummary
 from fibrefit.workflow.together.pooled import quantities_of
 
 RECORDS = ("slow.csv", "middle.csv", "fast.csv")

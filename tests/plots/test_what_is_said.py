@@ -21,7 +21,7 @@ from fibrefit.plots.traces import Way, traces_figure
 from fibrefit.report.text import ERROR_METHODS
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.discovery import DiscoverySummary
-from fibrefit.study.summaries.summaries import Gap, ParameterSummary
+from fibrefit.study.summaries.results import Gap, ParameterSummary
 from tests.study.test_summaries import EXAMPLES
 
 GRID = ("record", "sample")

@@ -21,7 +21,7 @@ from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
 from fibrefit.study.summaries.check import status_by
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.results import ChannelGap
 from fibrefit.workflow.prepare import read_records, task_of
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"

@@ -7,7 +7,8 @@ import numpy as np
 from fibrefit.report.page import Illustration, Result
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries import discovery as d
-from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import results as s
+from fibrefit.study.summaries import series
 from tests.study.test_summaries import CANDIDATE, CHECK, FIT, GAP, PROVENANCE
 
 COUNT, RATE = 6000, 2000.0
@@ -125,13 +126,13 @@ def batch(number: int = 200) -> Result:
         )
         status = "suspect" if i % 10 == 0 else "ok"
         gap = 1.5 if i % 10 == 0 else float(rng.uniform(0.9, 1.1))
-        items[f"run_{i}"] = s.BatchItem(
+        items[f"run_{i}"] = series.BatchItem(
             status=status, parameters={"stiffness": stiffness}, gap=gap, result=f"items/run_{i}",
             lacks=("residual size",) if i % 50 == 1 else (), conditions={"lift [m]": 0.005 * (1 + (i - 1) % 4)},
         )  # fmt: skip
     last = {"lift [m]": 0.005 * (1 + (number - 1) % 4)}
-    items[f"run_{number}"] = s.BatchItem(error="run.csv: no column for the force.", conditions=last)
-    summary = s.BatchSummary(status="suspect", name="many", items=items, checks=(CHECK,), provenance=PROVENANCE)
+    items[f"run_{number}"] = series.BatchItem(error="run.csv: no column for the force.", conditions=last)
+    summary = series.BatchSummary(status="suspect", name="many", items=items, checks=(CHECK,), provenance=PROVENANCE)
     return Result("results/many", summary, link="many")
 
 

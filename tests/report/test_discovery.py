@@ -15,7 +15,7 @@ from fibrefit.report.discovery import (
 )
 from fibrefit.report.layout import WIDTH, shortened
 from fibrefit.study.summaries import discovery as d
-from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import results as s
 from fibrefit.study.summaries.discovery import listed
 from tests.report.test_text import suspect
 from tests.study.test_summaries import EXAMPLES, GAP, STIFFNESS

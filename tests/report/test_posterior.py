@@ -11,7 +11,7 @@ from fibrefit.fitting.advice import SIGNS_OF_LACK
 from fibrefit.fitting.checks import CONVERGED, EXPLAINED
 from fibrefit.report.layout import WIDTH
 from fibrefit.report.posterior import REMEDIES, posterior_advice, posterior_report
-from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import results as s
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.fit_files import DETERMINED
 from tests.study.test_summaries import EXAMPLES

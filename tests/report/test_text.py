@@ -31,11 +31,10 @@ from fibrefit.report.text import (
     quantity_text,
     with_error,
 )
-from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import results as s
 from fibrefit.study.summaries.check import SIZE, Check
-from fibrefit.study.summaries.pooled import TrendSummary
-from fibrefit.study.summaries.prediction import PredictedChannel
-from fibrefit.study.summaries.summaries import InputErrorSummary
+from fibrefit.study.summaries.results import InputErrorSummary, PredictedChannel
+from fibrefit.study.summaries.series import TrendSummary
 from fibrefit.workflow.fit_files import starts_summary
 from tests.study.test_summaries import CONDITIONS, EXAMPLES, FIT, GAP
 

@@ -10,7 +10,7 @@ import pytest
 from fibrefit.report import batch, confusion, text
 from fibrefit.report.sentences import alike, discovery, posterior, thresholds
 from fibrefit.study.summaries.discovery import Separation, Weight
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary, ParameterSummary
+from fibrefit.study.summaries.results import BetweenRecordsSummary, ParameterSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 

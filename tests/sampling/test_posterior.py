@@ -29,7 +29,7 @@ from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of
 from fibrefit.sampling.sample import _gap, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.hdf5 import read_result, write_result
-from fibrefit.study.summaries.summaries import ChannelGap, Provenance
+from fibrefit.study.summaries.results import ChannelGap, Provenance
 from fibrefit.workflow.sampling.groups import posterior_groups
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 

@@ -21,8 +21,8 @@ from fibrefit.sampling.mode import mode as search
 from fibrefit.sampling.mode import modes as found_modes
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
-from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.results import ComparedModel
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 

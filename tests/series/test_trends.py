@@ -11,7 +11,7 @@ import pytest
 
 from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.series.trends import Quantity, Trend, nearest_line, trend_of, trends
-from fibrefit.study.summaries.pooled import TrendSummary
+from fibrefit.study.summaries.series import TrendSummary
 
 NUMBER = 30
 NAMES = [f"record {n}" for n in range(NUMBER)]

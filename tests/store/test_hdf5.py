@@ -12,7 +12,7 @@ import xarray
 from fibrefit.core import allowance
 from fibrefit.core.errors import DataError
 from fibrefit.store import Variable, read_result, write_result
-from fibrefit.study.summaries.summaries import Provenance
+from fibrefit.study.summaries.results import Provenance
 
 PROVENANCE = Provenance(
     created="2026-11-20T12:00:00+00:00",

@@ -10,7 +10,7 @@ import pytest
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError
 from fibrefit.store import provenance, read_summary, write_summary
-from fibrefit.study.summaries.summaries import Basin, FitSummary, Gap, RecordSummary
+from fibrefit.study.summaries.results import Basin, FitSummary, Gap, RecordSummary
 
 GAP = Gap.model_validate({"force": {"rms": 0.1 + 0.2, "unit": "N", "noise": 0.4, "ratio": 1.5}, "total": 1.5})
 

@@ -8,10 +8,9 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from fibrefit.study.summaries import design, series, sweep
 from fibrefit.study.summaries import discovery as d
-from fibrefit.study.summaries import prediction as p
-from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import results as s
+from fibrefit.study.summaries import series
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.files import SUMMARIES
 
@@ -65,14 +64,14 @@ EXAMPLES: dict[str, s.Part] = {
         cannot_tell_apart=(("guide.viscous_friction", "guide.quadratic_drag"),),
         unexplained=d.Unexplained(gap=1.0),
     ),
-    "fibrefit/prediction/1": p.PredictionSummary(
+    "fibrefit/prediction/1": s.PredictionSummary(
         status="ok",
         verdict="holds",
         says="The values hold.",
         study="drops",
         result="results/drops",
         parameters={"stiffness": STIFFNESS},
-        channels={"force": p.PredictedChannel(rms=0.42, unit="N", explained=0.99)},
+        channels={"force": s.PredictedChannel(rms=0.42, unit="N", explained=0.99)},
         gap=GAP,
         records={"a.csv": s.RecordSummary(gap=GAP)},
         checks=(CHECK,),
@@ -92,15 +91,15 @@ EXAMPLES: dict[str, s.Part] = {
         draws=1000,
         checks=(CHECK,),
     ),
-    "fibrefit/batch/1": s.BatchSummary(
+    "fibrefit/batch/1": series.BatchSummary(
         status="suspect",
         name="drops",
         items={
-            "a": s.BatchItem(status="ok", parameters={"stiffness": STIFFNESS}, gap=1.0, result="a"),
-            "b": s.BatchItem(error="b.csv: no such file."),
+            "a": series.BatchItem(status="ok", parameters={"stiffness": STIFFNESS}, gap=1.0, result="a"),
+            "b": series.BatchItem(error="b.csv: no such file."),
         },
     ),
-    "fibrefit/sweep/1": sweep.SweepSummary(
+    "fibrefit/sweep/1": s.SweepSummary(
         status="ok",
         study="pendulum",
         rig="inverted_pendulum",
@@ -110,15 +109,15 @@ EXAMPLES: dict[str, s.Part] = {
         frequencies=11,
         runs=33,
         curves={
-            "20 mm": sweep.CurveSummary(
+            "20 mm": s.CurveSummary(
                 amplitude_m=0.02,
                 preload_n=0.0,
                 natural_frequency_hz=5.04,
                 branches={
-                    "rest": sweep.BranchSummary(
-                        peak=sweep.PeakSummary(frequency_hz=4.3, angle_rad=0.51),
+                    "rest": s.BranchSummary(
+                        peak=s.PeakSummary(frequency_hz=4.3, angle_rad=0.51),
                         jumps=(
-                            sweep.JumpSummary(
+                            s.JumpSummary(
                                 from_hz=4.2,
                                 to_hz=4.3,
                                 from_rad=0.11,
@@ -134,7 +133,7 @@ EXAMPLES: dict[str, s.Part] = {
         },
         checks=(CHECK,),
     ),
-    "fibrefit/distinguish/1": design.DistinguishSummary(
+    "fibrefit/distinguish/1": d.DistinguishSummary(
         study="drops",
         rig="fibre_mass",
         records=("a.csv",),
@@ -154,13 +153,13 @@ EXAMPLES: dict[str, s.Part] = {
         cosine=((1.0, 0.3), (0.3, 1.0)),
         cannot_see=("fibre.mass",),
     ),
-    "fibrefit/plan/1": design.PlanSummary(
+    "fibrefit/plan/1": d.PlanSummary(
         study="drops",
         rig="fibre_mass",
         records=("a.csv",),
         purpose="errors",
         further=(
-            design.FurtherRecord(
+            d.FurtherRecord(
                 like="a.csv",
                 conditions={"lift": 0.02},
                 pace=1.0,
@@ -229,7 +228,7 @@ def test_what_is_no_number_is_not_written(value: float) -> None:
     [
         s.ChannelGap(rms=math.nan, unit="N"),
         s.InputErrorSummary(rms=math.inf, noise=1e-5, unit="m"),
-        p.PredictedChannel(rms=math.inf, unit="N", expected=math.nan),
+        s.PredictedChannel(rms=math.inf, unit="N", expected=math.nan),
     ],
 )
 def test_a_residual_that_is_not_known_is_null_in_the_file(part: s.Part) -> None:
@@ -249,4 +248,4 @@ def test_unknown_names_are_refused() -> None:
 
 def test_an_item_of_a_batch_has_a_result_or_an_error() -> None:
     with pytest.raises(ValidationError, match="either a status or an error"):
-        s.BatchItem()
+        series.BatchItem()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.study.summaries.summaries import BatchItem
+from fibrefit.study.summaries.series import BatchItem
 from fibrefit.workflow.batches.item import Job, identified
 from fibrefit.workflow.batches.jobs import jobs_of, origins_of
 from tests.validation.tables import Share, table

@@ -29,7 +29,7 @@ import numpy as np
 
 from fibrefit.core.errors import FibrefitError
 from fibrefit.series.engines import Done, in_processes
-from fibrefit.study.summaries.summaries import BatchItem
+from fibrefit.study.summaries.series import BatchItem
 from fibrefit.workflow.batches.batch import Engine, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from tests.validation.beside_scipy import NAMES, jobs_in, of_rival, with_scipy

@@ -22,8 +22,9 @@ from fibrefit.report.batch import batch_report
 from fibrefit.series.engines import Done
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study
-from fibrefit.study.summaries import summaries as s
-from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitSummary
+from fibrefit.study.summaries import results as s
+from fibrefit.study.summaries.results import FitSummary
+from fibrefit.study.summaries.series import BatchItem, BatchSummary
 from fibrefit.workflow.batches import batch
 from fibrefit.workflow.batches.batch import Batch, Engine, _error_line, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified, outcome_of

@@ -17,9 +17,8 @@ from fibrefit.sampling.thresholds import DECISIVE
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.summaries.held_against import ComparedModel
 from fibrefit.study.summaries.part import Measure
-from fibrefit.study.summaries.summaries import PosteriorSummary, Provenance
+from fibrefit.study.summaries.results import ComparedModel, PosteriorSummary, Provenance
 from fibrefit.workflow import compare
 from fibrefit.workflow.compare import Rival, compared, rival_of
 from fibrefit.workflow.sampling import files

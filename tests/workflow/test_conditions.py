@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.study import load_study
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.workflow.fit_files import conditions_of_record
 from fibrefit.workflow.together.conditions import SINCE, since_the_first, stated_conditions
 

@@ -13,7 +13,7 @@ from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.fitting.error_bars import _held
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.summaries import (
+from fibrefit.study.summaries.results import (
     BetweenRecordsSummary,
     ChannelGap,
     Gap,

@@ -11,8 +11,7 @@ import pytest
 from fibrefit.fitting.evaluate import _gaps
 from fibrefit.fitting.predictive import Freedom
 from fibrefit.problem.statement.layout import Layout
-from fibrefit.study.summaries.prediction import PredictedChannel
-from fibrefit.study.summaries.summaries import ChannelGap
+from fibrefit.study.summaries.results import ChannelGap, PredictedChannel
 from fibrefit.workflow.groups_in_common import reading_errors, within_records
 from fibrefit.workflow.prediction import predict
 from fibrefit.workflow.prediction.files import _channel

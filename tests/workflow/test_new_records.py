@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from fibrefit.fitting.predictive import Freedom, freedom_of
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.workflow.prediction.judge import limit
 from fibrefit.workflow.prediction.known import _means
 from fibrefit.workflow.thresholds import RARE

@@ -10,7 +10,8 @@ import pytest
 
 from fibrefit.fitting.error_bars import _due_to_priors
 from fibrefit.problem.statement.belief import Belief
-from fibrefit.study.summaries.summaries import BatchItem, ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
+from fibrefit.study.summaries.series import BatchItem
 from fibrefit.workflow.together.pooled import pooled_batch, quantities_of
 
 RECORDS, SCALE = 25, 0.1

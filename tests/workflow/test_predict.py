@@ -17,8 +17,8 @@ from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
 from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
-from fibrefit.study.summaries.summaries import BatchSummary
+from fibrefit.study.summaries.results import PredictedChannel, PredictionSummary
+from fibrefit.study.summaries.series import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.prediction.files import _says

@@ -24,7 +24,7 @@ from fibrefit.report.posterior import posterior_report
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.summary import read_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.study.summaries.results import PosteriorSummary
 from fibrefit.workflow.compare import compared, refuse_other_readings, rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result

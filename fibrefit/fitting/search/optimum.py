@@ -19,7 +19,7 @@ from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import least_squares
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
-from fibrefit.study.summaries.summaries import InputErrorSummary
+from fibrefit.study.summaries.results import InputErrorSummary
 
 
 class Ended(NamedTuple):

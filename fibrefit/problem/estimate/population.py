@@ -17,7 +17,7 @@ from fibrefit.problem.estimate.sigma_grid import FURTHER, further_in
 from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.thresholds import END_TOLD
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary
+from fibrefit.study.summaries.results import BetweenRecordsSummary
 
 INSIDE_95 = (0.025, 0.975)
 HALVINGS = 60

@@ -13,8 +13,8 @@ from fibrefit.report.page.blocks import Block, Items, PageContent, Result, Table
 from fibrefit.report.page.common import failed_checks, gap_line, page_content
 from fibrefit.report.pooled import POPULATION, population_rows, trend_sentences
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.pooled import SPEED_OF
-from fibrefit.study.summaries.summaries import BatchItem, BatchSummary, FitResultSummary, ParameterSummary
+from fibrefit.study.summaries.results import FitResultSummary, ParameterSummary
+from fibrefit.study.summaries.series import SPEED_OF, BatchItem, BatchSummary
 
 
 def batch_page(result: Result) -> PageContent:

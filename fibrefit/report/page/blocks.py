@@ -12,8 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
-from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.part import Part
+from fibrefit.study.summaries.part import Groups, Part
 
 
 class Illustration(NamedTuple):

@@ -22,8 +22,14 @@ from fibrefit.report.text import (
 )
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.summaries import FitResultSummary, Gap, ParameterSummary, Provenance, RecordSummary
+from fibrefit.study.summaries.results import (
+    FitResultSummary,
+    Gap,
+    ParameterSummary,
+    PredictionSummary,
+    Provenance,
+    RecordSummary,
+)
 
 ARROW = " \N{RIGHTWARDS ARROW} "
 

@@ -22,9 +22,9 @@ from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Ste
 from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, records_table, values_tables
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
-from fibrefit.study.summaries.arrays import Groups
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
-from fibrefit.study.summaries.summaries import Gap
+from fibrefit.study.summaries.part import Groups
+from fibrefit.study.summaries.results import Gap
 from fibrefit.study.thresholds import LEAST_LISTED
 
 MOST_CANDIDATES = 8

@@ -12,7 +12,7 @@ from fibrefit.report.page.common import (
 )
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import VERDICTS
-from fibrefit.study.summaries.summaries import FitSummary
+from fibrefit.study.summaries.results import FitSummary
 
 
 def fit_page(result: Result) -> PageContent:

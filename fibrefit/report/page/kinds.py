@@ -13,8 +13,8 @@ from fibrefit.report.page.prediction import prediction_page
 from fibrefit.report.page.sweep import plain_page
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
+from fibrefit.study.summaries.results import FitSummary, PosteriorSummary, PredictionSummary
+from fibrefit.study.summaries.series import BatchSummary
 
 KINDS: dict[type[Part], Callable[[Result], PageContent]] = {
     FitSummary: fit_page,

@@ -19,7 +19,7 @@ from fibrefit.report.page.blocks import PageContent, Result, TableBlock
 from fibrefit.report.page.kinds import page_of
 from fibrefit.report.text import with_error
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import FitResultSummary, PosteriorSummary
+from fibrefit.study.summaries.results import FitResultSummary, PosteriorSummary
 
 ASSETS = Path(__file__).parent / "assets"
 TEMPLATE = "page.html.j2"

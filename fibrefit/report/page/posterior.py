@@ -11,8 +11,8 @@ from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Tab
 from fibrefit.report.page.common import page_content
 from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
 from fibrefit.report.posterior import VERDICTS, posterior_row
-from fibrefit.study.summaries.arrays import Groups
-from fibrefit.study.summaries.summaries import ChannelGap, Gap, PosteriorSummary
+from fibrefit.study.summaries.part import Groups
+from fibrefit.study.summaries.results import ChannelGap, Gap, PosteriorSummary
 
 
 def posterior_page(result: Result) -> PageContent:

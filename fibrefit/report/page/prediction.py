@@ -10,7 +10,7 @@ from fibrefit.report.page.records import Band, CourseModel, Sight, records_block
 from fibrefit.report.prediction import EXPECTED, share_told
 from fibrefit.report.text import known_quantity
 from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary
+from fibrefit.study.summaries.results import PredictedChannel, PredictionSummary
 
 VERDICTS = {
     "holds": "The values hold for these records.",

@@ -12,10 +12,9 @@ from fibrefit.core.units import shown_unit, typeset_unit
 from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed
-from fibrefit.study.summaries.arrays import AXES, Groups, conditions_text
 from fibrefit.study.summaries.discovery import GapPlace
-from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.summaries import Gap
+from fibrefit.study.summaries.part import AXES, Z_95, Groups, conditions_text
+from fibrefit.study.summaries.results import Gap
 
 FINE = 0.01
 """Step of what is shown in units of the noise."""

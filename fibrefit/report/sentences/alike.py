@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from fibrefit.report.sentences.thresholds import SMALL_DIFFERENCE
-from fibrefit.study.summaries.summaries import BetweenRecordsSummary, FitResultSummary
+from fibrefit.study.summaries.results import BetweenRecordsSummary, FitResultSummary
 
 RECORDS_AGREE = "records_agree"
 """Identifier of the check whether single records ask for the same values."""

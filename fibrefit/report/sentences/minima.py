@@ -6,7 +6,7 @@ import math
 
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import MOST_MINIMA
-from fibrefit.study.summaries.summaries import Basin, StartsSummary
+from fibrefit.study.summaries.results import Basin, StartsSummary
 
 
 def second_solver_sentence(check: Check) -> str:

@@ -32,14 +32,15 @@ class Check(Part):
     statistic: _Compared = None
     threshold: _Compared = None
     unit: str = "-"
-    fatal: bool = Field(default=False, description="Whether the result cannot be used at all where it failed.")
-    identifier: str = Field(default="", description="Stable name, which stays where wording changes; may be empty.")
-    quantity: str = Field(default="", description="What was tested: a failed check is listed under it; may be empty.")
-    about: Literal["numbers", "model"] = Field(
-        default="numbers",
-        description="numbers: a failure means that the values may mislead; model: it says that more than noise is "
-        "left, that the noise is not known, or that a measured input is not as measured.",
-    )
+    fatal: bool = False
+    """Whether the result cannot be used at all where it failed."""
+    identifier: str = ""
+    """Stable name, which stays where wording changes; may be empty."""
+    quantity: str = ""
+    """What was tested: a failed check is listed under it; may be empty."""
+    about: Literal["numbers", "model"] = "numbers"
+    """numbers: a failure means that the values may mislead; model: it says that more than noise is left, that the noise
+    is not known, or that a measured input is not as measured."""
     # What a sentence needs besides the numbers, such as the channel that is worst: not in the file.
     facts: SkipJsonSchema[Mapping[str, Any]] = Field(default_factory=dict, exclude=True, repr=False)
 

@@ -7,13 +7,10 @@ import json
 from pydantic import ValidationError
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
-from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.discovery import DiscoverySummary, DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
-from fibrefit.study.summaries.sweep import SweepSummary
+from fibrefit.study.summaries.results import FitSummary, PosteriorSummary, PredictionSummary, SweepSummary
+from fibrefit.study.summaries.series import BatchSummary, SeriesSummary
 
 #: Model of every summary file, by its schema.
 SUMMARIES: dict[str, type[Part]] = {

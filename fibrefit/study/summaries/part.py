@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import math
-from typing import Annotated, Any, Self
+import sys
+from collections.abc import Mapping
+from functools import cache
+from itertools import pairwise
+from typing import Annotated, Any, Protocol, Self
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     AllowInfNan,
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    GetJsonSchemaHandler,
     PlainSerializer,
     WithJsonSchema,
 )
+from pydantic_core import CoreSchema
+
+from fibrefit.core.units import format_quantity, typeset_unit
 
 
 def _known(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _both_known(ends: tuple[float, float] | None) -> tuple[float, float] | None:
-    return ends if ends is not None and all(map(math.isfinite, ends)) else None
 
 
 Interval = tuple[float, float]
@@ -38,7 +45,10 @@ OrNan = Annotated[
 Z_95 = 1.959964
 """Standard errors on either side of a value between which a normal law has 95 % of its probability."""
 _End = Annotated[float, AllowInfNan()]
-KnownInterval = Annotated[tuple[_End, _End] | None, AfterValidator(_both_known)]
+KnownInterval = Annotated[
+    tuple[_End, _End] | None,
+    AfterValidator(lambda ends: ends if ends is not None and all(map(math.isfinite, ends)) else None),
+]
 """The same of an interval, of which neither end is known where one is not."""
 
 MOST_MINIMA = 8
@@ -46,7 +56,10 @@ MOST_MINIMA = 8
 
 
 class Part(BaseModel):
-    """A part of a summary file: frozen, finite, closed to names it does not know."""
+    """A part of a summary file: frozen, finite, closed to names it does not know.
+
+    The text below a field is its description in the schema.
+    """
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, from_attributes=True, defer_build=True
@@ -63,9 +76,78 @@ class Part(BaseModel):
         """
         return cls.model_validate(found)
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Schema with the text below each field as its description: read only here, since it takes a tenth of a second.
+
+        Parameters
+        ----------
+        schema : pydantic_core.CoreSchema
+            Of the class.
+        handler : pydantic.GetJsonSchemaHandler
+            Makes the schema without descriptions.
+        """
+        described = handler(schema)
+        properties = handler.resolve_ref_schema(described)["properties"]
+        for base in cls.__mro__[: cls.__mro__.index(Part)]:
+            for field, text in _field_texts(base.__module__).get(base.__name__, {}).items():
+                properties[field]["description"] = text
+        return described
+
+
+@cache
+def _field_texts(module: str) -> dict[str, dict[str, str]]:
+    """Text below each field of the classes of a module, as one line, by class and field."""
+    classes = [
+        node for node in ast.parse(inspect.getsource(sys.modules[module])).body if isinstance(node, ast.ClassDef)
+    ]
+    return {
+        one.name: {
+            ast.unparse(field.target): " ".join(str(ast.literal_eval(text.value)).split())
+            for field, text in pairwise(one.body)
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
+        }
+        for one in classes
+    }
+
 
 class Measure(Part):
     """A number with its standard error."""
 
     value: float
     error: float
+
+
+class Array(Protocol):
+    """A variable: its values, and their SI unit."""
+
+    @property
+    def values(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def unit(self) -> str: ...  # noqa: D102
+
+
+Groups = Mapping[str, Mapping[str, Array]]
+"""Group to name to variable."""
+AXES = ("record", "sample", "time")
+"""Variables of a group of samples that are coordinates of the others."""
+CONDITIONS = ("lift", "inclination", "added_mass")
+"""Conditions worth a word beside a record's name."""
+
+
+def conditions_text(constants: Mapping[str, Array], record: int) -> str:
+    """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``.
+
+    Parameters
+    ----------
+    constants : mapping of str to Array
+        Group ``constant_data`` of a result, ``(n_record,)`` each.
+    record : int
+        Place of the record.
+    """
+    stated = {name: constants[name] for name in CONDITIONS if name in constants}
+    return ", ".join(
+        f"{name.replace('_', ' ')} {typeset_unit(format_quantity(float(one.values[record]), one.unit))}"
+        for name, one in stated.items()
+        if one.values[record] != 0.0
+    )

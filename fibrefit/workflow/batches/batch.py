@@ -19,8 +19,7 @@ from fibrefit.series.engines import Done, in_processes, in_this_process, on_clus
 from fibrefit.store import ResultDirectory, write_whole
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
-from fibrefit.study.summaries.pooled import speed_name
-from fibrefit.study.summaries.summaries import BatchItem, BatchSummary
+from fibrefit.study.summaries.series import BatchItem, BatchSummary, speed_name
 from fibrefit.workflow.batches.files import batch_checks, batch_status, batch_table
 from fibrefit.workflow.batches.item import Job, Outcome, identified, loaded
 from fibrefit.workflow.batches.jobs import RecordConditions, copies_seen, record_conditions

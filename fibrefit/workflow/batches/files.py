@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from fibrefit.report.batch import items_in_words
 from fibrefit.store.csv_text import headed
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import BatchItem
+from fibrefit.study.summaries.series import BatchItem
 
 if TYPE_CHECKING:
     from fibrefit.workflow.batches.jobs import RecordConditions

@@ -16,7 +16,8 @@ from fibrefit.report.checks import quantity_of
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
 from fibrefit.study.summaries.check import Status, lacking
-from fibrefit.study.summaries.summaries import BatchItem, FitSummary
+from fibrefit.study.summaries.results import FitSummary
+from fibrefit.study.summaries.series import BatchItem
 
 
 @dataclass(frozen=True)

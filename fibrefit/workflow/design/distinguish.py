@@ -22,8 +22,7 @@ from fibrefit.report.sentences.thresholds import CONFOUNDED
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import SIZE, Status
-from fibrefit.study.summaries.design import DistinguishSummary
-from fibrefit.study.summaries.discovery import Separation
+from fibrefit.study.summaries.discovery import DistinguishSummary, Separation
 from fibrefit.workflow.design.doubts import doubts_of_fit
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting
 from fibrefit.workflow.prepare import is_planned, task_of, task_to_fit

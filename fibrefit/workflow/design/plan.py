@@ -30,8 +30,7 @@ from fibrefit.store import read_summary
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import Status
-from fibrefit.study.summaries.design import FurtherRecord, PlanSummary
-from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.discovery import DiscoverySummary, FurtherRecord, PlanSummary
 from fibrefit.workflow.design.doubts import doubts_of_fit, few_by_name
 from fibrefit.workflow.design.rivals import rivals_at_hand
 from fibrefit.workflow.discovery.candidates import candidates_of, is_lasting

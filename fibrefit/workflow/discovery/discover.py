@@ -26,7 +26,7 @@ from fibrefit.store import ResultDirectory, sha256_of
 from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, Verdict
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.workflow.discovery.candidates import Candidates, candidates_of
 from fibrefit.workflow.discovery.files import discovery_groups, discovery_summary, final_study
 from fibrefit.workflow.prediction.predicts import Predicts

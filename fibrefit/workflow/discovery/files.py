@@ -22,7 +22,7 @@ from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, begin_at
 from fibrefit.study.summaries import discovery as d
-from fibrefit.study.summaries import summaries as s
+from fibrefit.study.summaries import results as s
 from fibrefit.workflow.discovery.advice import next_steps
 from fibrefit.workflow.discovery.residual_files import residual_groups
 from fibrefit.workflow.discovery.statements import statements_of

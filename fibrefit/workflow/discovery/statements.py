@@ -14,7 +14,7 @@ from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect, StudyLaw
 from fibrefit.laws.rig.inclination_error import InclinationError
 from fibrefit.laws.study.other_fibre import OtherFibre
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 
 CONDITIONS = {
     "weight_mass": ("a mass of the weight of", "kg"),

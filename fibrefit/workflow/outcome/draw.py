@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store import read_result, read_summary
-from fibrefit.study.summaries.design import DistinguishSummary, PlanSummary
-from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.discovery import DiscoverySummary, DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.prediction import PredictionSummary
-from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
-from fibrefit.study.summaries.sweep import SweepSummary
+from fibrefit.study.summaries.results import FitSummary, PosteriorSummary, PredictionSummary, SweepSummary
+from fibrefit.study.summaries.series import BatchSummary, SeriesSummary
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures

@@ -14,7 +14,8 @@ from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary, write_whole
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
-from fibrefit.study.summaries.summaries import BatchSummary, FitSummary, PosteriorSummary
+from fibrefit.study.summaries.results import FitSummary, PosteriorSummary
+from fibrefit.study.summaries.series import BatchSummary
 from fibrefit.workflow.outcome.draw import figures_of
 
 CHOSEN: dict[type[Part], tuple[str, ...]] = {

@@ -17,12 +17,14 @@ from fibrefit.report.text import explained_told
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
 from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.prediction import PredictedChannel, PredictionSummary, Verdict
-from fibrefit.study.summaries.summaries import (
+from fibrefit.study.summaries.results import (
     InputErrorSummary,
     ParameterSummary,
+    PredictedChannel,
+    PredictionSummary,
     Provenance,
     RecordSummary,
+    Verdict,
 )
 from fibrefit.workflow.fit_files import RESIDUALS, conditions_of_record, gap_summary
 from fibrefit.workflow.groups_in_common import (

@@ -18,13 +18,12 @@ from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups, Variable, read_result
 from fibrefit.store.summary import files_of_result, folder_of_result, read_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.part import Z_95
-from fibrefit.study.summaries.summaries import (
+from fibrefit.study.summaries.part import Z_95, Part
+from fibrefit.study.summaries.results import (
     BetweenRecordsSummary,
     ChannelGap,
     FitResultSummary,
     ParameterSummary,
-    Part,
     PosteriorParameter,
     PosteriorSummary,
 )

@@ -24,7 +24,7 @@ from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, begin_at
-from fibrefit.study.summaries.prediction import PredictionSummary
+from fibrefit.study.summaries.results import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
 from fibrefit.workflow.prediction.known import Difference, HasValues, Known, as_known

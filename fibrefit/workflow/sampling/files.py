@@ -12,9 +12,15 @@ from fibrefit.sampling.mode.modes import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.store.hdf5 import Variable
-from fibrefit.study.summaries.held_against import CrossCheckSummary, CrossValidationSummary
 from fibrefit.study.summaries.part import Measure
-from fibrefit.study.summaries.summaries import ModeSummary, PosteriorParameter, PosteriorSummary, Provenance
+from fibrefit.study.summaries.results import (
+    CrossCheckSummary,
+    CrossValidationSummary,
+    ModeSummary,
+    PosteriorParameter,
+    PosteriorSummary,
+    Provenance,
+)
 from fibrefit.workflow.fit_files import gap_summary
 from fibrefit.workflow.sampling.found import Findings
 from fibrefit.workflow.sampling.groups import chosen_draws, posterior_groups

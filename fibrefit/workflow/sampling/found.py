@@ -14,7 +14,7 @@ from fibrefit.sampling.predict import Bands
 from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.held_against import ComparedModel
+from fibrefit.study.summaries.results import ComparedModel
 from fibrefit.workflow.compare import Rival, compared
 from fibrefit.workflow.sampling.start import SamplingStart
 

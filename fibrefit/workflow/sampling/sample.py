@@ -23,7 +23,7 @@ from fibrefit.sampling.sample import sample_posterior
 from fibrefit.sampling.settings import AS_A_FIT, Settings
 from fibrefit.store.summary import files_of_result, provenance
 from fibrefit.study import PriorSetting, Study, as_study
-from fibrefit.study.summaries.summaries import PosteriorSummary
+from fibrefit.study.summaries.results import PosteriorSummary
 from fibrefit.workflow.compare import refuse_other_readings, rival_of
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.prediction.predicts import Predicts

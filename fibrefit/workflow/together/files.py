@@ -18,7 +18,7 @@ from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, begin_at
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.summaries import ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from fibrefit.series.population import Population, population
 from fibrefit.series.trends import BY_ORDER, Quantity, trends
-from fibrefit.study.summaries.pooled import SPEED_OF, PopulationSummary, TrendSummary, speed_name
-from fibrefit.study.summaries.summaries import BatchItem, Measure
+from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.series import SPEED_OF, BatchItem, PopulationSummary, TrendSummary, speed_name
 
 MOTION = {"amplitude": "m", "rate": "m/s", "hold": "s"}
 """What a study states of the motion of a drive, beside the conditions of the rig, and the units."""

@@ -20,9 +20,8 @@ from fibrefit.series.trends import Quantity, Trend, trends
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.summaries.pooled import TrendSummary, speed_name
-from fibrefit.study.summaries.series import SeriesSummary
-from fibrefit.study.summaries.summaries import Measure
+from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.series import SeriesSummary, TrendSummary, speed_name
 from fibrefit.workflow.prepare import read_records, task_of
 from fibrefit.workflow.saved import FoundResult, write_parts
 from fibrefit.workflow.thresholds import SHORTEST_SERIES

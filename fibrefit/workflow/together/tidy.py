@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fibrefit.series.trends import Quantity
-    from fibrefit.study.summaries.summaries import Measure
+    from fibrefit.study.summaries.part import Measure
 
 
 def tidy_frame(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:
