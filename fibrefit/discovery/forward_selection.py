@@ -50,7 +50,7 @@ from fibrefit.discovery.unnamed import (
     law_without_choice,
 )
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.study.summaries.discovery import Round
 

@@ -15,11 +15,9 @@ from fibrefit.fitting.misfit.lone_samples import LoneSamples
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
-from fibrefit.problem.statement.arrays import RAN_AWAY
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
-from fibrefit.problem.statement.further import values_elsewhere
-from fibrefit.problem.statement.layout import assembled
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.layout import RAN_AWAY, assembled
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
+from fibrefit.problem.statement.problem import Problem, values_elsewhere
 from fibrefit.study.summaries.check import OTHERWISE, Check
 
 SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state", "loudest_record"})

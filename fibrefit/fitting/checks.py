@@ -32,10 +32,9 @@ from fibrefit.fitting.thresholds import (
     USELESS,
     WORSE,
 )
-from fibrefit.problem.diagnose.contacts import Lag
-from fibrefit.problem.diagnose.free_flight import Gravity
+from fibrefit.problem.diagnose.newton import Gravity, Lag
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Range
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
 from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary

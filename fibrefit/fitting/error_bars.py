@@ -10,7 +10,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, kind_of_interval
 from fibrefit.fitting.result import Estimate, PlainEstimate
-from fibrefit.problem.statement.belief import Belief
+from fibrefit.problem.statement.layout import Belief
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ParameterSummary

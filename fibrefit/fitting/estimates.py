@@ -11,8 +11,8 @@ import numpy as np
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.population import quantiles
-from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
+from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.study.summaries.results import BetweenRecordsSummary
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.fitting.result import Gap
-from fibrefit.problem.diagnose.phases import Motion, motion_of_fit
+from fibrefit.problem.diagnose.motion import Motion, motion_of_fit
 from fibrefit.problem.noise.spectrum import unbroken
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task

@@ -27,13 +27,21 @@ from fibrefit.problem.estimate.evidence import (
     laplace,
     laplace_evidence,
 )
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import Place, Unknowns, arrowhead, local_of, place_of
-from fibrefit.problem.estimate.population import between, covariance_of_all
-from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
-from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View, apart
+from fibrefit.problem.estimate.gauss_newton import mode, record_wise_start
+from fibrefit.problem.estimate.population import between, covariance_of_all, roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import counted
+from fibrefit.problem.linear_model.normal_equations import arrowhead
+from fibrefit.problem.linear_model.unknowns import (
+    Place,
+    Unknowns,
+    fit_unknowns,
+    free_values,
+    local_of,
+    place_of,
+    places_of,
+)
+from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
@@ -69,7 +77,7 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
     apart_already = plain.view is not None and ended is not None and ended.differ
     if len(unknowns.scattering) and not apart_already:
         further = () if ended is None else (place_of(unknowns, ended.local),)
-        place = apart(unknowns, (place, *further), seen, task.horizons)
+        place = record_wise_start(unknowns, (place, *further), seen, task.horizons)
     if apart_already:
         seen = replace(seen, beforehand=seen)
     if task.steps:
@@ -172,7 +180,7 @@ def _at_mode(
         left = (
             seen.residuals(local_of(unknowns, place), DRAWS_OF_ERRORS)[0]
             if evidence is None
-            else seen.as_the_noise_left(evidence, DRAWS_OF_ERRORS)
+            else seen.residuals_with_noise_power(evidence.mode, roots_of_posterior(evidence), DRAWS_OF_ERRORS)
         )
         noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))

@@ -10,10 +10,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from fibrefit.fitting.thresholds import LOOSE, SEEN, SMALL_ERROR, TIED, VAGUE
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
-from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.layout import Layout, Range
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 
 PER_MASS = {"stiffness": "1/s^2", "damping": "1/s"}

@@ -49,11 +49,9 @@ from fibrefit.fitting.search.solve import Descent, descend, widths
 from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
 from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.laws.families import instants
-from fibrefit.problem.diagnose.contacts import lag_in_contacts
-from fibrefit.problem.diagnose.exchanged import are_exchanged
-from fibrefit.problem.diagnose.free_flight import gravity_in_flight
-from fibrefit.problem.diagnose.inverse_dynamics import balance_check, force_balance
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.channels import are_exchanged
+from fibrefit.problem.diagnose.motion import ResidualSet
+from fibrefit.problem.diagnose.newton import balance_check, force_balance, gravity_in_flight, lag_in_contacts
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task

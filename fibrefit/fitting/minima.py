@@ -24,8 +24,8 @@ from fibrefit.fitting.search.optimum import Optimum, optimum
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import LESS_PROBABLE
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import place_of
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
+from fibrefit.problem.linear_model.unknowns import place_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check

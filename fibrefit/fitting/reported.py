@@ -23,8 +23,8 @@ from fibrefit.fitting.result import record_sizes, total
 from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
 from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
-from fibrefit.problem.diagnose.residuals import ResidualSet
-from fibrefit.problem.estimate.hausman import hausman_at, hausman_check
+from fibrefit.problem.diagnose.motion import ResidualSet
+from fibrefit.problem.estimate.gls import hausman_at, hausman_check
 from fibrefit.problem.estimate.population import differ_within
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.noise.spectrum import Noise

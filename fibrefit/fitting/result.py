@@ -11,8 +11,7 @@ import numpy as np
 
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.estimates import GlsEstimate, Why
-from fibrefit.problem.diagnose.phases import Motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem

@@ -21,8 +21,8 @@ from scipy.fft import irfft, next_fast_len, rfft
 from fibrefit.fitting.thresholds import BLIND_PART
 from fibrefit.problem.noise.spectrum import periodogram, whittle
 from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled, gathered
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 MEMORY = 1.0 / 8.0

@@ -13,7 +13,7 @@ from fibrefit.core.shown import in_words
 from fibrefit.core.units import typeset_unit
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
-from fibrefit.problem.statement.equilibration import correlation_matrix
+from fibrefit.problem.statement.matrices import correlation_matrix
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ParameterSummary
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.observations import Steps
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.steps import Steps
 from fibrefit.rigs.signals.trace import Trace
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 
 FREEDOM = 12.0
 """Degrees of freedom of the proposal: heavier tails than any posterior it is meant for, and still a good one."""

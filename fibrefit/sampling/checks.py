@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.sampling.chains.ensembles import ChainHistory
 from fibrefit.sampling.mode.modes import Mode

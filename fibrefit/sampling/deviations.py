@@ -14,18 +14,23 @@ from fibrefit.problem.estimate.evidence import (
     as_finely_as_told,
     laplace_evidence,
 )
-from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.hausman import HausmanTest, hausman_at, hausman_with_input_errors
-from fibrefit.problem.estimate.normal_equations import Unknowns, local_of, place_of
+from fibrefit.problem.estimate.gauss_newton import record_wise_start
+from fibrefit.problem.estimate.gls import HausmanTest, hausman_at, hausman_with_input_errors
 from fibrefit.problem.estimate.population import between
-from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
-from fibrefit.problem.estimate.view import View, apart
+from fibrefit.problem.linear_model.unknowns import Unknowns, fit_unknowns, free_values, local_of, place_of
+from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.choose import after_step, least_squares_step
 from fibrefit.problem.noise.whitening import Whitening, innovations
-from fibrefit.problem.posterior.input_effects import InputEffects
-from fibrefit.problem.posterior.log_posterior import LogPosterior
-from fibrefit.problem.posterior.random_effects import Conditional, Mixture, RandomEffects, drawn_deviations
+from fibrefit.problem.posterior.log_posterior import (
+    Conditional,
+    InputEffects,
+    LogPosterior,
+    Mixture,
+    RandomEffects,
+    drawn_deviations,
+)
 from fibrefit.problem.statement.layout import Layout, assembled
+from fibrefit.problem.statement.matrices import pseudo_inverse
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.results import BetweenRecordsSummary
 
@@ -83,12 +88,12 @@ def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
     rows = np.moveaxis(slopes, -1, 1).reshape(len(slopes), slopes.shape[-1], -1)
     left = rows if seen.raw is None else seen.raw.left(rows)
     normal = assembled(np.einsum("rin,rjn->rij", rows, left), layout.local_columns, layout.size)
-    known = np.diag(inverse(normal + layout.prior_gram(values)[:-1, :-1]))
+    known = np.diag(pseudo_inverse(normal + layout.prior_gram(values)[:-1, :-1]))
     errors = np.sqrt(np.where(known > 0.0, known, np.inf))
     unknowns = fit_unknowns(layout, values, errors)
     place = place_of(unknowns, local)
     if len(unknowns.scattering) or seen.raw is not None:
-        place = apart(unknowns, [place], seen, task.horizons)
+        place = record_wise_start(unknowns, [place], seen, task.horizons)
     return Deviations(unknowns, local_of(unknowns, place))
 
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.estimate.gls import level_of
-from fibrefit.problem.estimate.hausman import HausmanTest
-from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, View
+from fibrefit.problem.estimate.gls import HausmanTest, level_of
+from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
+from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
 from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, counted_in_part, unit_of
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
@@ -222,7 +222,9 @@ def _noise_left(task: Task, seen: View, where: Deviations, request: PosteriorReq
         return noise_model_of(task, seen.problem, linear, request)
     rows = seen.residuals(where.local, DRAWS_OF_ERRORS)[0]
     linear = linear._replace(residuals=rows[0])
-    left = rows if where.evidence is None else seen.as_the_noise_left(where.evidence, DRAWS_OF_ERRORS)
+    if (known := where.evidence) is None:
+        return noise_model_of(task, seen.problem, linear, request, rows)
+    left = seen.residuals_with_noise_power(known.mode, roots_of_posterior(known), DRAWS_OF_ERRORS)
     return noise_model_of(task, seen.problem, linear, request, left)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.estimate.hausman import hausman_check
+from fibrefit.problem.estimate.gls import hausman_check
 from fibrefit.problem.estimate.population import differ_within
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors

@@ -12,7 +12,7 @@ import pandas as pd
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file, shown_path
-from fibrefit.problem.statement.equilibration import correlation_matrix
+from fibrefit.problem.statement.matrices import correlation_matrix
 
 #: Columns of a table of parameters.
 COLUMNS = ("name", "record", "value", "std_error", "low", "high", "unit")

@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.fitting.misfit.at_bounds import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.problem.formulate.formulate import belief_of
-from fibrefit.problem.statement.equilibration import correlation_matrix
+from fibrefit.problem.statement.matrices import correlation_matrix
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.records import Record

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.roles import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.store.hdf5 import Variable

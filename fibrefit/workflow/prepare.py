@@ -11,10 +11,8 @@ from fibrefit.core.programs.bound import bound_programs
 from fibrefit.laws.catalogue import select_effects
 from fibrefit.laws.families import goes_by_place
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.scales import refuse_misread
-from fibrefit.problem.diagnose.signs import refuse_turned
-from fibrefit.problem.formulate.formulate import formulate, stated_of
-from fibrefit.problem.formulate.planned import formulate_planned
+from fibrefit.problem.diagnose.channels import refuse_misread, refuse_turned
+from fibrefit.problem.formulate.formulate import formulate, formulate_planned, stated_of
 from fibrefit.problem.formulate.traces import trace_of
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.paths import record_stems, write_whole
 from fibrefit.core.shown import Card, Shown
-from fibrefit.problem.diagnose.phases import motion
+from fibrefit.problem.diagnose.motion import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.hdf5 import Variable, write_result

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.roles import LOADING, SLACK, UNLOADING
-from fibrefit.problem.diagnose.phases import Motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.simulation.model import Experiment

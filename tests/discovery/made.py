@@ -18,7 +18,7 @@ from fibrefit.fitting.estimates import Why
 from fibrefit.fitting.result import Estimate, Identification, PlainEstimate, Starts
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.discovery import Candidate, FreeCurve, GapPlace, HeldOut, Round, Unexplained

@@ -28,9 +28,9 @@ from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.problem.diagnose.phases import motion
-from fibrefit.problem.estimate.normal_equations import local_grams, place_of
-from fibrefit.problem.estimate.score_test import score_test
+from fibrefit.problem.diagnose.motion import motion
+from fibrefit.problem.linear_model.normal_equations import local_grams, score_test
+from fibrefit.problem.linear_model.unknowns import place_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation

@@ -18,7 +18,7 @@ from fibrefit.discovery.laws.places import PLACES, SECOND, SECOND_VARIABLES, Sec
 from fibrefit.discovery.laws.relaxation import nearest_curve, places_along
 from fibrefit.discovery.laws.source import composed, effect_of_law, heights_of, start_of_law
 from fibrefit.laws.contract import violations
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Range
 from fibrefit.rigs.catalogue import RIGS
 
 LOW, HIGH = 0.02, 0.11

@@ -23,7 +23,7 @@ from fibrefit.discovery.laws.source import composed, effect_of_law
 from fibrefit.discovery.laws.told import HeldLaw, held_laws
 from fibrefit.discovery.search import alarms
 from fibrefit.discovery.search.inputs import Confirmation
-from fibrefit.problem.estimate.normal_equations import Differences
+from fibrefit.problem.linear_model.normal_equations import Differences
 from tests.discovery.test_pairs import Model
 
 NONE: Any = None

@@ -16,9 +16,8 @@ import pytest
 from fibrefit.discovery.design.menu import _driven, _times, batches, duration_of, menu_of, records_of
 from fibrefit.discovery.design.plan import options_of
 from fibrefit.discovery.model.finding import Choice
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals

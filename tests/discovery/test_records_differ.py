@@ -28,7 +28,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, Starts, total
 from fibrefit.fitting.search import each_by_itself
 from fibrefit.laws.catalogue import find_effect
-from fibrefit.problem.estimate import view
+from fibrefit.problem.estimate import gauss_newton
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
@@ -279,7 +279,9 @@ def test_a_record_in_a_wrong_bounce_is_found_though_it_leaves_hardly_more_than_n
     assert farthest() < 0.02
     # The negative control: no record is fitted over horizons that grow once more.
     monkeypatch.setattr(
-        gls, "apart", lambda unknowns, places, seen, horizons: view.apart(unknowns, places, seen, horizons[:0])
+        gls,
+        "record_wise_start",
+        lambda unknowns, places, seen, horizons: gauss_newton.record_wise_start(unknowns, places, seen, horizons[:0]),
     )
     assert farthest() > 0.04
 

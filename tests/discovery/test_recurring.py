@@ -23,7 +23,7 @@ from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.families import instants_of, of_each, of_records
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import local_of, place_of
+from fibrefit.problem.linear_model.unknowns import local_of, place_of
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.statements import statements_of
 from tests.discovery.made import identified, named, with_estimates

@@ -12,7 +12,7 @@ from fibrefit.discovery.curves.probes import FrictionOfSpeed
 from fibrefit.discovery.engine.priors import Heights
 from fibrefit.discovery.laws import relaxation
 from fibrefit.discovery.laws.relaxation import beside, nearest_curve, places_along, quadratic_of
-from fibrefit.problem.estimate.normal_equations import Place
+from fibrefit.problem.linear_model.unknowns import Place
 
 KNOTS, BASE, SIZE, WALK = np.linspace(0.0, 0.4, 10), 3, 0.3, 0.2
 RANDOM = np.random.default_rng(8)

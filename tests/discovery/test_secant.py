@@ -13,8 +13,8 @@ from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.problem.estimate.gauss_newton import MODE_TOLERANCE, mode
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, arrowhead, local_grams
 from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arrowhead, local_grams
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])

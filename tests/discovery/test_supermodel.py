@@ -27,10 +27,10 @@ from fibrefit.discovery.engine.supermodel import (
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
-from fibrefit.problem.estimate.view import beyond_inputs
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors
+from fibrefit.problem.linear_model.view import beyond_inputs
 from fibrefit.problem.noise.blocks import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task

@@ -16,10 +16,9 @@ from fibrefit.fitting.misfit.at_bounds import AtBound, at_bounds, inside_bounds,
 from fibrefit.fitting.thresholds import CHANCE
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.estimate.evidence import as_far_as_told, laplace
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, arranged
-from fibrefit.problem.estimate.unknowns import fit_unknowns
-from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arranged
+from fibrefit.problem.linear_model.unknowns import Place, fit_unknowns
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import Check
 

@@ -17,12 +17,10 @@ from fibrefit.fitting.misfit.at_bounds import AtBound, inside_bounds
 from fibrefit.fitting.misfit.structure import _spectrum, structure_checks
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.fitting.uncertainty import sandwich
-from fibrefit.problem.diagnose.phases import Motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.transform import Range
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence, weakness_sentence
 from fibrefit.simulation.model import Experiment
 from fibrefit.study.summaries.check import Check

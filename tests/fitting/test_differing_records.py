@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, as_far_as_told, end_told
+from fibrefit.problem.estimate.evidence import (
+    FURTHER,
+    LEVELS,
+    MarginalLikelihood,
+    as_far_as_told,
+    end_told,
+    grid_over,
+    usual_axes,
+)
 from fibrefit.problem.estimate.population import between, differ_within, quantiles
-from fibrefit.problem.estimate.sigma_grid import FURTHER, LEVELS, grid_over, usual_axes
 from fibrefit.report.sentences.fit import fit_checks
 from fibrefit.study.summaries.check import Check, status_by
 from tests.problem.test_population import RECORDS, weighed

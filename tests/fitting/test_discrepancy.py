@@ -19,8 +19,8 @@ from fibrefit.fitting.misfit.discrepancy import (
     with_discrepancy,
 )
 from fibrefit.fitting.uncertainty import Scores, sandwich, white
-from fibrefit.problem.diagnose.phases import FORWARDS, HELD, Motion
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.diagnose.motion import FORWARDS, HELD, Motion
+from fibrefit.problem.statement.layout import Range
 
 SAMPLES = 4800
 TRUTH = 2.0

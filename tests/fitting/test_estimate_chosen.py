@@ -144,9 +144,10 @@ def test_a_mode_that_is_crept_up_to_gets_further_rounds(
     monkeypatch.setattr(gls, "_laplace_evidence", evidence)
     monkeypatch.setattr(gls, "_estimate", lambda bars, evidence, seen, noise: evidence.number)
     monkeypatch.setattr(gls, "local_of", lambda *of: None)
-    for name in ("noise_of_residuals", "whitening_of"):
+    for name in ("noise_of_residuals", "whitening_of", "roots_of_posterior"):
         monkeypatch.setattr(gls, name, lambda *of: ())
-    seen: Any = SimpleNamespace(raw=1, problem=None, residuals=lambda *of: [None], as_the_noise_left=lambda *of: None)
+    seen: Any = SimpleNamespace(raw=1, problem=None, residuals=lambda *of: [None])
+    seen.residuals_with_noise_power = lambda *of: None
     seen.through = lambda whitening: seen
     found: Any = gls._at_mode(None, None, None, seen)  # type: ignore[arg-type]
     assert (found, len(asked)) == (stands, rounds)

@@ -11,8 +11,7 @@ import pytest
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.misfit import outweighed as judged
 from fibrefit.fitting.uncertainty import Scores
-from fibrefit.problem.statement.layout import Slot
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Range, Slot
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import status_by
 from fibrefit.study.summaries.results import ChannelGap

@@ -35,11 +35,9 @@ from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend
 from fibrefit.fitting.search.thinned import FEWEST_KEPT, thinning
 from fibrefit.fitting.search.trust_region import TrustRegion
 from fibrefit.fitting.uncertainty import Scores, sandwich, white
-from fibrefit.problem.statement.belief import Belief
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Linearised, Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from tests.fitting import made
 

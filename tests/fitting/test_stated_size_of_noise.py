@@ -12,8 +12,7 @@ import pytest
 
 from fibrefit.fitting.evaluate import readings_at_rest
 from fibrefit.fitting.misfit.structure import _spectrum
-from fibrefit.problem.diagnose.phases import Motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.formulate import formulate
 from fibrefit.problem.noise.growth import largest_load, louder_under_load
 from fibrefit.problem.noise.spectrum import Noise

@@ -10,8 +10,7 @@ import numpy as np
 from fibrefit.core.roles import HELD, REST, SLACK
 from fibrefit.fitting.advice import SIGNS_OF_LACK
 from fibrefit.fitting.misfit.structure import _edges, structure_checks
-from fibrefit.problem.diagnose.phases import Motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import Check

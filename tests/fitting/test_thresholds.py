@@ -29,12 +29,10 @@ from fibrefit.fitting.search.with_input_errors import (
     reacts_alike,
     still_gains,
 )
-from fibrefit.problem.diagnose.contacts import Lag
-from fibrefit.problem.diagnose.free_flight import Gravity
-from fibrefit.problem.diagnose.phases import Motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
+from fibrefit.problem.diagnose.newton import Gravity, Lag
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Range
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary

@@ -21,9 +21,7 @@ from fibrefit.fitting.uncertainty import (
     stationary,
     white,
 )
-from fibrefit.problem.statement.belief import Belief
-from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
 from tests.fitting import made
 
 RATE, SAMPLES, RECORDS = 2000.0, 512, 4

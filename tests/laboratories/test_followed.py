@@ -13,7 +13,7 @@ from fibrefit.laws.push.force_delay import PushDelay
 from fibrefit.laws.push.force_gain import PushGain
 from fibrefit.laws.push.force_lag import PushLag
 from fibrefit.laws.push.hold import PushHold
-from fibrefit.problem.diagnose import inverse_dynamics
+from fibrefit.problem.diagnose import newton
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow.fit import Fit, fit_study
@@ -95,7 +95,7 @@ def test_inverse_dynamics_knows_conditions_as_laws_correct_them(tmp_path: Path) 
     task = task_of(load_study(made.study(tmp_path, text)))
     names = task.problem.layout.names
     local = np.where(np.array(names) == "study.gain.error", 0.2, 1.0)
-    system, _ = inverse_dynamics._system(task, local, 0)
+    system, _ = newton._system(task, local, 0)
     assert float(system.gain) == pytest.approx(0.9 * 1.2, rel=1e-12)
 
 

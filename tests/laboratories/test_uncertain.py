@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.statement.belief import Belief
-from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.fit import Fit, fit_study
 from fibrefit.workflow.prepare import model_of

@@ -26,7 +26,7 @@ from fibrefit.plots.shrink import small_png
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import VERMILLION, caption_of
-from fibrefit.problem.statement.equilibration import correlation_matrix
+from fibrefit.problem.statement.matrices import correlation_matrix
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, write_result
 from fibrefit.study.summaries.check import SIZE, Check

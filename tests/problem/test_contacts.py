@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.checks import measured_at_once
-from fibrefit.problem.diagnose.contacts import Lag, lag_in_contacts
-from fibrefit.problem.diagnose.phases import Motion, motion
+from fibrefit.problem.diagnose.motion import Motion, motion
+from fibrefit.problem.diagnose.newton import Lag, lag_in_contacts
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task

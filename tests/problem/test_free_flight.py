@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.checks import falls_freely
-from fibrefit.problem.diagnose import free_flight
-from fibrefit.problem.diagnose.free_flight import gravity_in_flight
-from fibrefit.problem.diagnose.phases import SLACK, Motion
+from fibrefit.problem.diagnose import newton
+from fibrefit.problem.diagnose.motion import SLACK, Motion
+from fibrefit.problem.diagnose.newton import gravity_in_flight
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -112,7 +112,7 @@ def test_another_clock_is_another_gravity(dropped: Dropped, pace: float) -> None
     task, moved = dropped
     positions = readings(dropped).copy()
     for r, trace in enumerate(task.traces):
-        for start, end in free_flight._stretches(moved.phase[r] == SLACK):
+        for start, end in newton._stretches(moved.phase[r] == SLACK):
             own = trace.times[start:end]
             middle = own.mean()
             positions[r, start:end] = np.interp(
@@ -181,7 +181,7 @@ def test_flights_one_way_tell_nothing(dropped: Dropped) -> None:
 def test_shortest_flights_are_left_out() -> None:
     phase = np.zeros(40, dtype=int)
     phase[5:15], phase[20:24] = SLACK, SLACK
-    assert free_flight._stretches(phase == SLACK) == [(6, 14)]
+    assert newton._stretches(phase == SLACK) == [(6, 14)]
 
 
 @pytest.mark.parametrize(

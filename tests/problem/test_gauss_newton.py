@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares, lsq_linear
 
-from fibrefit.problem.estimate.gauss_newton import MODE_TOLERANCE, NOTICED, Effort, mode
-from fibrefit.problem.estimate.normal_equations import (
-    Place,
-    PosteriorMode,
-    Unknowns,
-    arrowhead,
-    local_of,
-    penalty,
-    place_of,
+from fibrefit.problem.estimate.gauss_newton import (
+    MODE_TOLERANCE,
+    NOTICED,
+    SHORTEST_STEP,
+    DampedStep,
+    Effort,
+    mode,
+    radius_after,
+    record_wise_start,
+    step_within,
 )
-from fibrefit.problem.estimate.trust_region import SHORTEST_STEP, DampedStep, radius_after, step_within
-from fibrefit.problem.estimate.view import apart
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arrowhead
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns, local_of, penalty, place_of
 from tests.problem.toys import NAMES, Linear, begun, bounded, dense, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -373,7 +374,7 @@ def test_of_several_places_it_goes_on_from_the_one_that_leads_lowest() -> None:
     seen: Any = SimpleNamespace(gram=lambda _: gram_of(residuals), problem=data)
     far, near = begun(of, TRUTH + np.array([0.3, 0.0, 0.0])), begun(of, TRUTH + np.array([0.003, 0.0, 0.0]))
     nowhere = np.empty((0, 1, 4), dtype=int)
-    ends = [apart(of, places, seen, nowhere) for places in ([far], [far, near], [near, far])]
+    ends = [record_wise_start(of, places, seen, nowhere) for places in ([far], [far, near], [near, far])]
     assert np.abs(of.value(ends[0].z)[0] / truth - 1.0) > 0.05
     for end in ends[1:]:
         assert of.value(end.z)[0] == pytest.approx(truth, rel=1e-3)

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from fibrefit.problem.estimate.hausman import hausman_at, hausman_test, hausman_with_input_errors
+from fibrefit.problem.estimate.gls import hausman_at, hausman_test, hausman_with_input_errors
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Linearised
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import UNLIKELY
 

@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, whitened_sensitivities
+from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import Levelled, White
-from fibrefit.problem.posterior.input_effects import InputEffects
-from fibrefit.problem.posterior.random_effects import Mixture, RandomEffects
+from fibrefit.problem.posterior.log_posterior import InputEffects, Mixture, RandomEffects
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.sampling.mode.inputs import DrawnInputs, input_effects_of
 

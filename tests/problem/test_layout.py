@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.core.programs.described import fingerprint
-from fibrefit.problem.statement.layout import Layout, Slot, assembled, gathered, least_squares
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Layout, Range, Slot, assembled, gathered
+from fibrefit.problem.statement.matrices import least_squares
 
 RECORDS = ("a.csv", "b.csv", "c.csv")
 FREE = Range(-np.inf, np.inf, 1.0)

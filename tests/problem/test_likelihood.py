@@ -18,9 +18,8 @@ from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, priors_of
-from fibrefit.problem.statement.observations import Trace, stack
+from fibrefit.problem.statement.observations import Steps, Trace, stack, step_residuals
 from fibrefit.problem.statement.problem import Linearised
-from fibrefit.problem.statement.steps import Steps, step_residuals
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence
 from tests.sampling.drops import fitted, series, task_of

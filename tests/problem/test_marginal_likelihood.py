@@ -14,6 +14,12 @@ from scipy.stats import norm
 
 from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.evidence import (
+    AGREE,
+    ALONE,
+    FEW_LEVELS,
+    LEVELS,
+    MANY,
+    UNIFORM_TO,
     MarginalLikelihood,
     _inside_bounds,
     _over_grid,
@@ -22,8 +28,8 @@ from fibrefit.problem.estimate.evidence import (
     laplace_evidence,
 )
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
-from fibrefit.problem.estimate.normal_equations import RIGID, PosteriorMode, Unknowns, arrowhead
-from fibrefit.problem.estimate.sigma_grid import AGREE, ALONE, FEW_LEVELS, LEVELS, MANY, UNIFORM_TO
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arrowhead
+from fibrefit.problem.linear_model.unknowns import RIGID, Unknowns
 from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])

@@ -7,11 +7,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from fibrefit.problem.estimate.evidence import FIRST_SIGMA
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode
-from fibrefit.problem.estimate.other_minima import FAR_BELOW, better_minima, beyond_the_parabola, costs_of
+from fibrefit.problem.estimate.gauss_newton import (
+    FAR_BELOW,
+    FIRST_SIGMA,
+    better_minima,
+    beyond_the_parabola,
+    costs_of,
+    mode,
+)
+from fibrefit.problem.linear_model.normal_equations import Gram, PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Place
 from tests.problem.toys import REFERENCE, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.problem.diagnose.phases import (
+from fibrefit.problem.diagnose.motion import (
     FORWARDS,
     LOADING,
     REST,

@@ -9,7 +9,6 @@ import pytest
 from scipy.stats import norm, t
 
 from fibrefit.problem.estimate import evidence as weighing
-from fibrefit.problem.estimate.normal_equations import Unknowns, place_of
 from fibrefit.problem.estimate.population import (
     between,
     covariance_of_all,
@@ -17,7 +16,8 @@ from fibrefit.problem.estimate.population import (
     quantiles,
     roots_of_posterior,
 )
-from fibrefit.problem.estimate.view import spread_about
+from fibrefit.problem.linear_model.unknowns import Unknowns, place_of
+from fibrefit.problem.linear_model.view import spread_about
 
 RECORDS = 5
 ERROR = 1e-5

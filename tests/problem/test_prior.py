@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
 from fibrefit.problem.posterior.prior import Density, Prior, default_prior, log_slope, priors_of
-from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.report.sentences.posterior import prior_words
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model

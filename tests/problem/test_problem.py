@@ -11,8 +11,7 @@ import pytest
 
 from fibrefit.fitting.search.solve import compressed_residuals, gram_at, linearised
 from fibrefit.laws.catalogue import find_effect
-from fibrefit.problem.statement.jump_sides import nearest_side
-from fibrefit.problem.statement.problem import Problem, gram_root
+from fibrefit.problem.statement.problem import Problem, gram_root, nearest_side
 from fibrefit.problem.task import Task
 from tests.fitting import made
 

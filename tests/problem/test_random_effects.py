@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fibrefit.problem.estimate.sigma_grid import grid_over, usual_axes
+from fibrefit.problem.estimate.evidence import grid_over, usual_axes
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import White
-from fibrefit.problem.posterior.random_effects import Mixture, RandomEffects, drawn_deviations
+from fibrefit.problem.posterior.log_posterior import Mixture, RandomEffects, drawn_deviations
 
 RECORDS, SAMPLES, NUMBER = 3, 12, 2
 EXACT = 1e-9

@@ -18,11 +18,9 @@ from fibrefit.problem.noise.rounding import (
     steps_of,
     with_noise_before_rounding,
 )
-from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.statement.observations import stack
+from fibrefit.problem.statement.layout import Layout, Range, Slot
+from fibrefit.problem.statement.observations import Steps, log_probability, stack, step_residuals
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.steps import Steps, log_probability, step_residuals
-from fibrefit.problem.statement.transform import Range
 from fibrefit.rigs.signals.trace import Trace
 
 STEP = 0.5

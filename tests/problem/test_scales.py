@@ -11,8 +11,8 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import DataError
-from fibrefit.problem.diagnose import scales
-from fibrefit.problem.diagnose.scales import refuse_misread, rules_out_a_factor
+from fibrefit.problem.diagnose import channels
+from fibrefit.problem.diagnose.channels import refuse_misread, rules_out_a_factor
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.signals.newton import Sizes, newton_of
 from fibrefit.rigs.signals.trace import Trace
@@ -104,7 +104,7 @@ def test_a_slope_that_a_model_can_name_is_left_to_the_fit(records: list[Recordin
     rig = rig_of(records[0].conditions.kind)
     for gravity, force, refused in ((1.4, 1.0, False), (0.7, 1.0, False), (1.0, 1.4, True), (1.4, 1.4, True)):
         found = Sizes(gravity, force, 0.01, 0.01, 0.0, 1.0)
-        monkeypatch.setattr(scales, "newton_of", lambda *_, found=found: found)
+        monkeypatch.setattr(channels, "newton_of", lambda *_, found=found: found)
         told = pytest.raises(DataError) if refused else nullcontext()
         with told:
             refuse_misread([trace_of(records[0])], rig)

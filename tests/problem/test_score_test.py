@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
-from fibrefit.problem.estimate.normal_equations import Place, Unknowns, local_grams
-from fibrefit.problem.estimate.score_test import ScoreTest, score_test
+from fibrefit.problem.linear_model.normal_equations import ScoreTest, local_grams, score_test
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from tests.problem.toys import gram_of, unknowns
 
 TIMES = np.linspace(0.0, 1.0, 200)

@@ -10,17 +10,19 @@ import pytest
 from scipy.stats import chi2, t
 
 from fibrefit.problem.estimate import evidence as weighing
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, as_finely_as_told, laplace
-from fibrefit.problem.estimate.population import between, quantiles
-from fibrefit.problem.estimate.sigma_grid import (
+from fibrefit.problem.estimate.evidence import (
     ALONE,
     LEVELS,
     MOST_POINTS,
+    MarginalLikelihood,
     SigmaAxis,
+    as_finely_as_told,
     finest_step,
     grid_over,
+    laplace,
     usual_axes,
 )
+from fibrefit.problem.estimate.population import between, quantiles
 from tests.problem.test_population import weighed
 
 SDS = (0.008, 0.0095, 0.0113, 0.0135, 0.015)

@@ -14,8 +14,8 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import DataError
-from fibrefit.problem.diagnose import signs
-from fibrefit.problem.diagnose.signs import GRAVITY, Sense, refuse_turned, senses_of, turned_channels
+from fibrefit.problem.diagnose import channels
+from fibrefit.problem.diagnose.channels import GRAVITY, Sense, refuse_turned, senses_of, turned_channels
 from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.problem.formulate.traces import trace_of
 from fibrefit.rigs.catalogue import rig_of
@@ -215,4 +215,4 @@ def test_a_rig_that_does_not_say_what_pulls_is_not_examined() -> None:
     _, traces = shipped("drop_series")
     refuse_turned([turned(trace, ("force",)) for trace in traces], rig_of("guided_mass"))
     assert not senses_of(traces[0]._replace(channels={"force": traces[0].channels["force"]}), rig_of(DROP))
-    assert signs.against_which({}) == ()
+    assert channels.against_which({}) == ()

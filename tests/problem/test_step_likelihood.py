@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood, step_likelihood
-from fibrefit.problem.statement.steps import Steps, step_residuals
+from fibrefit.problem.statement.observations import Steps, step_residuals
 
 STEP, NOISE = 0.5, 0.1
 LEVEL = float(np.hypot(STEP / np.sqrt(12.0), NOISE))

@@ -11,21 +11,21 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.problem import thresholds
-from fibrefit.problem.diagnose import contacts, exchanged, free_flight, inverse_dynamics, phases, scales, signs
-from fibrefit.problem.diagnose.exchanged import roughness
-from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance, balance_check
-from fibrefit.problem.diagnose.phases import moves
-from fibrefit.problem.estimate import evidence, hausman, population, unknowns
-from fibrefit.problem.estimate.hausman import HausmanTest, hausman_check, hausman_test
-from fibrefit.problem.estimate.sigma_grid import FURTHER, grid_over, usual_axes
+from fibrefit.problem.diagnose import channels, motion, newton
+from fibrefit.problem.diagnose.channels import roughness
+from fibrefit.problem.diagnose.motion import moves
+from fibrefit.problem.diagnose.newton import ForceBalance, balance_check
+from fibrefit.problem.estimate import evidence, gls, population
+from fibrefit.problem.estimate.evidence import FURTHER, grid_over, usual_axes
+from fibrefit.problem.estimate.gls import HausmanTest, hausman_check, hausman_test
 from fibrefit.problem.formulate import traces
 from fibrefit.problem.inputs import corners, error_signals, smoothing
+from fibrefit.problem.linear_model import unknowns
 from fibrefit.problem.noise import growth, rounding, spectrum, whittle
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.posterior import prior
 from fibrefit.problem.statement import observations
-from fibrefit.problem.statement.layout import Slot
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Range, Slot
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.signals.newton import Pull, Sizes
 from fibrefit.rigs.signals.trace import Trace
@@ -66,7 +66,7 @@ class _OneMass(NamedTuple):
 def standing(speed: float) -> bool:
     """Whether a mass of such a speed counts as one that stands: no force is asked of it but the measured one."""
     one, system = np.ones(1), _OneMass(guide=_Rubs())
-    return bool(inverse_dynamics._required_force(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
+    return bool(newton._required_force(system, 0.0 * one, speed * one, 0.0 * one, 5.0 * one) == 5.0)
 
 
 ORDINATES = 100
@@ -128,8 +128,8 @@ def touching(samples: float) -> bool:
     trace = SimpleNamespace(times=times, step=1e-3, channels={"force": force})
     known = np.where(np.abs(np.arange(400) - 200) < samples / 2, 0.0, np.nan)
     task: Any = SimpleNamespace(traces=[trace])
-    with patch.object(contacts, "measured_positions", lambda *_: known):
-        return len(contacts._contacts(task)) == 1
+    with patch.object(newton, "measured_positions", lambda *_: known):
+        return len(newton._contacts(task)) == 1
 
 
 def loaded(share: float) -> bool:
@@ -137,13 +137,13 @@ def loaded(share: float) -> bool:
     times = np.arange(800) / 1000.0
     force = np.where(np.abs(times - 0.2) < 0.02, 100.0, 0.0) + np.where(np.abs(times - 0.6) < 0.02, 100.0 * share, 0.0)
     task: Any = SimpleNamespace(traces=[SimpleNamespace(times=times, step=1e-3, channels={"force": force})])
-    with patch.object(contacts, "measured_positions", lambda *_: np.zeros(800)):
-        return len(contacts._contacts(task)) == 1
+    with patch.object(newton, "measured_positions", lambda *_: np.zeros(800)):
+        return len(newton._contacts(task)) == 1
 
 
 def flying(samples: float) -> bool:
     """Whether a flight of so many samples has a curvature, a tenth of them being left out at either end."""
-    return bool(free_flight._stretches(np.pad(np.ones(int(samples), bool), 5)))
+    return bool(newton._stretches(np.pad(np.ones(int(samples), bool), 5)))
 
 
 def driven(share: float) -> bool:
@@ -163,9 +163,9 @@ def believed(explained: float) -> bool:
     signals = {"position": np.zeros(1), "force": np.zeros(1)}
     trace: Any = SimpleNamespace(name="a", times=None, channels=signals, conditions={})
     rig: Any = SimpleNamespace(pulled=lambda *_: SimpleNamespace(mass=1.0), parameters=(), conditions=())
-    with patch.object(scales, "newton_of", lambda *_: Sizes(1.0, 0.5, 0.01, 0.01, 0.0, explained)):
+    with patch.object(channels, "newton_of", lambda *_: Sizes(1.0, 0.5, 0.01, 0.01, 0.0, explained)):
         try:
-            scales.refuse_misread([trace], rig)
+            channels.refuse_misread([trace], rig)
         except DataError:
             return True
     return False
@@ -176,8 +176,8 @@ def sign_told(explained: float) -> bool:
     signals = {"position": np.zeros(1), "force": np.zeros(1)}
     trace: Any = SimpleNamespace(times=None, channels=signals, conditions={}, inputs={})
     rig: Any = SimpleNamespace(pulled=lambda *_: Pull(1.0, 1.0, np.ones(1)))
-    with patch.object(signs, "newton_of", lambda *_: Sizes(1.0, -1.0, 0.01, 0.01, 0.0, explained)):
-        return signs.against_which(signs.senses_of(trace, rig)) == ("force",)
+    with patch.object(channels, "newton_of", lambda *_: Sizes(1.0, -1.0, 0.01, 0.01, 0.0, explained)):
+        return channels.against_which(channels.senses_of(trace, rig)) == ("force",)
 
 
 def weighing(size: float) -> bool:
@@ -194,8 +194,8 @@ def turned_by(size: float, share: float) -> bool:
     signals = {"position": np.zeros(2), "force": np.array([0.0, 1.0])}
     trace: Any = SimpleNamespace(times=None, channels=signals, conditions={}, inputs={})
     rig: Any = SimpleNamespace(pulled=lambda *_: Pull(1.0, share, np.ones(2)))
-    with patch.object(signs, "newton_of", lambda *_: Sizes(-size, 1.0, 0.01, 0.01, 0.0, 1.0)):
-        return signs.against_which(signs.senses_of(trace, rig)) == ("gravity",)
+    with patch.object(channels, "newton_of", lambda *_: Sizes(-size, 1.0, 0.01, 0.01, 0.0, 1.0)):
+        return channels.against_which(channels.senses_of(trace, rig)) == ("gravity",)
 
 
 def leading(share: float) -> bool:
@@ -203,7 +203,7 @@ def leading(share: float) -> bool:
     drive = np.sin(np.arange(400.0))
     inputs = {"drive": np.column_stack([drive] * 3)}
     trace: Any = SimpleNamespace(times=None, channels={"position": -share * drive}, conditions={}, inputs=inputs)
-    return signs.against_which(signs.senses_of(trace, rig_of("pulley_drive"))) == ("drive",)
+    return channels.against_which(channels.senses_of(trace, rig_of("pulley_drive"))) == ("drive",)
 
 
 def long_enough(samples: float) -> bool:
@@ -323,18 +323,18 @@ CASES = (
     Bracket("CROSSED", rounding, crossing, 3.0, 2.0),
     Bracket("NOT_LOGARITHMIC", unknowns, lambda x: unknowns._row(MASS, 1.0, x)[0], 0.15, 0.3),
     Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
-    Bracket("MISREAD", scales, lambda x: not scales.is_off(x, 0.01), 1.2, 1.3),
-    Bracket("PROVEN_FACTOR", scales, lambda x: not scales.is_off(2.0, 1.0 / x), 4.0, 6.0),
-    Bracket("HOLDS", scales, lambda x: not believed(x), 0.4, 0.7),
-    Bracket("TELLS_A_SIGN", signs, sign_told, 0.14, 0.07),
-    Bracket("NO_OFFSET", signs, weighing, 0.7, 0.35),
-    Bracket("ZERO_KNOWN", signs, levelled, 0.06, 0.04),
-    Bracket("FOLLOWS", signs, leading, 0.5, 0.3),
-    Bracket("CARRIES_LOAD", contacts, loaded, 0.035, 0.07),
-    Bracket("SHORTEST_CONTACT", contacts, touching, 30, 18),
-    Bracket("SHORTEST_FLIGHT", free_flight, flying, 12, 9),
-    Bracket("CREEPS", phases, driven, 0.03, 0.014),
-    Bracket("FEWEST_SPANS", exchanged, smooth, 20, 12),
+    Bracket("MISREAD", channels, lambda x: not channels.is_off(x, 0.01), 1.2, 1.3),
+    Bracket("PROVEN_FACTOR", channels, lambda x: not channels.is_off(2.0, 1.0 / x), 4.0, 6.0),
+    Bracket("HOLDS", channels, lambda x: not believed(x), 0.4, 0.7),
+    Bracket("TELLS_A_SIGN", channels, sign_told, 0.14, 0.07),
+    Bracket("NO_OFFSET", channels, weighing, 0.7, 0.35),
+    Bracket("ZERO_KNOWN", channels, levelled, 0.06, 0.04),
+    Bracket("FOLLOWS", channels, leading, 0.5, 0.3),
+    Bracket("CARRIES_LOAD", newton, loaded, 0.035, 0.07),
+    Bracket("SHORTEST_CONTACT", newton, touching, 30, 18),
+    Bracket("SHORTEST_FLIGHT", newton, flying, 12, 9),
+    Bracket("CREEPS", motion, driven, 0.03, 0.014),
+    Bracket("FEWEST_SPANS", channels, smooth, 20, 12),
     Bracket("LINE_BY_CHANCE", whittle, line, 18.6, 18.2),
     Bracket("SLOWEST_LINE", whittle, lambda x: line(30.0, int(x)), 25, 15),
     Bracket("CLEAR", whittle, clear, 4.0, 2.0),
@@ -344,7 +344,7 @@ CASES = (
     Bracket("LEVEL_READINGS", growth, told_by, 75, 35),
     Bracket(
         "UNLIKELY",
-        hausman,
+        gls,
         lambda x: hausman_check(("a",), HausmanTest(np.ones(1), 1.0 / x, np.ones(1))).passed,
         1 / 0.0013,
         1 / 0.0007,
@@ -352,9 +352,9 @@ CASES = (
     Bracket("FEWEST_READINGS", traces, read_often, 20, 12),
     Bracket("FEWEST_AROUND", smoothing, bridged, 4, 3),
     Bracket("CORNER", corners, cornered, 6.0, 4.0),
-    Bracket("STANDING", inverse_dynamics, standing, 7e-4, 1.3e-3),
-    Bracket("SLIGHT", hausman, compared, 0.015, 0.025),
-    Bracket("BALANCE", inverse_dynamics, lambda x: balance_check(ForceBalance(1.0, x, 1.0 - x**2)).passed, 0.08, 0.12),
+    Bracket("STANDING", newton, standing, 7e-4, 1.3e-3),
+    Bracket("SLIGHT", gls, compared, 0.015, 0.025),
+    Bracket("BALANCE", newton, lambda x: balance_check(ForceBalance(1.0, x, 1.0 - x**2)).passed, 0.08, 0.12),
 )
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.problem.statement.transform import NUDGE, Range
+from fibrefit.problem.statement.layout import NUDGE, Range
 
 ROUND_TRIP = 1e-9
 """A logarithm or a root there, an exponential or a square back: digits are lost at the foot of a map."""

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.problem.estimate.hausman import scattered
+from fibrefit.problem.estimate.gls import scattered
 from fibrefit.problem.noise.coloured import bank_for
 from fibrefit.problem.noise.periodogram_fit import STEPS, _Bands, fitted
 from fibrefit.problem.noise.spectrum import Noise

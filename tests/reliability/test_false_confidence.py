@@ -15,7 +15,7 @@ from fibrefit import fit
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
-from fibrefit.problem.diagnose.exchanged import are_exchanged, roughness
+from fibrefit.problem.diagnose.channels import are_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace

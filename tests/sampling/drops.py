@@ -8,10 +8,9 @@ import numpy as np
 
 from fibrefit.fitting.search.solve import descend, widths
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.signals.trace import Trace

@@ -10,9 +10,9 @@ import pytest
 
 from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
+from fibrefit.problem.estimate.evidence import FURTHER, LEVELS
 from fibrefit.problem.estimate.population import between, differ_within, quantiles
-from fibrefit.problem.estimate.sigma_grid import FURTHER, LEVELS
-from fibrefit.problem.estimate.unknowns import FLAT
+from fibrefit.problem.linear_model.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.task import Task

@@ -14,7 +14,8 @@ from fibrefit.discovery.search import inputs
 from fibrefit.laws.functions_of_speed import DampingSpeedExponent
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.series.population import population
 from fibrefit.series.together import left_out, models
 from fibrefit.series.together.models import own_evidence, with_counted_gain

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.error_bars import _due_to_priors
-from fibrefit.problem.statement.belief import Belief
+from fibrefit.problem.statement.layout import Belief
 from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.study.summaries.series import BatchItem
 from fibrefit.workflow.together.pooled import pooled_batch, quantities_of

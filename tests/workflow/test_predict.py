@@ -14,7 +14,7 @@ import pytest
 import fibrefit
 from fibrefit.cli.main import run
 from fibrefit.core.errors import DataError, StudyError, UsageError
-from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
+from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
 from fibrefit.study.summaries.results import PredictedChannel, PredictionSummary

@@ -25,8 +25,8 @@ from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled, gathered
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.observations import Observations
 
 LITTLE = 0.01

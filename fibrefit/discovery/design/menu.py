@@ -10,9 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.model.finding import Choice
-from fibrefit.problem.statement.further import values_elsewhere
 from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem.statement.problem import Problem, values_elsewhere
 from fibrefit.problem.task import Task
 from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals

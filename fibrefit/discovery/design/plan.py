@@ -30,7 +30,7 @@ from fibrefit.discovery.engine.thresholds import APART, PRICE, UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.task import Task
 
 Purpose = Literal["errors", "rivals", "power"]

@@ -15,7 +15,7 @@ from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.rounding import noise_of_steps, with_steps
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import whitening_of
-from fibrefit.problem.statement.steps import Steps
+from fibrefit.problem.statement.observations import Steps
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.law import Effect
 
-ALLOWED = ("fibrefit.discovery.engine.", "fibrefit.problem.estimate.")
+ALLOWED = ("fibrefit.discovery.engine.", "fibrefit.problem.estimate.", "fibrefit.problem.linear_model.")
 """Where the classes of results come from. A file that names anything else is not one of ours."""
 
 

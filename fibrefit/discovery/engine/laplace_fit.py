@@ -12,7 +12,7 @@ from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants, number_of_sets
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.other_minima import costs_of
+from fibrefit.problem.estimate.gauss_newton import costs_of
 
 
 @dataclass(frozen=True)

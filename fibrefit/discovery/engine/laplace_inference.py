@@ -27,11 +27,16 @@ from fibrefit.discovery.engine.supermodel import Supermodel, change_products, st
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns, begun_at, differences, place_of
-from fibrefit.problem.estimate.other_minima import better_minima
-from fibrefit.problem.estimate.sandwich import overdispersion_of_change, overdispersion_of_scores
+from fibrefit.problem.estimate.gauss_newton import better_minima, mode
+from fibrefit.problem.linear_model.normal_equations import (
+    Gram,
+    PosteriorMode,
+    begun_at,
+    differences,
+    overdispersion_of_change,
+    overdispersion_of_scores,
+)
+from fibrefit.problem.linear_model.unknowns import Unknowns, place_of
 from fibrefit.problem.noise.rounding import same_noise
 from fibrefit.problem.noise.spectrum import Noise
 

@@ -13,8 +13,7 @@ from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import VANISHES
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.normal_equations import Place, Unknowns
-from fibrefit.problem.estimate.unknowns import prior_of
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns, prior_of
 from fibrefit.problem.statement.layout import Slot
 
 BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0

@@ -14,8 +14,8 @@ from typing import Protocol
 import numpy as np
 
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled, gathered
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Problem
 
 ARRIVED = 0.1

@@ -15,9 +15,9 @@ import numpy as np
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
-from fibrefit.problem.estimate.normal_equations import differences
 from fibrefit.problem.estimate.population import roots_of_posterior
-from fibrefit.problem.estimate.view import DRAWS_OF_ERRORS, beyond_inputs, drawn_about, spread_about
+from fibrefit.problem.linear_model.normal_equations import differences
+from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, beyond_inputs, drawn_about, spread_about
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
 from fibrefit.problem.noise.rounding import with_steps

@@ -15,9 +15,8 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP, STEADY_SIZE, Place, Unknowns, local_of
-from fibrefit.problem.estimate.score_test import ScoreTest
+from fibrefit.problem.linear_model.normal_equations import Gram, ScoreTest
+from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, STEADY_SIZE, Place, Unknowns, local_of
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""

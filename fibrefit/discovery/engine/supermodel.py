@@ -24,10 +24,9 @@ from fibrefit.problem.inputs.linearity_weights import counted, downweighted
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.inputs.step_likelihood import StepLikelihood
 from fibrefit.problem.noise.blocks import BlockFilter
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 
 WIDTH = 12

@@ -19,7 +19,7 @@ from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.laws.forms import Quadratic
-from fibrefit.problem.estimate.normal_equations import local_of
+from fibrefit.problem.linear_model.unknowns import local_of
 
 UNSEEN = 1e-10
 """Share of the largest eigenvalue below which a direction of the heights is rounding."""

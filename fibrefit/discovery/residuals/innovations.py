@@ -32,11 +32,10 @@ from fibrefit.discovery.engine.thresholds import (
     SLOW_BELOW,
 )
 from fibrefit.discovery.residuals.thresholds import FEWEST_TELLING
-from fibrefit.problem.estimate.gls import inverse
-from fibrefit.problem.estimate.normal_equations import DIFFERENCE_STEP
+from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.problem.noise.spectrum import Noise, periodogram, unbroken, without_lines
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.statement.matrices import equilibrated, pseudo_inverse, scale_of
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 
@@ -260,7 +259,7 @@ def _drifts(scores: _Scores, names: tuple[str, ...]) -> Alarm:
         coefficients = np.cos(np.pi * np.arange(1, WAVES + 1)[:, None] * moment)
         inside = np.einsum("js,ks,spq->jpkq", coefficients, coefficients, i).reshape(WAVES * p, WAVES * p)
         cross = np.einsum("js,spq->jpq", coefficients, i).reshape(WAVES * p, p)
-        held = inverse(whole)
+        held = pseudo_inverse(whole)
         normal += inside - cross @ held @ cross.T
         pull += np.einsum("js,sp->jp", coefficients, g).ravel() - cross @ held @ g.sum(axis=0)
     scale = scale_of(normal)

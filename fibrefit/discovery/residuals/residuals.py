@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.diagnose.phases import motion
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import ResidualSet, motion
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 

@@ -29,7 +29,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace
 from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
-from fibrefit.problem.estimate.normal_equations import arranged, local_grams
+from fibrefit.problem.linear_model.normal_equations import arranged, local_grams
 from fibrefit.study.summaries.discovery import HeldOut
 
 REFIT_STEPS = 15

@@ -21,7 +21,7 @@ from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace_evidence, most_probable_sigma
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import place_of
+from fibrefit.problem.linear_model.unknowns import place_of
 
 
 def extended(

@@ -20,8 +20,8 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.laws.families import family_of, instants_of
 from fibrefit.laws.law import INSTANTS, Effect
-from fibrefit.problem.estimate.normal_equations import local_grams, place_of
-from fibrefit.problem.estimate.score_test import score_test
+from fibrefit.problem.linear_model.normal_equations import local_grams, score_test
+from fibrefit.problem.linear_model.unknowns import place_of
 
 
 def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain]) -> bool:

@@ -29,9 +29,8 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import laplace
-from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import Unknowns, coordinate_steps, local_grams, place_of
-from fibrefit.problem.estimate.score_test import score_test
+from fibrefit.problem.linear_model.normal_equations import Gram, local_grams, score_test
+from fibrefit.problem.linear_model.unknowns import Unknowns, coordinate_steps, place_of
 
 
 class Elsewhere(NamedTuple):

@@ -14,7 +14,7 @@ from scipy.special import fdtrc
 from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import MEMORY, Scores, sandwich, stationary_parts
-from fibrefit.problem.statement.layout import least_squares
+from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check
 

@@ -30,14 +30,12 @@ from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import ALIKE_EVIDENCE, LOUDEST, NO_FACTOR, REMAINING
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
-from fibrefit.problem.estimate.gauss_newton import Effort, mode
-from fibrefit.problem.estimate.normal_equations import place_of
-from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values, places_of
-from fibrefit.problem.estimate.view import ROUGHLY_THERE, View
+from fibrefit.problem.estimate.gauss_newton import ROUGHLY_THERE, Effort, mode
 from fibrefit.problem.formulate.formulate import first_size
-from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.linear_model.unknowns import fit_unknowns, free_values, place_of, places_of
+from fibrefit.problem.linear_model.view import View
+from fibrefit.problem.statement.layout import Layout, Range
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.simulation.model import Model

@@ -18,8 +18,9 @@ from fibrefit.fitting.result import Estimate
 from fibrefit.fitting.thresholds import CHANCE
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.estimate.evidence import laplace
-from fibrefit.problem.estimate.unknowns import places_of
-from fibrefit.problem.statement.layout import Layout, least_squares
+from fibrefit.problem.linear_model.unknowns import places_of
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check
 

@@ -28,9 +28,8 @@ from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.misfit.structure import CELLS
 from fibrefit.fitting.thresholds import NO_FACTOR, VAGUE
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, Scores, inverse_root, sandwich
-from fibrefit.problem.diagnose.phases import HELD, Motion
-from fibrefit.problem.statement.arrays import RAN_AWAY
-from fibrefit.problem.statement.layout import Layout, gathered
+from fibrefit.problem.diagnose.motion import HELD, Motion
+from fibrefit.problem.statement.layout import RAN_AWAY, Layout, gathered
 from fibrefit.study.summaries.part import Z_95
 
 PARTS = round(1.0 / MEMORY)

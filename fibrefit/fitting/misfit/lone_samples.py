@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.fitting.thresholds import CARRIED_ALONE, STANDS_OUT
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import ResidualSet
 
 NEIGHBOURS = 2
 """Samples on each side with which one is compared: two strays side by side are still found."""

@@ -20,7 +20,7 @@ from scipy.special import chdtri
 
 from fibrefit.fitting.misfit.structure import loudness
 from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST, RARE_POWER
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.study.summaries.check import Check
 

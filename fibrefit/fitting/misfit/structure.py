@@ -27,7 +27,7 @@ from fibrefit.fitting.thresholds import (
     SPECTRUM_RATIO,
     STATE_SHARE,
 )
-from fibrefit.problem.diagnose.residuals import ResidualSet
+from fibrefit.problem.diagnose.motion import ResidualSet
 from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 from fibrefit.problem.thresholds import BESIDE_MAINS, CLEAR
 from fibrefit.study.summaries.check import Check

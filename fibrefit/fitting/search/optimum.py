@@ -12,11 +12,11 @@ from fibrefit.core.roles import ROLES
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.search.with_input_errors import WithInputErrors, as_it_ended, noise_left, with_input_errors
-from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, without_input_errors
+from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.layout import least_squares
+from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.results import InputErrorSummary

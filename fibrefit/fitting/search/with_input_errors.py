@@ -30,12 +30,12 @@ from fibrefit.fitting.thresholds import (
     REACTS_ALIKE,
 )
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, begun_at, place_of
-from fibrefit.problem.estimate.unknowns import fit_unknowns, free_values
-from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights, samples_about
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, begun_at
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns, fit_unknowns, free_values, place_of
+from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 

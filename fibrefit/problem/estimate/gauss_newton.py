@@ -2,31 +2,44 @@
 
 All that is needed of the records are, for each, the products of its whitened slopes and residuals. Fits, candidates of
 a search and how records differ in a posterior vary in who supplies them and in which values are unknown. The mode of
-a posterior, whose noise levels are unknown too, has a search of its own (`sampling.mode.mode`).
+a posterior, whose noise levels are unknown too, has a search of its own (`sampling.mode.mode`). What is minimised is
+the ``Q`` of `fibrefit.problem.linear_model`.
 
-Law
----
-Residuals ``e_r(z, eta_r, nu_r)`` with shared coordinates ``z ~ N(mean, P^-1)``, random effects of a record,
-its relative deviations ``eta_r ~ N(0, diag sigma^2)``, and nuisances ``nu_r`` of which nothing is known. Minimised is
-``Q = sum |e_r|^2 + sum (eta_r / sigma)^2 + (z - mean)' P (z - mean)``. A coordinate is the logarithm of a value over
-its reference, or its distance from there in units of its scale; a deviation is added to the logarithm.
+A descent ends in the nearest minimum, and a record may have two: a weight that sticks comes to rest at one of its
+reversals, a motion that bounces lands once more or does not, tens of nats apart. Which of them a hypothesis meets is
+chance, and a comparison of two that met different ones compares minima. Along each deviation the cost of a record is
+therefore taken a standard deviation away, on both sides. Where it is far below the parabola that slopes predict, the
+record is begun there, with all that records share held: they are independent then. Each keeps the better of its two
+minima (`better_minima`).
 
 Source
 ------
-Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963).
+Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963); More, Numerical Analysis, Lecture Notes in Mathematics
+630 (1978), whose numbers are those of the trust region.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.estimate.gram import Corrected, Gram
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, arrowhead, begun_at
-from fibrefit.problem.estimate.trust_region import radius_after, step_within
-from fibrefit.problem.statement.arrays import RAN_AWAY
+from fibrefit.problem.linear_model.normal_equations import (
+    Arrowhead,
+    Corrected,
+    Gram,
+    PosteriorMode,
+    arrowhead,
+    begun_at,
+    eliminated,
+    with_priors,
+)
+from fibrefit.problem.linear_model.unknowns import RIGID, Place, Unknowns, local_of, place_of, shared_coordinates
+from fibrefit.problem.linear_model.view import View
+from fibrefit.problem.statement.layout import RAN_AWAY
+from fibrefit.problem.statement.matrices import equilibrated, solved
 
 MODE_TOLERANCE = 0.02
 """Predicted reduction of Q that is not taken any more; two are a factor e in probability."""
@@ -148,3 +161,240 @@ def _again(found: PosteriorMode, gram: Gram) -> PosteriorMode:
     if isinstance(gram, Corrected):
         gram.renew()
     return replace(found, normal=arrowhead(found.unknowns, found.place, gram), steps=found.steps + 1)
+
+
+LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
+"""Damping of a step whose size nothing limits, of the first one, and beyond which there is no step."""
+SHORTEST_STEP = 0.1
+"""Share of a step that led nowhere, below which the next one is not shortened at once."""
+ON_RADIUS = 1.1
+"""Factor to which a step has the size of the radius."""
+
+
+class DampedStep(NamedTuple):
+    """A step inside the bounds and within reach.
+
+    Parameters
+    ----------
+    place : Place
+        Where it leads.
+    predicted_reduction : float
+        Fall of Q.
+    slope : float
+        What Q would fall by if it fell on as it does at the start of the step.
+    size : float
+        Norm, each coordinate in units of what one of residuals it changes by one.
+    """
+
+    place: Place
+    predicted_reduction: float
+    slope: float
+    size: float
+
+
+def radius_after(step: DampedStep, fall: float, radius: float) -> float:
+    """Radius of the trust region after a step, by how much Q fell of the predicted reduction."""
+    if not np.isfinite(fall):
+        return SHORTEST_STEP * step.size
+    if fall > 0.75 * step.predicted_reduction:
+        return max(radius if np.isfinite(radius) else 0.0, 2.0 * step.size)
+    if fall > 0.25 * step.predicted_reduction:
+        return step.size if np.isinf(radius) else radius
+    # Where the parabola through both ends, with the slope at the first, is lowest.
+    return float(np.clip(0.5 * step.slope / (step.slope - fall), SHORTEST_STEP, 0.5)) * step.size
+
+
+def step_within(found: PosteriorMode, radius: float) -> DampedStep:
+    """The damped step of a size that is no more than a radius.
+
+    Its damping is the one for which it has the size of the radius, to a tenth.
+    """
+    low, high = np.log10(LEAST_DAMPING), np.log10(STIFFEST)
+    first = _trial(found, CAUTIOUS if np.isinf(radius) else LEAST_DAMPING)
+    if first.size <= ON_RADIUS * radius:
+        return first
+    while high - low > 1e-3:
+        middle = 0.5 * (low + high)
+        step = _trial(found, 10.0**middle)
+        if step.size > ON_RADIUS * radius:
+            low = middle
+        elif step.size < radius / ON_RADIUS:
+            high = middle
+        else:
+            return step
+    return step
+
+
+def _trial(found: PosteriorMode, damping: float) -> DampedStep:
+    """A damped step inside the bounds."""
+    unknowns, place = found.unknowns, found.place
+    whole = with_priors(unknowns, place, found.normal, found.sigma)
+    stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
+    free = ~stuck & (np.diag(whole.shared) > 0.0)
+    held = np.zeros(len(place.z))
+    for _ in range(len(free) + 1):
+        dz, own = _solved(whole, damping, free, held)
+        outside = free & ((place.z + dz < unknowns.lower) | (place.z + dz > unknowns.upper))
+        if not outside.any():
+            break
+        # What would leave its bounds is brought to them, and the others move with it held there.
+        held = np.where(outside, np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z, held)
+        free &= ~outside
+    n = len(unknowns.each)
+    way = Place(place.z + dz, place.own + own[:, :n], place.eta + own[:, n:], place.rest)
+    slope = -2.0 * float(whole.pull @ dz + np.sum(whole.pulls * own))
+    bend = dz @ whole.shared @ dz + 2.0 * np.einsum("i,rij,rj->", dz, whole.cross, own)
+    bend += np.einsum("ri,rij,rj->", own, whole.blocks, own)
+    size = np.diag(whole.shared) @ dz**2 + np.sum(np.einsum("rii->ri", whole.blocks) * own**2)
+    return DampedStep(way, slope - float(bend), slope, float(np.sqrt(size)))
+
+
+def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of shared and own unknowns; those that are not free go where they are held."""
+    dz, shared, blocks = np.where(free, 0.0, held), _damped(whole.shared, damping), _damped(whole.blocks, damping)
+    schur, right = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
+    right = right + schur @ dz
+    if free.any():
+        scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
+        inside, wanted = equilibrated(schur[np.ix_(free, free)], scale), right[free] / scale
+        # Where slopes are lost though the motion is not, no step leads anywhere.
+        known = np.isfinite(inside).all() and np.isfinite(wanted).all()
+        dz[free] = -np.linalg.lstsq(inside, wanted, rcond=1e-13)[0] / scale if known else np.nan
+    return dz, _own_step(whole, dz, damping)
+
+
+def _own_step(whole: Arrowhead, dz: np.ndarray, damping: float) -> np.ndarray:
+    right = -(whole.pulls + np.einsum("i,rij->rj", dz, whole.cross))
+    return solved(_damped(whole.blocks, damping), right[..., None])[..., 0]
+
+
+def _damped(matrix: np.ndarray, damping: float) -> np.ndarray:
+    return matrix + damping * np.eye(matrix.shape[-1]) * matrix
+
+
+BROAD = 0.02
+"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
+
+
+ROUGHLY_THERE = 0.1
+"""Promised fall of the objective at which that descent ends."""
+
+
+def record_wise_start(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.ndarray) -> Place:
+    """Where records that may differ are best in plain least squares.
+
+    A record that differs may have been matched in the wrong bounce, and leave hardly more than noise there: all are
+    fitted over horizons that grow once more, and each is taken from where it is best.
+
+    Parameters
+    ----------
+    places : sequence of Place
+        Where to begin.
+    seen : View
+        Without a whitening.
+    horizons : (n_way, n_stage, n_record) int
+        See `Task`.
+    """
+    sigma = np.full(len(unknowns.scattering), BROAD)
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGHLY_THERE) for place in places]
+    for way in horizons:
+        there = places[0]._replace(eta=np.zeros_like(places[0].eta))
+        for counts in way:
+            shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
+            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGHLY_THERE)
+            there = end.place
+        found.append(end)
+    best = np.argmin([end.normal.costs for end in found], axis=0)
+    local = np.stack([found[i].local[r] for r, i in enumerate(best)])
+    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGHLY_THERE))
+    return _lowest(found).place
+
+
+def _lowest(ends: Sequence[PosteriorMode]) -> PosteriorMode:
+    return min(ends, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf)
+
+
+NEARBY = Effort(steps=12)
+"""How long that minimum is looked for: it is near, or it is none."""
+
+
+FAR_BELOW = 0.8
+"""Share of the rise that slopes predict, below which a record is begun on that side: of five drops one had another
+minimum, and rose on that side by 0.4 to 0.7 of what it did on the other; both sides of the others were within 1 %."""
+
+
+def better_minima(found: PosteriorMode, gram: Gram, descent: Gram) -> Place | None:
+    """Each record in the better one of two minima; None where none of them has a better one.
+
+    Parameters
+    ----------
+    found : PosteriorMode
+    gram : callable
+        Products of changes however large, see `Gram`.
+    descent : callable
+        The same for a descent.
+    """
+    away = beyond_the_parabola(found, gram)
+    if not away.any():
+        return None
+    unknowns, place = found.unknowns, found.place
+    held = unknowns.holding(np.arange(len(unknowns.shared)), place.z)
+    there = mode(held, place._replace(eta=place.eta + away), descent, found.sigma, effort=NEARBY)
+    better = costs_of(there) < costs_of(found) - NOTICED
+    if not better.any():
+        return None
+    own, eta = (
+        np.where(better[:, None], new, old) for new, old in ((there.place.own, place.own), (there.place.eta, place.eta))
+    )
+    return place._replace(own=own, eta=eta)
+
+
+def beyond_the_parabola(found: PosteriorMode, gram: Gram) -> np.ndarray:
+    """Where records are begun anew: changes of their deviations ``(n_record, n_scattering)``, none of most.
+
+    Of several sides the one whose cost is the smallest share of what slopes predict.
+    """
+    unknowns, place, normal = found.unknowns, found.place, found.normal
+    nothing = np.zeros_like(place.eta)
+    differing = np.flatnonzero(found.sigma > 0.0)
+    if not differing.size or not np.isfinite(normal.cost):
+        return nothing
+    which = np.repeat(differing, 2)
+    steps = np.maximum(found.sigma[which], FIRST_SIGMA) * np.tile([1.0, -1.0], differing.size)
+    columns = unknowns.scattering[which]
+    z = shared_coordinates(unknowns, place)
+    targets = np.stack([_moved(unknowns, z, *side) for side in zip(columns, steps, strict=True)], axis=1)
+    grams = gram(local_of(unknowns, place), unknowns.shared[columns], targets)
+    rise = np.einsum("rii->ri", grams)[:, :-1] + 2.0 * grams[:, :-1, -1]
+    mine = len(unknowns.each) + which
+    predicted = normal.blocks[:, mine, mine] * steps**2 + 2.0 * normal.pulls[:, mine] * steps
+    told = predicted > NOTICED
+    share = np.where(told, rise / np.where(told, predicted, 1.0), np.inf)
+    best = np.argmin(np.where(np.isfinite(share), share, np.inf), axis=1)
+    begun = share[np.arange(len(share)), best] < FAR_BELOW
+    nothing[np.flatnonzero(begun), which[best[begun]]] = steps[best[begun]]
+    return nothing
+
+
+def costs_of(found: PosteriorMode, sigma: np.ndarray | None = None) -> np.ndarray:
+    """Share of Q of each record, ``(n_record,)``, beside what is believed of what they share.
+
+    Parameters
+    ----------
+    found : PosteriorMode
+    sigma : (n_scattering,), optional
+        Standard deviations by which deviations count; those of the mode by default.
+    """
+    deviations = found.place.eta / np.maximum(found.sigma if sigma is None else sigma, RIGID)
+    return np.asarray(found.normal.costs + np.sum(deviations**2, axis=1))
+
+
+def _moved(unknowns: Unknowns, z: np.ndarray, column: int, step: float) -> np.ndarray:
+    """Values ``(n_record,)`` of a deviating column of the coordinates ``(n_record, n_shared)``, a step further."""
+    there = z.copy()
+    there[:, column] += step
+    return unknowns.value(there)[:, column]
+
+
+FIRST_SIGMA = 0.004
+"""Standard deviation a search begins with."""

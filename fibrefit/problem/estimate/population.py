@@ -10,11 +10,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, end_told
-from fibrefit.problem.estimate.normal_equations import held_places, own_precision, shared_coordinates
-from fibrefit.problem.estimate.schur import inverses
-from fibrefit.problem.estimate.sigma_grid import FURTHER, further_in
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
+from fibrefit.problem.estimate.evidence import FURTHER, MarginalLikelihood, end_told, further_in
+from fibrefit.problem.linear_model.unknowns import held_places, own_precision, shared_coordinates
+from fibrefit.problem.statement.matrices import equilibrated, inverses, scale_of
 from fibrefit.problem.thresholds import END_TOLD
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.results import BetweenRecordsSummary

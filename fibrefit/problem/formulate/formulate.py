@@ -1,31 +1,31 @@
-"""From a study, its records and a model to a task."""
+"""From a study, its records and a model to a task; of planned records from their conditions and clock alone."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from fibrefit.core.allowance import MOST_PLANNED, too_long
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.core.roles import FORCES, ROLES
-from fibrefit.problem.diagnose.exchanged import are_exchanged
-from fibrefit.problem.diagnose.scales import refuse_misread, rules_out_a_factor
-from fibrefit.problem.diagnose.signs import refuse_turned
-from fibrefit.problem.formulate.traces import ESTIMATED, Measured, in_order, trace_of
+from fibrefit.core.roles import FORCES, ROLES, USUAL_NOISE
+from fibrefit.problem.diagnose.channels import are_exchanged, refuse_misread, refuse_turned, rules_out_a_factor
+from fibrefit.problem.formulate.traces import ESTIMATED, Measured, conditions_of, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
 from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
 from fibrefit.problem.noise.rounding import coarse_step, noise_in_motion, steps_of
 from fibrefit.problem.noise.spectrum import Noise, at_rest, estimate_noise
 from fibrefit.problem.noise.whittle import with_lines
-from fibrefit.problem.statement.belief import Belief
-from fibrefit.problem.statement.layout import Layout, Slot
+from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
 from fibrefit.problem.statement.observations import stack
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.transform import Range
 from fibrefit.problem.task import Task
+from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.records.thresholds import SAME_RATE
+from fibrefit.rigs.excitation import Excitation
 from fibrefit.rigs.rig import Starting
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -380,3 +380,119 @@ def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
         for way in ends
     ]
     return np.array(places, dtype=np.int32)
+
+
+def formulate_planned(study: Study, model: Model) -> Task:
+    """Task of a study whose records are planned.
+
+    Parameters
+    ----------
+    study : Study
+        Each record with a name, a sampling rate and a duration; each base parameter with an initial value.
+
+    Returns
+    -------
+    Task
+        Nothing in it is measured: its channels are zero.
+
+    Raises
+    ------
+    StudyError
+        If there is no record, a parameter has no initial value, a record lacks a condition or an excitation, one is
+        too short, or all together are too long.
+    """
+    study.refuse_without_records()
+    rig = model.rig
+    if rig.planned is None or rig.anchor is not None or rig.derived:
+        measured = "records that were measured: only they tell how the motion begins"
+        raise StudyError(
+            str(study.source), f"planned records of a {study.kind}", measured, "Name a file for each record."
+        )
+    # Records are refused by what they declare: nothing is made of them before.
+    together = 0
+    for record in study.records:
+        together += (size := _planned_samples(record))
+        if size < FEWEST_READINGS:
+            do = "Give it a longer duration, or a larger sampling_rate."
+            raise StudyError(record.label, f"a planned record of {size} samples", f"at least {FEWEST_READINGS}", do)
+        if together > MOST_PLANNED:
+            raise too_long(record.label, size, StudyError)
+    traces = tuple(in_order([_planned_trace(record, model) for record in study.records]))
+    settings = study.settings({parameter.name: parameter for parameter in model.parameters})
+    stated = [stated_of(record) for record in study.records]
+    layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
+    said = {channel: getattr(study.noise, channel, None) for channel in rig.channels}
+    rms = {channel: float(USUAL_NOISE[channel] if sd is None else sd) for channel, sd in said.items()}
+    return Task(
+        problem=Problem(model, layout, stack(traces, {channel: [sd] * len(traces) for channel, sd in rms.items()})),
+        traces=traces,
+        start=layout.pack(_planned_values(study, model, traces)),
+        spread={},
+        horizons=np.array([[[len(trace.times) for trace in traces]]], dtype=np.int32),
+        noise={channel: Noise(sd**2 / (0.5 * traces[0].rate), 0.0, 0.0, 0) for channel, sd in rms.items()},
+        input_noise={},
+        noise_given=rig.channels,
+        units={channel: ROLES[channel] for channel in rig.channels},
+    )
+
+
+def _planned_samples(record: Any) -> int:
+    return round(record.duration * record.sampling_rate) + 1
+
+
+def _planned_trace(record: Any, model: Model) -> Trace:
+    times = np.arange(_planned_samples(record)) / record.sampling_rate
+    conditions = conditions_of(record.label, model.rig, stated_of(record))
+    for name, value in conditions.items():
+        if np.isnan(value):
+            raise StudyError(record.label, f"no {name}", "it for a planned record", f"Give {name} in the record.")
+    inputs = {name: np.column_stack(_planned_drive(record, times)) for name in model.rig.inputs if name == "drive"}
+    return Trace(record.label, times, {name: np.zeros(len(times)) for name in model.rig.channels}, inputs, conditions)
+
+
+def _planned_drive(record: Any, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, rate and reading of a drive that is harmonic, or follows an excitation."""
+    harmonic = hasattr(record, "frequency")
+    needed = ("amplitude", "frequency") if harmonic else ("excitation", "amplitude", "rate")
+    if missing := [name for name in needed if getattr(record, name) is None]:
+        of = "the driven ends" if harmonic else "the drive of a planned record"
+        example = 'amplitude = "20 mm", frequency = "4 Hz"'
+        example = example if harmonic else 'excitation = "trapezoid", amplitude = "60 mm", rate = "200 mm/s"'
+        got = f"no {' and no '.join(missing)}"
+        raise StudyError(record.label, got, f"the movement of {of}", f"For example {example}.")
+    if harmonic:
+        omega = 2.0 * np.pi * record.frequency
+        position = record.amplitude * np.sin(omega * times)
+        return position, record.amplitude * omega * np.cos(omega * times), position
+    hold = {} if record.hold is None else {"hold": record.hold}
+    position, rate = Excitation(record.excitation, record.amplitude, record.rate, **hold).motion(times)
+    if not np.ptp(position) > 0.0:
+        raise StudyError(
+            record.label,
+            f"a drive that does not move within {record.duration:g} s",
+            "at least one whole stroke of it",
+            "Give it a longer duration, or a larger rate.",
+        )
+    return position, rate, position
+
+
+def _planned_values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Mapping[str, float | np.ndarray]:
+    base = {parameter.name for parameter in model.rig.parameters}
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    values: dict[str, float | np.ndarray] = {}
+    for name, setting in study.settings(declared).items():
+        if setting.initial is None and name in base:
+            raise StudyError(
+                f"{study.source}, parameters.{name}",
+                "no initial",
+                "a value: planned records have no data to find it from",
+                f'For example [parameters.{name}] initial = "{declared[name].typical:g} {declared[name].unit}".',
+            )
+        values[name] = first_size(declared[name]) if setting.initial is None else setting.initial
+    stated = [stated_of(record) for record in study.records]
+    usual = [model.rig.planned(trace.conditions) if model.rig.planned else {} for trace in traces]
+    for nuisance in model.rig.nuisances:
+        said = [row.get(nuisance.name) for row in stated]
+        default = [known.get(nuisance.name, 0.0) for known in usual]
+        values[nuisance.name] = np.array([d if s is None else s for s, d in zip(said, default, strict=True)])
+    return values

@@ -15,7 +15,7 @@ from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled, Whitening
-from fibrefit.problem.statement.arrays import RAN_AWAY
+from fibrefit.problem.statement.layout import RAN_AWAY
 from fibrefit.problem.task import Task
 
 NEGLIGIBLE = 0.1

@@ -23,7 +23,7 @@ import numpy as np
 
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.noise.rounding import before_rounding
-from fibrefit.problem.statement.steps import Steps, rows_in_steps
+from fibrefit.problem.statement.observations import Steps, rows_in_steps
 
 _in_steps = jax.jit(rows_in_steps)
 

@@ -22,7 +22,8 @@ from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening, innovations
 from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
-from fibrefit.problem.statement.layout import Layout, least_squares, normal_equations
+from fibrefit.problem.statement.layout import Layout, normal_equations
+from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 TINY = 1e-30

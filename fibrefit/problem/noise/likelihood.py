@@ -12,8 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.noise.whitening import Whitening
-from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.steps import Steps, log_probability
+from fibrefit.problem.statement.observations import Observations, Steps, log_probability
 
 TAIL_START = 10.0
 

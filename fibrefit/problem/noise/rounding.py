@@ -15,8 +15,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.observations import Steps, log_probability
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.statement.steps import Steps, log_probability
 from fibrefit.problem.thresholds import COARSE_STEPS, CROSSED
 from fibrefit.rigs.signals.rest import fast_part, resolution
 from fibrefit.rigs.signals.trace import Trace

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.problem.statement.arrays import RAN_AWAY
+from fibrefit.problem.statement.layout import RAN_AWAY
 
 
 def half_weights(size: int) -> np.ndarray:

@@ -14,8 +14,7 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.parameter import Parameter
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.transform import Range
+from fibrefit.problem.statement.layout import Layout, Range
 from fibrefit.problem.thresholds import WIDE_PRIOR
 from fibrefit.simulation.model import Model
 

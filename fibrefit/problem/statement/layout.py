@@ -1,19 +1,163 @@
-"""The one place that knows the order of a problem's numbers: names to vector and back."""
+"""The one place that knows the order of a problem's numbers, their limits and what is believed of them.
+
+Every limit is kept by a change of variable (`Range`): a solver moves in coordinates without limits, each scaled so that
+a step of one is a large but sensible change. What is believed of a value before the records speak (`Belief`) is one
+more residual of a least-squares fit.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.parameter import Parameter
-from fibrefit.problem.statement.arrays import RAN_AWAY, functions_for
-from fibrefit.problem.statement.belief import Belief
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
-from fibrefit.problem.statement.transform import Range
+
+RAN_AWAY = np.errstate(over="ignore", invalid="ignore")
+"""Decorates products of slopes: of a motion that ran away they are not finite, and not believed where they are used."""
+
+
+def functions_for(array: Any) -> Any:
+    """`jax.numpy` for what JAX holds or traces, `numpy` for all else: a number at hand needs no compiler."""
+    return jnp if isinstance(array, jax.Array) else np
+
+
+NUDGE = 1e-4
+"""Least distance from a limit at which a start is put: in units of the scale, or of the logarithm."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a free parameter may lie, in SI units, and how it is scaled.
+
+    Parameters
+    ----------
+    lower, upper : float
+        Infinite where there is no limit.
+    scale : float
+        Typical size.
+    log : bool
+        Whether it is moved on a logarithmic scale; `lower` must then not be negative.
+    """
+
+    lower: float
+    upper: float
+    scale: float
+    log: bool = False
+
+    @classmethod
+    def of(cls, parameter: Parameter) -> Range:
+        """Range a parameter declares for itself."""
+        # One that vanishes at infinity spans decades too.
+        log = parameter.log or parameter.reciprocal
+        size = abs(parameter.typical)
+        return cls(parameter.lower, parameter.upper, size if math.isfinite(size) and size > 0.0 else 1.0, log)
+
+    def within(self, lower: float | None, upper: float | None) -> Range:
+        """The part of the range between limits a person has set."""
+        low = self.lower if lower is None else max(self.lower, lower)
+        high = self.upper if upper is None else min(self.upper, upper)
+        return Range(low, high, self.scale, self.log)
+
+    @property
+    def bounded(self) -> tuple[bool, bool]:
+        """Whether there is a limit below and above, on the scale it is moved on."""
+        low = self.lower > 0.0 if self.log else math.isfinite(self.lower)
+        return low, math.isfinite(self.upper)
+
+    def line(self, value: Any) -> Any:
+        """Value on the scale it is moved on: its logarithm, or the value in units of `scale`."""
+        return functions_for(value).log(value / self.scale) if self.log else value / self.scale
+
+    def from_line(self, position: Any) -> Any:
+        """Inverse of `line`."""
+        return functions_for(position).exp(position) * self.scale if self.log else position * self.scale
+
+    def value(self, free: Any) -> Any:
+        """Value in SI units of a free coordinate.
+
+        Law
+        ---
+        No limit: y = x. One: y = low + sqrt(x^2 + 1) - 1, which reaches the limit at x = 0. Two:
+        y = low + (high - low) / (1 + exp(-4 x / (high - low))), of slope 1 in the middle.
+        """
+        low, high = self._limits()
+        xp = functions_for(free)
+        if all(self.bounded):
+            width = high - low
+            # The logistic curve in a form that neither overflows nor loses digits at its foot.
+            position = low + width * xp.exp(-xp.logaddexp(0.0, -4.0 * free / width))
+        elif self.bounded[0]:
+            position = low + xp.sqrt(free**2 + 1.0) - 1.0
+        elif self.bounded[1]:
+            position = high - xp.sqrt(free**2 + 1.0) + 1.0
+        else:
+            position = free
+        return self.from_line(position)
+
+    def free(self, value: Any) -> Any:
+        """Free coordinate of a value; one nearer to a limit than `NUDGE` is put that far off, for want of a slope."""
+        low, high = self._limits()
+        position = self.line(value)
+        xp = functions_for(position)
+        if all(self.bounded):
+            width = high - low
+            share = xp.clip((position - low) / width, NUDGE / width, 1.0 - NUDGE / width)
+            return 0.25 * width * xp.log(share / (1.0 - share))
+        if self.bounded[0]:
+            return xp.sqrt((xp.maximum(position - low, NUDGE) + 1.0) ** 2 - 1.0)
+        if self.bounded[1]:
+            return xp.sqrt((xp.maximum(high - position, NUDGE) + 1.0) ** 2 - 1.0)
+        return position
+
+    def at_bound(self, value: float, tolerance: float) -> bool:
+        """Whether `value` lies within `tolerance` (SI) of a limit."""
+        return bool(value - self.lower < tolerance or self.upper - value < tolerance)
+
+    def _limits(self) -> tuple[float, float]:
+        with np.errstate(divide="ignore"):
+            line = lambda v: float(np.log(v / self.scale)) if self.log else v / self.scale  # noqa: E731
+            return line(self.lower) if self.bounded[0] else -math.inf, line(self.upper) if self.bounded[1] else math.inf
+
+
+@dataclass(frozen=True)
+class Belief:
+    """A normal density of a value, or of its logarithm.
+
+    Parameters
+    ----------
+    centre : float
+        Mean, or median where `log`; in SI units.
+    spread : float
+        Standard deviation, of the logarithm where `log`.
+    """
+
+    centre: float
+    spread: float
+    log: bool = False
+
+    def residual(self, value: Any) -> Any:
+        """Distance of a value ``()`` from the centre in standard deviations; NumPy or JAX."""
+        if self.log:
+            return functions_for(value).log(value / self.centre) / self.spread
+        return (value - self.centre) / self.spread
+
+    def slope(self, value: Any) -> Any:
+        """Change of the residual with the value ``()``, per SI unit; NumPy or JAX."""
+        return (1.0 / value if self.log else 1.0) / self.spread
+
+    @property
+    def relative(self) -> float:
+        """Standard deviation as a share of the centre; infinite about zero."""
+        if self.log:
+            return self.spread
+        return abs(self.spread / self.centre) if self.centre else float("inf")
 
 
 @RAN_AWAY
@@ -62,17 +206,6 @@ def normal_equations(
     normal = assembled(np.einsum("rcti,rctj->rij", slopes, slopes), columns, size)
     gradient = gathered(np.einsum("rcti,rct->ri", slopes, residuals), columns, size)
     return (normal, gradient) if belief is None else (normal + belief[:-1, :-1], gradient + belief[:-1, -1])
-
-
-def least_squares(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution ``(n,)`` of normal equations whose rows may have any units; the smallest where several solve them.
-
-    Not a number where the equations hold what is none, as slopes are of a motion that the least change leads elsewhere.
-    """
-    if not (np.isfinite(normal).all() and np.isfinite(right).all()):
-        return np.full(len(right), np.nan)
-    scale = scale_of(normal)
-    return np.linalg.lstsq(equilibrated(normal, scale), right / scale, rcond=1e-10)[0] / scale
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.estimate.view import View
 from fibrefit.problem.inputs.error_signals import taken_off
 from fibrefit.problem.inputs.errors_in_variables import (
     InputCoefficients,
@@ -28,8 +27,9 @@ from fibrefit.problem.inputs.errors_in_variables import (
 )
 from fibrefit.problem.inputs.linearity_weights import downweighted
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
+from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.whitening import Whitening, innovations
-from fibrefit.problem.posterior.input_effects import InputEffects
+from fibrefit.problem.posterior.log_posterior import InputEffects
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 

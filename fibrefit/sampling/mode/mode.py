@@ -16,11 +16,10 @@ import numpy as np
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.programs.products import column_products
-from fibrefit.problem.posterior.log_posterior import LogPosterior, RecordPlace
+from fibrefit.problem.posterior.log_posterior import Conditional, LogPosterior, RecordPlace
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.problem.posterior.random_effects import Conditional
-from fibrefit.problem.statement.equilibration import equilibrated, scale_of
 from fibrefit.problem.statement.layout import assembled
+from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.sampling.approximation import Approximation
 from fibrefit.sampling.thresholds import FLAT_PART
 

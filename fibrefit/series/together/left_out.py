@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, gap_of_record
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.estimate.normal_equations import arranged, local_grams
+from fibrefit.problem.linear_model.normal_equations import arranged, local_grams
 from fibrefit.series.together.models import own_evidence
 
 

@@ -30,7 +30,8 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.normal_equations import PosteriorMode, Unknowns, own_precision, place_of
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Unknowns, own_precision, place_of
 from fibrefit.problem.task import Task
 from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.core.roles import LOADING, UNLOADING
-from fibrefit.problem.diagnose.phases import Motion
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.thresholds import STANDING
 
 SLOWEST, FASTEST = 0.05, 0.95

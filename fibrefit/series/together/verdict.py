@@ -12,7 +12,7 @@ from fibrefit.core.progress import Progress, quiet
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, left_out
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.schur import inverses
+from fibrefit.problem.statement.matrices import inverses
 from fibrefit.problem.task import Task
 from fibrefit.series.population import Population, population
 from fibrefit.series.together.laws import BY_EFFECT, SpeedLaw, factors, parameter_of

@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.core.roles import ROLES
 from fibrefit.core.shown import in_words
 from fibrefit.core.units import format_quantity
-from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
+from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence

@@ -15,7 +15,7 @@ from fibrefit.core.programs.blas import one_blas_thread
 from fibrefit.core.progress import Progress, quiet
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import Freedom, freedom_of, predictive_slopes, predictive_variance
-from fibrefit.problem.diagnose.inverse_dynamics import force_balance
+from fibrefit.problem.diagnose.newton import force_balance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem

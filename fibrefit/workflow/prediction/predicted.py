@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.fitting.evaluate import Evaluation
 from fibrefit.fitting.predictive import Freedom
-from fibrefit.problem.diagnose.inverse_dynamics import ForceBalance
+from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.records import Record

@@ -1,23 +1,36 @@
-"""Whether a channel was logged with the wrong sign, before anything is fitted.
+"""Whether channels are what they are called, before anything is fitted: which is which, their signs, scales and times.
 
-A weight falls as gravity has it, is drawn the way its fibre pulls, and follows its drive: that of the three which it
+Signs: a weight falls as gravity has it, is drawn the way its fibre pulls, and follows its drive: that of the three it
 moves against has another sign than was read, and where it moves against gravity its position has. A mean below zero
 proves nothing, as gauges have offsets: these change gravity as the records show it, and the force not at all.
+
+Scales: what a file or its user leaves unsaid, a gain, a decimation or a unit, shows in the numbers: a weight of a known
+mass does not move so under such a force.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.shown import in_words
-from fibrefit.core.units import format_number
-from fibrefit.problem.thresholds import CARRIES_LOAD, FOLLOWS, NO_OFFSET, PROVEN_FACTOR, TELLS_A_SIGN, ZERO_KNOWN
+from fibrefit.core.units import format_number, format_quantity
+from fibrefit.problem.thresholds import (
+    CARRIES_LOAD,
+    FEWEST_SPANS,
+    FOLLOWS,
+    HOLDS,
+    MISREAD,
+    NO_OFFSET,
+    PROVEN_FACTOR,
+    TELLS_A_SIGN,
+    ZERO_KNOWN,
+)
 from fibrefit.rigs.rig import Rig
-from fibrefit.rigs.signals.newton import newton_of
+from fibrefit.rigs.signals.newton import Sizes, newton_of
 from fibrefit.rigs.signals.trace import Trace
 
 GRAVITY, FORCE, POSITION, DRIVE = "gravity", "force", "position", "drive"
@@ -172,3 +185,123 @@ def _where(same: Sequence[str], number: int) -> str:
         return f"all {number} records"
     rest = len(same) - MOST_NAMES
     return in_words([*same[:MOST_NAMES], f"{rest} more"] if rest > 0 else same)
+
+
+EXPLAINED = ("study.", "sensor.force_gain", "sensor.position_gain", "pulley.", "rig.")
+"""Beginnings of names of effects by which a model has other scales, slopes or inertias than the study states."""
+
+
+def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (), known: Collection[str] = ()) -> None:
+    """Refuse records whose force or position is not that of the weight, by a factor.
+
+    Parameters
+    ----------
+    rig : Rig
+        One that does not say what acts on its weight is not examined.
+    effects : sequence of str
+        Names of those in the model: where one of them may be the reason, the fit has to tell.
+    known : collection of str
+        Constants of the rig that are parameters of the model and known beforehand too well to be the reason.
+
+    Raises
+    ------
+    DataError
+        With the factor, and what to check.
+    """
+    found_too = {parameter.name for parameter in rig.parameters} & {condition.name for condition in rig.conditions}
+    if rig.pulled is None or found_too - set(known) or any(name.startswith(EXPLAINED) for name in effects):
+        return
+    for trace in traces:
+        position, force = trace.channels.get("position"), trace.channels.get("force")
+        if position is None or force is None:
+            continue
+        pulled = rig.pulled(trace.conditions, position)
+        sizes = newton_of(trace.times, position, force, pulled)
+        if sizes is not None and sizes.explained >= HOLDS:
+            _refuse(trace.name, sizes, pulled.mass)
+
+
+def _refuse(name: str, sizes: Sizes, mass: float) -> None:
+    """Gravity alone is no reason: a slope or a zero that a study states wrongly can be found, and the fit tells it."""
+    if not (sizes.force > 0.0 and is_off(sizes.force, sizes.force_error)):
+        return
+    law = "a weight that moves as gravity and the measured force have it"
+    falls = is_off(sizes.gravity, sizes.gravity_error)
+    if falls and sizes.gravity and not is_off(sizes.force / sizes.gravity, 0.0):
+        got = f"the weight is accelerated by {_written(sizes.gravity)} times what gravity and the measured force do"
+        pace = f"{_written(1.0 / sizes.gravity)}, or that of the times by {_written(np.sqrt(sizes.gravity))}"
+        do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
+        raise DataError(name, got, law, do)
+    got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
+    do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass: with "
+    do += f"{format_quantity(mass / sizes.force, 'kg', 2)} in motion the force would fit."
+    raise DataError(name, got, law, do)
+
+
+def _written(size: float) -> str:
+    return format_number(size, 3)
+
+
+def rules_out_a_factor(relative: float) -> bool:
+    """Whether a value known with such a relative standard deviation is not off by what is refused as misread."""
+    return PROVEN_FACTOR * relative < MISREAD - 1.0
+
+
+def is_off(size: float, error: float) -> bool:
+    """Whether a size that should be 1 is surely another one."""
+    return abs(size - 1.0) > PROVEN_FACTOR * error and not 1.0 / MISREAD < size < MISREAD
+
+
+SPAN = 5e-3
+"""Time over which readings are averaged, in s: noise is small then, and impacts are still seen."""
+
+
+def are_exchanged(traces: Sequence[Trace]) -> bool:
+    """Whether the force of every record is the smoother one of the two.
+
+    A force accelerates a mass, and a position is the double integral of its acceleration: whatever their units, a
+    position is smoother than a force. The roughness of the position is 0.01 to 0.5 of that of the force in the records
+    of drops, of driven weights and of guided masses at hand, so that it would be 2 to 100 times where the two are
+    exchanged; the limit is 1. Where nothing moves both are noise, which is rougher than its own spread: what stands in
+    the place of the force must be smooth, as the position of something that moves is.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        Records without both a force and a position say nothing.
+    """
+    pairs = [(trace.times, _readings(trace, "position"), _readings(trace, "force")) for trace in traces]
+    rough = [
+        (roughness(times, position), roughness(times, force))
+        for times, position, force in pairs
+        if position is not None and force is not None
+    ]
+    return bool(rough) and all(force < min(position, 1.0) for position, force in rough)
+
+
+def roughness(times: np.ndarray, values: np.ndarray) -> float:
+    """Second differences of a signal over `SPAN` beside its own spread; a pure number.
+
+    Parameters
+    ----------
+    times : (n_time,) in s
+    values : (n_time,)
+        Any unit; NaN where there is none.
+    """
+    there = np.isfinite(values)
+    if there.sum() < 2 or not np.ptp(values[there]) > 0.0:
+        return np.nan
+    number = max(1, round(SPAN / float(np.median(np.diff(times)))))
+    blocks = len(times) // number
+    whole = np.interp(times, times[there], values[there])
+    means = whole[: blocks * number].reshape(blocks, number).mean(axis=1)
+    if blocks < FEWEST_SPANS or not np.ptp(means) > 0.0:
+        return np.nan
+    return float(np.sqrt(np.mean(np.diff(means, 2) ** 2)) / np.std(means))
+
+
+def _readings(trace: Trace, role: str) -> np.ndarray | None:
+    if role in trace.channels:
+        return np.asarray(trace.channels[role])
+    # An input is kept with its readings beside what was made of them.
+    return np.asarray(trace.inputs[role])[:, -1] if role in trace.inputs else None

@@ -1,11 +1,7 @@
-"""Records as a Gauss-Newton search sees them: through a whitening, with errors of inputs eliminated.
-
-Where records may differ, the search begins in plain least squares with broad deviations, and over horizons that grow.
-"""
+"""Records as a Gauss-Newton search sees them: through a whitening, with errors of inputs eliminated."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -15,23 +11,16 @@ import numpy as np
 
 from fibrefit.core.programs.kept import kept_program
 from fibrefit.core.time_limit import check_time
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.estimate.gram import Gram
-from fibrefit.problem.estimate.normal_equations import Place, PosteriorMode, Unknowns, place_of
-from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
+from fibrefit.problem.linear_model.normal_equations import Gram, PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.problem import Linearised, Problem
 
-BROAD = 0.02
-"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
 DRAWS_OF_ERRORS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-ROUGHLY_THERE = 0.1
-"""Promised fall of the objective at which that descent ends."""
 
 
 class RowWhitening(Whitening, Protocol):
@@ -108,7 +97,7 @@ class View:
             return residuals
         return np.where(residuals != 0.0, residuals + np.asarray(self.raw.offset).reshape(residuals.shape), 0.0)
 
-    def as_the_noise_left(self, evidence: MarginalLikelihood, draws: int = 1) -> np.ndarray:
+    def residuals_with_noise_power(self, mode: PosteriorMode, roots: np.ndarray, draws: int = 1) -> np.ndarray:
         """Residuals that have the power of the noise, ``(n_draw, n_record, n_channel, n_time)`` in its units.
 
         What is fitted takes noise along, most of it where the noise is slow. Values that are off by what is not known
@@ -116,39 +105,25 @@ class View:
         records (the expectation step of EM; for linear models, restricted maximum likelihood). Errors of inputs follow
         them: what those make good of a change of the values is in no reading.
 
+        Parameters
+        ----------
+        mode : PosteriorMode
+        roots : (n_record, n_column, n_root) in SI units
+            Of the covariance of each record's values there, see `roots_of_posterior`.
+
         Source
         ------
         Dempster, Laird and Rubin, J. R. Stat. Soc. B 39 (1977); Patterson and Thompson, Biometrika 58 (1971).
         """
-        local = evidence.mode.local
+        local = mode.local
         best = self.residuals(local, draws)[0]
-        places = np.searchsorted(np.asarray(self.problem.layout.local_free), evidence.mode.unknowns.columns)
+        places = np.searchsorted(np.asarray(self.problem.layout.local_free), mode.unknowns.columns)
         slopes = np.asarray(self.problem.followed(local)[0].slopes)[..., places]
-        moved = np.einsum("rcti,rik->krct", slopes, roots_of_posterior(evidence))
+        moved = np.einsum("rcti,rik->krct", slopes, roots)
         if self.sensitivities is not None and self.raw is not None:
             white = moved if self.whitening is None else np.asarray(self.whitening.whiten_rows(jnp.asarray(moved)))
             moved = beyond_inputs(moved, white, self.sensitivities, self.raw)
         return spread_about(best, moved)
-
-
-def beyond_inputs(
-    moved: np.ndarray, white: np.ndarray, known: InputSensitivities, raw: InputSensitivities
-) -> np.ndarray:
-    """Changes of the residuals that are left once errors of inputs, at their best, follow them.
-
-    Parameters
-    ----------
-    moved, white : (n_change, n_record, n_channel, n_time)
-        In units of the noise, and their innovations.
-    known, raw : InputSensitivities
-        Whitened, and not.
-    """
-    left = moved.copy()
-    for r, (seen, of) in enumerate(zip(known.records, raw.records, strict=True)):
-        change = left[:, r]
-        best = seen.best(white[:, r].reshape(len(moved), -1))
-        change -= of.imitated(best, change[0].size).reshape(change.shape)
-    return left
 
 
 def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.random.Generator) -> np.ndarray:
@@ -163,24 +138,6 @@ def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.rando
         Rows, the best among them.
     """
     return np.stack([best + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)])
-
-
-def spread_about(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Residuals and, in both directions, each of some independent changes of them, whose mean power is that of all.
-
-    Parameters
-    ----------
-    best : (n_draw, n_record, n_channel, n_time)
-        Taken in turn; the first one is left out where there are others.
-    moved : (n_change, n_record, n_channel, n_time)
-        A standard deviation each.
-    """
-    number = len(moved)
-    if not number:
-        return best
-    middle = best[1:] if len(best) > 1 else best
-    middle = middle[np.arange(2 * number) % len(middle)]
-    return middle + np.sqrt(number) * np.concatenate([moved, -moved])
 
 
 def _products(
@@ -209,35 +166,39 @@ def _whitened(whitening: RowWhitening, rows: jax.Array) -> jax.Array:
     return jnp.moveaxis(whitening.whiten_rows(jnp.moveaxis(rows, 1, 0)), 0, 1)
 
 
-def apart(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.ndarray) -> Place:
-    """Where records that may differ are best in plain least squares.
-
-    A record that differs may have been matched in the wrong bounce, and leave hardly more than noise there: all are
-    fitted over horizons that grow once more, and each is taken from where it is best.
+def beyond_inputs(
+    moved: np.ndarray, white: np.ndarray, known: InputSensitivities, raw: InputSensitivities
+) -> np.ndarray:
+    """Changes of the residuals that are left once errors of inputs, at their best, follow them.
 
     Parameters
     ----------
-    places : sequence of Place
-        Where to begin.
-    seen : View
-        Without a whitening.
-    horizons : (n_way, n_stage, n_record) int
-        See `Task`.
+    moved, white : (n_change, n_record, n_channel, n_time)
+        In units of the noise, and their innovations.
+    known, raw : InputSensitivities
+        Whitened, and not.
     """
-    sigma = np.full(len(unknowns.scattering), BROAD)
-    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGHLY_THERE) for place in places]
-    for way in horizons:
-        there = places[0]._replace(eta=np.zeros_like(places[0].eta))
-        for counts in way:
-            shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
-            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGHLY_THERE)
-            there = end.place
-        found.append(end)
-    best = np.argmin([end.normal.costs for end in found], axis=0)
-    local = np.stack([found[i].local[r] for r, i in enumerate(best)])
-    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGHLY_THERE))
-    return _lowest(found).place
+    left = moved.copy()
+    for r, (seen, of) in enumerate(zip(known.records, raw.records, strict=True)):
+        change = left[:, r]
+        best = seen.best(white[:, r].reshape(len(moved), -1))
+        change -= of.imitated(best, change[0].size).reshape(change.shape)
+    return left
 
 
-def _lowest(ends: Sequence[PosteriorMode]) -> PosteriorMode:
-    return min(ends, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf)
+def spread_about(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Residuals and, in both directions, each of some independent changes of them, whose mean power is that of all.
+
+    Parameters
+    ----------
+    best : (n_draw, n_record, n_channel, n_time)
+        Taken in turn; the first one is left out where there are others.
+    moved : (n_change, n_record, n_channel, n_time)
+        A standard deviation each.
+    """
+    number = len(moved)
+    if not number:
+        return best
+    middle = best[1:] if len(best) > 1 else best
+    middle = middle[np.arange(2 * number) % len(middle)]
+    return middle + np.sqrt(number) * np.concatenate([moved, -moved])
