@@ -11,7 +11,7 @@ import psutil
 import pytest
 from hypothesis import settings
 
-from fibrefit.core.programs import bound
+from fibrefit.core import programs
 from tests.extras import need
 
 settings.register_profile("same", derandomize=True)
@@ -40,7 +40,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def _kept_in_a_module() -> Iterator[None]:
     """Programs of one fit serve the next; a command forgets them once they are many, and tests would compile anew."""
-    with patch.object(bound, "MOST_PROGRAMS", sys.maxsize):
+    with patch.object(programs, "MOST_PROGRAMS", sys.maxsize):
         yield
 
 
@@ -50,5 +50,5 @@ def _bounded() -> Iterator[None]:
         gc.freeze()
     yield
     if psutil.Process().memory_info().rss > LARGEST:
-        with patch.object(bound, "MOST_PROGRAMS", 0):
-            bound.bound_programs()
+        with patch.object(programs, "MOST_PROGRAMS", 0):
+            programs.bound_programs()

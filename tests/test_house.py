@@ -260,7 +260,7 @@ def test_growth_is_seen_and_has_to_be_explained() -> None:
     assert more._replace(raised=[reason]).unexplained(before._replace(raised=[reason]))
 
 
-@pytest.mark.parametrize("modules", by_floor(set(MODULES) - {"core.roles"}))
+@pytest.mark.parametrize("modules", by_floor(set(MODULES) - {"core.declarations"}))
 def test_units_of_channels_stand_in_one_table(modules: list[str]) -> None:
     for module in modules:
         for node in ast.walk(MODULES[module]):
@@ -271,7 +271,7 @@ def test_units_of_channels_stand_in_one_table(modules: list[str]) -> None:
                     if key
                 ]
                 twice = {("'force'", "'N'"), ("'position'", "'m'"), ("'angle'", "'rad'")} & set(pairs)
-                assert not twice, f"{module} line {node.lineno} declares units of channels: take core.roles"
+                assert not twice, f"{module} line {node.lineno} declares units of channels: take core.declarations"
 
 
 @pytest.mark.parametrize("modules", by_floor([m for m in MODULES if m.split(".")[0] != "cli"]))
@@ -394,7 +394,7 @@ SHOWS = set(PAGES) - {"report"}
 
 
 #: Modules that hold numbers for others, each with its reason: thresholds, how far a search looks, what is allowed.
-HOMES = ("thresholds", "effort", "core.allowance")
+HOMES = ("thresholds", "effort", "core.limits")
 
 
 def compares(module: str) -> set[str]:
@@ -480,10 +480,10 @@ def test_a_number_in_a_verdict_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     tree = ast.parse("LIMIT = 0.3\nKIND = 4\ndef f(x, k):\n    return 2 * LIMIT > x > 0.7 * k and k == KIND")
     monkeypatch.setitem(MODULES, "core.errors", tree)
     borrows = ast.parse("from fibrefit.core.errors import LIMIT\ndef g(x):\n    return x > LIMIT")
-    monkeypatch.setitem(MODULES, "core.progress", borrows)
-    assert (compares("core.errors"), compares("core.progress")) == ({"LIMIT", "0.7"}, {"LIMIT"})
+    monkeypatch.setitem(MODULES, "core.paths", borrows)
+    assert (compares("core.errors"), compares("core.paths")) == ({"LIMIT", "0.7"}, {"LIMIT"})
     with pytest.raises(AssertionError, match="LIMIT"):
-        test_what_decides_a_verdict_stands_among_the_thresholds(["core.progress"])
+        test_what_decides_a_verdict_stands_among_the_thresholds(["core.paths"])
 
 
 def test_so_is_one_of_several_and_one_that_is_computed() -> None:
@@ -623,8 +623,8 @@ def test_a_public_name_stands_for_one_thing() -> None:
 def test_the_counts_see_what_is_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
     source = "class Report: ...\ndef f(self, a, b, *, c, d, e, g, h): ..."
     monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))
-    monkeypatch.setitem(MODULES, "core.progress", ast.parse(source))
-    assert public_names()["Report"] == ["core.errors", "core.progress"]
+    monkeypatch.setitem(MODULES, "core.paths", ast.parse(source))
+    assert public_names()["Report"] == ["core.errors", "core.paths"]
     with pytest.raises(AssertionError, match="core.errors.f has 7 arguments"):
         test_no_function_asks_for_many_arguments(["core.errors"])
 
@@ -640,8 +640,8 @@ def test_what_belongs_to_one_machine_is_not_committed() -> None:
 
 
 def test_the_reader_of_imports_sees_a_forbidden_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    source = "def f():\n    from fibrefit.core import progress\n    import h5py"
+    source = "def f():\n    from fibrefit.core import paths\n    import h5py"
     monkeypatch.setitem(MODULES, "core.errors", ast.parse(source))
-    assert "core.progress" in own_imports("core.errors")
+    assert "core.paths" in own_imports("core.errors")
     assert "h5py" in set(imports("core.errors"))
     assert not set(imports("core.errors", at_import_only=True))

@@ -9,8 +9,8 @@ import click
 from fibrefit.cli.options import FileName, check_trust, result_options, trust_option
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, with_terminal
-from fibrefit.core.allowance import MOST_STARTS
 from fibrefit.core.errors import UsageError
+from fibrefit.core.limits import MOST_STARTS
 
 
 @click.command("batch")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from fibrefit.cli.terminal import Terminal, say
 from fibrefit.core.errors import did_you_mean
-from fibrefit.core.progress import Progress
+from fibrefit.core.limits import Progress
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import Candidate

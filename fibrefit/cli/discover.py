@@ -11,7 +11,7 @@ from fibrefit.cli.choosing import Person, listed_steps
 from fibrefit.cli.options import Duration, Request, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed
-from fibrefit.core.formats import FIGURES
+from fibrefit.core.paths import FIGURES
 
 if TYPE_CHECKING:
     from fibrefit.study.summaries.discovery import DiscoverySummary

@@ -13,7 +13,7 @@ import click
 from fibrefit.cli.terminal import Terminal, say, with_terminal
 
 if TYPE_CHECKING:
-    from fibrefit.core.parameter import Parameter
+    from fibrefit.core.declarations import Parameter
     from fibrefit.laws.law import Effect
 
 _INDENT = "  "

@@ -14,8 +14,8 @@ from fibrefit.cli.interruption import stop_requested
 from fibrefit.cli.options import Request, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed
-from fibrefit.core.allowance import MOST_STARTS
-from fibrefit.core.formats import FIGURES, requested_formats
+from fibrefit.core.limits import MOST_STARTS
+from fibrefit.core.paths import FIGURES, requested_formats
 
 
 @study_command("fit")

@@ -12,8 +12,8 @@ import click
 
 from fibrefit.cli.options import FileName, is_study, study_from
 from fibrefit.cli.terminal import Terminal, as_typed, with_terminal
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, UsageError
-from fibrefit.core.roles import ROLES
 
 if TYPE_CHECKING:
     from fibrefit.workflow.inspection.inspection import Inspection, Seen

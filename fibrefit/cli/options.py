@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import click
 
 from fibrefit.cli.terminal import Terminal, with_terminal
-from fibrefit.core.allowance import LARGEST_SEED
+from fibrefit.core.limits import LARGEST_SEED
 from fibrefit.core.paths import is_folder, is_plain_file, nearest_file, shown_path
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def result_options(command: Command) -> Command:
 
 def _keep_formats(context: click.Context, parameter: click.Parameter, text: str | None) -> None:
     """Tell all that is written from now on as which files figures are requested."""
-    from fibrefit.core.formats import FIGURES, figure_formats
+    from fibrefit.core.paths import FIGURES, figure_formats
 
     FIGURES.set(None if text is None else figure_formats(text))
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from fibrefit.cli.terminal import Terminal, say
-from fibrefit.core.progress import Progress, quiet
-from fibrefit.core.shown import harmless
+from fibrefit.core.formatting import harmless
+from fibrefit.core.limits import Progress, quiet
 
 EVERY = 30.0
 """Seconds between two lines where no person is looking: a log says where the work stands."""

@@ -53,7 +53,7 @@ def _own_folder(result: Path) -> Path:
 def _draw(terminal: Terminal, result: Path, formats: str, out: Path, force: bool) -> None:
     """Draw a saved result again, into a folder of the figures' own."""
     from fibrefit.core.errors import UsageError
-    from fibrefit.core.formats import figure_formats
+    from fibrefit.core.paths import figure_formats
     from fibrefit.plots.save import figure_paths, save_figures
     from fibrefit.workflow.outcome.draw import draw_result
 

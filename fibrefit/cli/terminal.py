@@ -16,8 +16,8 @@ from typing import Any, TypeVar
 import click
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.formatting import harmless, printable
 from fibrefit.core.paths import is_folder
-from fibrefit.core.shown import harmless, printable
 
 NOT_TRUSTED = 5
 """Exit code of a command that has a result which is not to be used."""

@@ -44,7 +44,7 @@ COMPILER_FLAGS = (
     # other last bits in another program, and an effect that is zero would not be absent. The loops run faster without.
     "--xla_cpu_max_isa=AVX",
     # No library that shares sums out among threads: their last digits would hang on the number of threads. Products
-    # of matrices are made of blocks for the same reason, see core/programs/products.py.
+    # of matrices are made of blocks for the same reason, see core/programs.py.
     "--xla_cpu_experimental_ynn_fusion_type=",
 )
 

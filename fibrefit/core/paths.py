@@ -1,4 +1,4 @@
-"""Files: read where they are plain ones, written whole or not at all, named so that it can be printed."""
+"""Files: read where they are plain ones, written whole or not at all, printable names; formats of figures."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
-from fibrefit.core import allowance
+from fibrefit.core import limits
 from fibrefit.core.errors import DataError, FibrefitError, UsageError, did_you_mean
-from fibrefit.core.shown import printable
+from fibrefit.core.formatting import printable
 
 _LONGEST = 260
 _PART = 1 << 20
@@ -24,6 +25,12 @@ _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{i}" for port in ("com", "lpt"
 """Names that mean a device, not a file, on some systems, whatever their ending."""
 _LONGEST_END = 7
 """Letters of the end of a file's name, such as ``parquet``."""
+FORMATS = ("png", "pdf", "svg")
+"""Kinds of files that figures can be written as."""
+NONE = "none"
+
+FIGURES: ContextVar[tuple[str, ...] | None] = ContextVar("FIGURES", default=None)
+"""Those requested; none at all is possible too. None: nothing was requested, and a result draws what shows it best."""
 
 
 def shown_path(path: str | Path) -> str:
@@ -79,7 +86,7 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
     do : str
         What the message tells a person to do where there is no such file.
     most : int, optional
-        Bytes it may have; `allowance.LARGEST` by default.
+        Bytes it may have; `limits.LARGEST` by default.
 
     Raises
     ------
@@ -90,7 +97,7 @@ def read_plain_file(path: Path, what: str, error: type[FibrefitError], do: str =
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise error(where, "a device or a pipe", what, "Save its content to a file first.")
-        size, most = path.stat().st_size, most or allowance.LARGEST
+        size, most = path.stat().st_size, most or limits.LARGEST
         if size > most:
             raise error(where, f"{size / 1e6:,.0f} MB", f"{what} of {most / 1e6:,.0f} MB at most", "")
         with open(path, "rb", opener=_at_once) as file:
@@ -254,3 +261,27 @@ def synchronise(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def requested_formats() -> tuple[str, ...]:
+    """Formats to write figures as: PNG unless others, or none, were requested."""
+    requested = FIGURES.get()
+    return ("png",) if requested is None else requested
+
+
+def figure_formats(text: str) -> tuple[str, ...]:
+    """Formats from a list with commas, such as ``pdf,svg``; ``none`` for no figures.
+
+    Raises
+    ------
+    UsageError
+        If one is not known.
+    """
+    requested: Sequence[str] = [word.strip().lower() for word in text.split(",") if word.strip()]
+    if list(requested) == [NONE]:
+        return ()
+    for word in requested or [text]:
+        if word not in FORMATS:
+            expected = f"{', '.join(FORMATS)}, separated by commas, or {NONE}"
+            raise UsageError("--figures", word or "nothing", expected, did_you_mean(word, FORMATS))
+    return tuple(dict.fromkeys(requested))

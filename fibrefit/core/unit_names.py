@@ -341,18 +341,6 @@ ACCEPTED: dict[str, str] = {
     "N s/m": "N s/m or kg/s",
 }
 
-#: For people: the first unit whose value is at least 1 is shown, else the last.
-SHOWN: dict[str, tuple[tuple[str, float], ...]] = {
-    "s": (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)),
-    "N": (("kN", 1e3), ("N", 1.0)),
-    "m": (("m", 1.0), ("mm", 1e-3), ("um", 1e-6)),
-    "kg": (("kg", 1.0), ("g", 1e-3)),
-    "rad": (("deg", 0.017453292519943295),),
-    "Hz": (("Hz", 1.0),),
-    "m/s": (("m/s", 1.0), ("mm/s", 1e-3)),
-    "N/m": (("kN/m", 1e3), ("N/m", 1.0)),
-}
-
 #: What the usual units are in base units: factor, and powers of the dimensions in order of their names. A study that
 #: has no others is read without loading pint, which takes as long as reading five records.
 USUAL: dict[str, tuple[float, str]] = {

@@ -8,10 +8,11 @@ from __future__ import annotations
 import functools
 import math
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError, did_you_mean
-from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, SHOWN, SPELLINGS, USUAL, WHOLE, WORDS
+from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, SPELLINGS, USUAL, WHOLE, WORDS
 
 if TYPE_CHECKING:
     import pint
@@ -266,84 +267,149 @@ def parse_quantity(
     return number * to_si(unit, si, where, error=error)
 
 
-def shown_unit(value: float, si: str) -> tuple[str, float]:
-    """Unit a person would choose for a value in SI.
+_DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_WITHIN = r"(?:\+/-|\+-|±)"
+_SCALE = re.compile(rf"\s*({_DECIMAL})(?:\s*{_WITHIN}\s*({_DECIMAL}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+_UNIT = r"(?:1/)?[^\W\d%][^±%]*?|°"
+_UNIT_TWICE = re.compile(rf"\s*({_DECIMAL})\s*({_UNIT})\s*{_WITHIN}\s*({_DECIMAL})\s*([^±]*?)\s*", re.DOTALL)
+
+IN_PERCENT = "an uncertainty in %, of which the value may be a percentage too"
+NOT_IN_PERCENT = (
+    'Write "2.07 +/- 0.04 N/A", or the share behind the unit, as in "2.07 N/A +/- 2 %"; of a pure number "1.02 +/- '
+    '0.01".'
+)
+
+
+def uncertain(text: object) -> tuple[str, str] | None:
+    """Value and standard uncertainty, each with its unit; None for what is not so written.
+
+    Of ``"3.1 +/- 0.05 kg"``, ``"3.1 kg +/- 50 g"`` and ``"3.1 kg +/- 2 %"``.
+    """
+    if not isinstance(text, str) or in_percent(text):
+        return None
+    if (match := _SCALE.fullmatch(text)) is not None and match[2] is not None:
+        return f"{match[1]} {match[3]}".strip(), f"{match[2]} {match[3]}".strip()
+    if (match := _UNIT_TWICE.fullmatch(text)) is None:
+        return None
+    value, unit, spread, beside = match.groups()
+    if beside == "%":
+        return f"{value} {unit}", f"{abs(float(value)) * float(spread) / 100.0:.12g} {unit}"
+    return f"{value} {unit}", f"{spread} {beside or unit}"
+
+
+def in_percent(text: object) -> bool:
+    """Whether a text is as ``"2.07 +/- 2 % N/A"``, which may be read in two ways."""
+    match = _SCALE.fullmatch(text) if isinstance(text, str) else None
+    return match is not None and match[2] is not None and match[3].startswith("%")
+
+
+def _in_one_unit(text: object) -> tuple[float, float, str] | None:
+    """Value, standard uncertainty and the unit of both; None for what is not so written."""
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        return None
+    if (parts := uncertain(text)) is not None:
+        (value, *unit), (spread, *other) = (part.split(" ", 1) for part in parts)
+        return (float(value), float(spread), "".join(unit)) if unit == other else None
+    match = _SCALE.fullmatch(str(text))
+    return None if match is None else (float(match[1]), 0.0, match[3])
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Factor between a column and the quantity it measures.
 
     Parameters
     ----------
     value : float
-        Size of the number, in `si`.
-    si : str
-        SI unit.
-
-    Returns
-    -------
-    tuple of str and float
-        The unit and what it is worth in `si`; the same pair suits the error bar of the value.
+        Of either sign, in `unit`.
+    error : float
+        Its standard uncertainty, in `unit`; 0 where none is stated.
+    unit : str
+        Such as ``"N/V"``; ``"-"`` for a pure number.
+    text : str
+        As stated.
     """
-    steps = SHOWN.get(si, ((si, 1.0),))
-    fallback = min(steps, key=lambda step: abs(step[1] - (1e-3 if si == "m" else 1.0))) if value == 0 else steps[-1]
-    return next((step for step in steps if abs(value) >= step[1] * (1 - 1e-12)), fallback)
 
+    value: float
+    error: float
+    unit: str
+    text: str
 
-def format_quantity(value: float, si: str, digits: int = 4) -> str:
-    """Value with the unit a person would choose: ``34.21 kN/m``, ``13.8 mm``. ASCII only.
+    @classmethod
+    def parse(cls, text: str | float, where: str, *, error: type[FibrefitError] = StudyError) -> Scale:
+        """Scale from what a person wrote.
 
-    Parameters
-    ----------
-    value : float
-        In `si`.
-    si : str
-        SI unit; ``"-"`` for a pure number, which is shown bare.
-    digits : int
-        Significant digits.
+        Parameters
+        ----------
+        text : str or float
+            A number, perhaps with its uncertainty, and a unit.
+        where : str
+            File and key the message is to name.
+        error : type
+            Class of the error.
 
-    Returns
-    -------
-    str
-        Text that `parse_quantity` reads back.
-    """
-    unit, worth = shown_unit(value, si)
-    number = format_number(value / worth, digits)
-    return number if unit == "-" else f"{number} {unit}"
+        Raises
+        ------
+        FibrefitError
+            Of class `error`: no number, zero, not finite, a negative uncertainty, or a unit that is not known.
+        """
+        expected = 'a number with a unit, such as "-200 N/V", "17.857 um" or "2.07 +/- 0.29 N/A", both in one unit'
+        if in_percent(text):
+            raise error(where, f'scale "{text}": {IN_PERCENT}', expected, NOT_IN_PERCENT)
+        if (stated := _in_one_unit(text)) is None:
+            raise error(where, f'scale "{text}"', expected, "Write a decimal point." if "," in str(text) else "")
+        value, spread, unit = stated[0], stated[1], stated[2] or "-"
+        if not (math.isfinite(value) and math.isfinite(spread)) or value == 0 or spread < 0:
+            raise error(where, f'scale "{text}"', f"{expected}; neither zero nor infinite", "")
+        if expression("1" if unit == "-" else unit) is None:
+            do = "Counts have no unit: write what one of them is worth."
+            raise error(where, f'unit "{unit}" of the scale "{text}"', "a known unit, such as N/V, N/A or um", do)
+        return cls(value, spread, unit, str(text).strip())
 
+    @property
+    def relative_error(self) -> float:
+        """Standard uncertainty as a share of the value."""
+        return abs(self.error / self.value)
 
-def typeset_unit(unit: str) -> str:
-    """A unit in the signs of print, or a quantity with one: ``µm``, ``N s/m``, ``m/s²``, ``45°``."""
-    return unit.replace("um", "µm").replace("^2", "²").replace(" deg", "°").replace("deg", "°")
+    def factor(self, column_unit: str | None, si: str, where: str, *, error: type[FibrefitError] = StudyError) -> float:
+        """What a number of the column is worth in SI.
 
+        Parameters
+        ----------
+        column_unit : str or None
+            Known unit of the column; None for counts.
+        si : str
+            SI unit wanted.
+        where : str
+            File and column the message is to name.
+        error : type
+            Class of the error.
 
-def format_number(value: float, digits: int = 4) -> str:
-    """Number to some significant digits, without an exponent where it stays readable.
+        Returns
+        -------
+        float
+            Multiplier in `si` per number of the column.
 
-    Parameters
-    ----------
-    value : float
-        Any number.
-    digits : int
-        Significant digits.
-
-    Returns
-    -------
-    str
-        E.g. ``"34210"`` for 34213.7 and four digits.
-    """
-    short = f"{value:.{digits}g}"
-    if "e" not in short or not 1e-4 <= abs(value) < 1e7:
-        return short
-    return f"{float(short):.0f}" if abs(value) >= 1 else f"{float(short):.10f}".rstrip("0")
-
-
-def format_share(share: float) -> str:
-    """A share in percent; near the whole, to as many digits as tell it from the whole: ``99.94 %``.
-
-    Parameters
-    ----------
-    share : float
-        1 for the whole; below 0 where a model is worse than none.
-    """
-    percent = 100.0 * share
-    for digits in (1, 2, 3, 4):
-        if 100.0 - percent >= 2.0 * 10.0**-digits:
-            return f"{percent:.{digits}f} %"
-    return "over 99.999 %" if percent < 100.0 else "100 %"
+        Raises
+        ------
+        FibrefitError
+            Of class `error`, if the two units do not make the one wanted.
+        """
+        divided = re.fullmatch(r"[^/]+/\s*\(?([^/()]+(?:/[^()]+)?)\)?", self.unit) if column_unit is None else None
+        # Numbers without a unit are in what the scale divides by.
+        of_column = column_unit or (divided[1].strip() if divided else "-")
+        whole = product_in(of_column, self.unit, si)
+        if whole is not None:
+            return self.value * whole
+        plain = product_in("-", of_column, "-") is not None
+        wanted = usual(si) if plain else f"{usual(si)}/{of_column}"
+        got = f'scale "{self.text}" for numbers {"without a unit" if plain else f"in {of_column}"}'
+        if kind_of(of_column) == kind_of(si):
+            wanted = "a pure number"
+            do = f'The column is in {of_column} already. Counts would need unit = "counts" beside the scale.'
+        elif plain and self.unit != "-":
+            do = f"The numbers of the column are taken for {ACCEPTED.get(si, si)} only after a scale in {wanted}, or "
+            do += 'after its unit is said, such as unit = "V" beside the scale.'
+        else:
+            do = "Correct the unit of the scale, or state the column's with unit = ... beside it."
+        raise error(where, got, f"a scale in {wanted}" if wanted != "a pure number" else wanted, do)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import beyond_limits, in_time, time_left
+from fibrefit.core.limits import beyond_limits, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, compared_about
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import (

@@ -10,7 +10,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left, time_limit
+from fibrefit.core.limits import OutOfTimeError, beyond_limits, in_time, time_left, time_limit
 from fibrefit.discovery.engine.candidates import fit_all
 from fibrefit.discovery.engine.effort import (
     COMPARED,

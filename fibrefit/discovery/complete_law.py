@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from fibrefit.core.time_limit import in_time, time_left
+from fibrefit.core.limits import in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import FittedCurve, proposing
 from fibrefit.discovery.curves.probes import COURSES

@@ -9,8 +9,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, check_time, in_time
+from fibrefit.core.declarations import Statement
+from fibrefit.core.limits import Budget, check_time, in_time
 from fibrefit.discovery.choice import candidates
 from fibrefit.discovery.curves.curves import drawn, with_law_over
 from fibrefit.discovery.curves.free_form import FittedCurve, curve_facts, probe_all, proposing

@@ -9,11 +9,10 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fibrefit.core.declarations import Statement
 from fibrefit.core.errors import UsageError
-from fibrefit.core.programs.side_by_side import in_background
-from fibrefit.core.progress import Progress, quiet
-from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, in_time, time_limit
+from fibrefit.core.limits import Budget, Progress, in_time, quiet, time_limit
+from fibrefit.core.threads import in_background
 from fibrefit.discovery.conclusion import concluded
 from fibrefit.discovery.engine.effort import FIRST_STARTS, first_fit_ends
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit

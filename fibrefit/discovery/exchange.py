@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from fibrefit.core.time_limit import in_time
+from fibrefit.core.limits import in_time
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.design.rivals import Rivals
 from fibrefit.discovery.engine.effort import PROMISING, is_near, is_partner

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, time_limit
+from fibrefit.core.declarations import Statement
+from fibrefit.core.limits import Budget, time_limit
 from fibrefit.discovery.engine.candidates import own_task_by_record
 from fibrefit.discovery.engine.effort import (
     FINAL_STARTS,

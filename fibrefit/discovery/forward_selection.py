@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.core.programs.longest import longest_compilation
-from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import OutOfTimeError, beyond_limits, in_time, time_left
+from fibrefit.core.declarations import Statement
+from fibrefit.core.limits import OutOfTimeError, beyond_limits, in_time, time_left
+from fibrefit.core.programs import longest_compilation
 from fibrefit.discovery.choice import Believed, Choose, believed, candidates
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.curves.free_form import FittedCurve

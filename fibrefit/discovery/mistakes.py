@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time
+from fibrefit.core.limits import in_time
 from fibrefit.discovery.choice import Believed, among_rivals
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.candidates import Hypothesis, fit_all, transferred, with_values

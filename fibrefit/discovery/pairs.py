@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import OutOfTimeError, check_time, in_time, time_left
+from fibrefit.core.limits import OutOfTimeError, check_time, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_same_noise
 from fibrefit.discovery.curves.free_form import FittedCurve, probe_all
 from fibrefit.discovery.engine.effort import PROMISING, is_partner, probing_time, side_search_time

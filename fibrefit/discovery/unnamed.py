@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import OutOfTimeError, in_time, time_left
+from fibrefit.core.limits import OutOfTimeError, in_time, time_left
 from fibrefit.discovery.comparison import Comparison, in_one_noise
 from fibrefit.discovery.complete_law import Unnamed, law_about, law_of_curves
 from fibrefit.discovery.curves.free_form import FittedCurve, proposed_by, proposing

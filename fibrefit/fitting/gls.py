@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time, note_cut, time_for
+from fibrefit.core.limits import in_time, note_cut, time_for
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, interval_of_shared
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains

@@ -12,11 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.allowance import refuse_seed, refuse_starts
 from fibrefit.core.errors import DataError
-from fibrefit.core.programs.longest import all_compilations
-from fibrefit.core.progress import Progress, quiet
-from fibrefit.core.time_limit import cuts_noted, in_time
+from fibrefit.core.limits import Progress, cuts_noted, in_time, quiet, refuse_seed, refuse_starts
+from fibrefit.core.programs import all_compilations
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import Advice, advice, with_lone_samples
 from fibrefit.fitting.error_bars import error_bars, error_inflation, estimates

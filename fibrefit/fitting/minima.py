@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time
+from fibrefit.core.limits import in_time
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import convergence_unit
 from fibrefit.fitting.estimates import ErrorBars, GlsEstimate

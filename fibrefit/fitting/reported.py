@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time, note_cut
+from fibrefit.core.limits import in_time, note_cut
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.error_bars import ErrorBars, convergence_unit, error_bars, estimates, ratio
 from fibrefit.fitting.estimates import GlsEstimate, Why

@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Protocol
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.core.errors import StudyError, as_one, did_you_mean
 from fibrefit.laws.changes.friction_change import FrictionChange
 from fibrefit.laws.changes.friction_drift import FrictionDrift

@@ -11,8 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.declarations import ByInverse, Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.core.parameter import ByInverse, Parameter
 from fibrefit.laws.declared import AT_ONCE, omissions, refusals
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import ANNOUNCED, hooks_of, port_of, said_by

@@ -8,9 +8,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.core.errors import StudyError, did_you_mean
-from fibrefit.core.parameter import Parameter
 from fibrefit.core.units import is_si
 from fibrefit.laws.law import Effect
 from fibrefit.laws.moment import HISTORY_OF_MOTION

@@ -15,9 +15,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.parameter import Parameter, inverse_of
-from fibrefit.core.roles import FORCES
+from fibrefit.core.declarations import FORCES, Capability, Parameter, inverse_of
 from fibrefit.laws.moment import Moment
 
 Memory = tuple[jax.Array, ...]

@@ -97,7 +97,7 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 {imports}
 
 
@@ -153,7 +153,7 @@ def template(name: str) -> str:
     name : str
         ``"port.effect"``, the port one of `PORTS`.
     """
-    from fibrefit.core.capability import Capability
+    from fibrefit.core.declarations import Capability
 
     port, _, effect = name.partition(".")
     begun, kind = BEGINNINGS[port], PORTS[port]

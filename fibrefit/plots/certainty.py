@@ -9,8 +9,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import typeset_unit
+from fibrefit.core.formatting import in_words, typeset_unit
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, GREY, SMALL, USUAL, axes_at, cut_name, label, new_figure, title
 from fibrefit.problem.statement.matrices import correlation_matrix

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.style import in_own_style

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.plots.quantities import axis_label, last_part, readable_unit
 from fibrefit.plots.style import FINAL, POSTERIOR, SMALL, USUAL, new_figure, title
 

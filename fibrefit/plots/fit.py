@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from fibrefit.core.roles import PHASES, TAUT
-from fibrefit.core.shown import in_words
+from fibrefit.core.declarations import PHASES, TAUT
+from fibrefit.core.formatting import in_words
 from fibrefit.plots.certainty import correlation_figure, each_figure, errors_figure
 from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.fitted import Fitted

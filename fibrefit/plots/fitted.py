@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fibrefit.core.roles import HELD, REST
+from fibrefit.core.declarations import HELD, REST
 from fibrefit.plots.records import Compared
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import AXES, Groups, conditions_text

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import from_to
+from fibrefit.core.formatting import from_to
 from fibrefit.plots.style import (
     BOTTOM,
     FINAL,

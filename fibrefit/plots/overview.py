@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import in_words, or_others
-from fibrefit.core.units import shown_unit, typeset_unit
+from fibrefit.core.formatting import in_words, or_others, shown_unit, typeset_unit
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.lines import draw_line
 from fibrefit.plots.quantities import axis_label, readable_unit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.units import shown_unit, typeset_unit
+from fibrefit.core.formatting import shown_unit, typeset_unit
 
 
 def readable_unit(values: np.ndarray, si: str) -> tuple[str, float]:

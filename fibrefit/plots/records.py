@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import MEASURED, PALE, RESIDUAL, SIMULATED, SMALL, label, legend, stacked_figure, title

@@ -17,9 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import Formatter
 
-from fibrefit.core.formats import requested_formats
-from fibrefit.core.paths import numbered_stems, safe_stem, without_end, write_whole
-from fibrefit.core.shown import harmless
+from fibrefit.core.formatting import harmless
+from fibrefit.core.paths import numbered_stems, requested_formats, safe_stem, without_end, write_whole
 from fibrefit.plots.style import caption_of, in_own_style
 
 PACKED = 3
@@ -43,7 +42,7 @@ def save_figures(
     stop : callable
         Asked before each figure whether to leave out the rest of them.
     formats : sequence of str, optional
-        Some of `fibrefit.core.formats.FORMATS`; what was requested on the command line, or PNG, unless said.
+        Some of `fibrefit.core.paths.FORMATS`; what was requested on the command line, or PNG, unless said.
 
     Returns
     -------

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.plots.figures import Figures
 from fibrefit.plots.pooled import ACROSS, BOTTOM, LEFT, UP, RecordValue, population_figure, trends_figure
 from fibrefit.plots.quantities import axis_label, readable_unit

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.roles import FORCES
+from fibrefit.core.declarations import FORCES
 from fibrefit.plots.figures import MOST_RECORDS
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit

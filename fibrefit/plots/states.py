@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
-from fibrefit.core.roles import HELD, STATES, TAUT
+from fibrefit.core.declarations import HELD, STATES, TAUT
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import (

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fibrefit.core.shown import printable
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import format_number, format_quantity, printable
 from fibrefit.plots.lines import draw_line, mark_masked
 from fibrefit.plots.quantities import axis_label, readable_unit
 from fibrefit.plots.style import BLUE, ORANGE, in_own_style, label, legend, stacked_figure, title

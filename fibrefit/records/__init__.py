@@ -1,6 +1,6 @@
 """Reading, checking and preparing measured records."""
 
-from fibrefit.core.roles import ROLES
+from fibrefit.core.declarations import ROLES
 from fibrefit.records.clock.base import TimeBase, TimeGap
 from fibrefit.records.describe import describe
 from fibrefit.records.join import joined, side_by_side

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core import units as registry
-from fibrefit.core.allowance import LARGEST_SIZE
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import LARGEST_SIZE
 from fibrefit.core.paths import shown_path
-from fibrefit.core.roles import ROLES
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.clock.claimed import annotated_first_row, newest_first, wrong_times
 from fibrefit.records.clock.times import in_seconds, time_base

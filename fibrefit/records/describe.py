@@ -7,9 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fibrefit.core.roles import ROLES
-from fibrefit.core.shown import printable
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.declarations import ROLES
+from fibrefit.core.formatting import format_number, format_quantity, printable
 from fibrefit.records.clock.base import TimeBase, TimeGap
 from fibrefit.records.columns.roles import PAIR, PAIRED, is_signal, with_gain
 from fibrefit.records.grammar.phrases import count

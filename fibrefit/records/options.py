@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.columns.roles import USUAL

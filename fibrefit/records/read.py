@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core import allowance
+from fibrefit.core import limits
 from fibrefit.core import units as registry
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, as_one
 from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
-from fibrefit.core.roles import ROLES
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
@@ -238,8 +238,8 @@ def _raw(data: bytes, path: Path, options: ReadOptions) -> Raw:
 
 def _refuse_many_cells(data: bytes, where: str) -> None:
     """Refuse text that would take all memory: each cell takes far more than the signs it is written with."""
-    if data.count(b"\n") + max(data.count(sign) for sign in (b",", b";", b"\t", b" ")) > allowance.MOST_CELLS:
-        raise allowance.too_many_cells(where, DataError)
+    if data.count(b"\n") + max(data.count(sign) for sign in (b",", b";", b"\t", b" ")) > limits.MOST_CELLS:
+        raise limits.too_many_cells(where, DataError)
 
 
 def _example(table: Table) -> str:

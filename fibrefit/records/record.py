@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.core.roles import ROLES
-from fibrefit.core.scale import Scale
-from fibrefit.core.shown import Card, Shown
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import Card, Shown, format_number, format_quantity
+from fibrefit.core.units import Scale
 from fibrefit.records.clock.base import TimeGap
 from fibrefit.records.table import frozen, frozen_mapping
 

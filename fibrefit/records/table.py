@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.scale import Scale
-from fibrefit.core.shown import printable
+from fibrefit.core.formatting import printable
+from fibrefit.core.units import Scale
 from fibrefit.records.clock.base import TimeBase
 
 SCHEMA = "fibrefit/understood/1"

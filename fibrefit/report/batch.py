@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
-from fibrefit.core.units import shown_unit
+from fibrefit.core.formatting import shown_unit
 from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import decimals_of, items, paragraph, section, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines

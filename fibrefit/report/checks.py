@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, shortened_names
 from fibrefit.study.summaries.check import OTHERWISE, Check
 from fibrefit.study.summaries.results import RecordSummary

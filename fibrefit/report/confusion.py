@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.layout import WIDTH
 from fibrefit.report.sentences.thresholds import CONFOUNDED

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.shown import from_to, in_words, or_others
-from fibrefit.core.units import shown_unit
+from fibrefit.core.formatting import from_to, in_words, or_others, shown_unit
 from fibrefit.report.checks import GLOSSARY
 from fibrefit.report.confusion import strength
 from fibrefit.report.layout import (

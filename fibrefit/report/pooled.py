@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from fibrefit.core.units import format_number, shown_unit
+from fibrefit.core.formatting import format_number, shown_unit
 from fibrefit.report.layout import decimals_of, items, table
 from fibrefit.report.text import quantity_text
 from fibrefit.series.thresholds import SIGNIFICANT

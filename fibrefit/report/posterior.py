@@ -7,7 +7,7 @@ from functools import partial
 
 from scipy.special import ndtri, stdtrit
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
 from fibrefit.report.sentences.alike import between_sentence

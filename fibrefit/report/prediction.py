@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import format_share
+from fibrefit.core.formatting import format_share, in_words
 from fibrefit.report.checks import GLOSSARY, failures, notes_on_records, passes
 from fibrefit.report.layout import LONGEST_RECORD_NAME, items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.text import (

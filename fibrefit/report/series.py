@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened_names, table, titled
 from fibrefit.report.pooled import population_lines, trend_lines

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.report.checks import GLOSSARY, failures
 from fibrefit.report.layout import items, paragraph, section, table, titled
 from fibrefit.study.summaries.results import BranchSummary, CurveSummary, SweepSummary

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
-from fibrefit.core.units import format_quantity, format_share, shown_unit
+from fibrefit.core.formatting import format_quantity, format_share, shown_unit
 from fibrefit.report.checks import GLOSSARY, failures, notes_on_records, passes
 from fibrefit.report.layout import (
     LONGEST_RECORD_NAME,

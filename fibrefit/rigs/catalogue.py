@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import lru_cache
 from importlib import import_module
 
-from fibrefit.core.capability import KINDS, declared_in
+from fibrefit.core.declarations import KINDS, declared_in
 from fibrefit.rigs.rig import Rig
 
 

@@ -12,8 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.laws.law import Effect, FibreLaw, GuideLaw, fast, laws_of
 from fibrefit.rigs.parts.bands import SpeedBands
 from fibrefit.rigs.parts.chain import ChainState, End, PointChain

@@ -11,9 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.core.errors import DataError
-from fibrefit.core.parameter import Parameter
 from fibrefit.laws.law import Effect, FibreLaw, fast, laws_of
 from fibrefit.rigs.parts.chain import ChainState, End, PointChain
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories

@@ -11,9 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.core.errors import DataError
-from fibrefit.core.parameter import Parameter
 from fibrefit.laws.law import Effect, PivotLaw, laws_of
 from fibrefit.rigs.parts.guide import Guide, Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values

@@ -9,8 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.laws.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
 from fibrefit.rigs.parts.bands import SpeedBands
 from fibrefit.rigs.parts.chain import End, PointChain

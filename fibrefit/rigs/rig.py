@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.signals.newton import Pull
 from fibrefit.rigs.signals.trace import Trace

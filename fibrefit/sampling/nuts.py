@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.progress import Progress
+from fibrefit.core.limits import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.diagnostics import effective_draws, mixing
 from fibrefit.sampling.posterior import Posterior

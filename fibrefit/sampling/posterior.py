@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
 from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.noise.choose import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior

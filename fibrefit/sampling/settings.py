@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fibrefit.core.allowance import refuse_seed
 from fibrefit.core.errors import UsageError
-from fibrefit.core.programs.side_by_side import THREADS
+from fibrefit.core.limits import refuse_seed
+from fibrefit.core.threads import THREADS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
 AS_A_FIT = "fit"

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import THREADS, threads
+from fibrefit.core.threads import THREADS, thread_pool
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import InvertedPendulum
 from fibrefit.series.marks import Extremes
@@ -209,7 +209,7 @@ def _parts(systems: Any, amplitudes: jax.Array, frequencies: jax.Array) -> list[
 def _all(jobs: Sequence[Callable[[], Any]], progress: Callable[[float], None]) -> list[Any]:
     """Results of all jobs, on all cores, in their order."""
     done = []
-    with threads(THREADS) as pool:
+    with thread_pool(THREADS) as pool:
         for result in pool.map(lambda job: jax.tree.map(np.asarray, job()), jobs):
             done.append(result)
             progress(len(done) / len(jobs))

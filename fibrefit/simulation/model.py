@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.parameter import ByInverse, Parameter
-from fibrefit.core.roles import FORCES
+from fibrefit.core.declarations import FORCES, ByInverse, Parameter
 from fibrefit.laws.law import DriveLaw, Effect, RigLaw, SensorLaw, laws_of
 from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values

@@ -7,7 +7,7 @@ import io
 import re
 from collections.abc import Iterable, Sequence
 
-from fibrefit.core.shown import harmless
+from fibrefit.core.formatting import harmless
 
 #: A cell that begins so is a formula to a spreadsheet, which may run commands.
 FORMULA = re.compile(r"[=+\-@\t\n\uFF0B\uFF0D\uFF1D\uFF20]")

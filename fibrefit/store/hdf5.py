@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fibrefit.core import allowance
-from fibrefit.core.allowance import Allowance
+from fibrefit.core import limits
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import Allowance
 from fibrefit.core.paths import is_plain_file, write_whole
 from fibrefit.study.summaries.results import Provenance
 
@@ -115,7 +115,7 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
         raise DataError(str(path), "no plain file", "a result.h5 of fibrefit", "")
     try:
         with h5py.File(path, "r", locking=False) as file:
-            allowed = Allowance(str(path), DataError, max(allowance.LARGEST, PACKED * path.stat().st_size))
+            allowed = Allowance(str(path), DataError, max(limits.LARGEST, PACKED * path.stat().st_size))
             file.visititems(partial(_count, allowed))
             groups = {name: _Stored(str(path), "array", _read_group(group)) for name, group in file.items()}
             attributes = {name: _plain(value) for name, value in file.attrs.items()}

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.errors import UsageError
+from fibrefit.core.limits import LARGEST_STUDY
 from fibrefit.core.paths import read_plain_file, write_whole
 
 #: File that tells a folder of ours from any other, and lists what we wrote into it.

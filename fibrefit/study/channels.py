@@ -8,9 +8,9 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, StrictFloat, StrictInt, StrictStr, Tag, field_validator
 
 from fibrefit.core import units
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
-from fibrefit.core.roles import ROLES
-from fibrefit.core.scale import Scale
+from fibrefit.core.units import Scale
 from fibrefit.study.quantity import Instant, refusal
 from fibrefit.study.table import StudyTable
 

@@ -11,9 +11,9 @@ from typing import Any, Literal, get_args
 
 from pydantic import ValidationError
 
-from fibrefit.core.allowance import LARGEST_STUDY
-from fibrefit.core.capability import KINDS
+from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
+from fibrefit.core.limits import LARGEST_STUDY
 from fibrefit.core.paths import (
     is_folder,
     is_plain_file,

@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StrictBool, StrictFloat, StrictStr
 from pydantic_core import PydanticCustomError
 
-from fibrefit.core.allowance import SMALLEST_SIZE
+from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import Mistakes, StudyError
-from fibrefit.core.parameter import Parameter
-from fibrefit.core.scale import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertain
+from fibrefit.core.limits import SMALLEST_SIZE
+from fibrefit.core.units import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertain
 from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
 from fibrefit.study.table import StudyTable
 

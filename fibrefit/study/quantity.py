@@ -20,10 +20,10 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from fibrefit.core.allowance import LARGEST_SIZE, SMALLEST_SIZE
 from fibrefit.core.errors import FibrefitError
-from fibrefit.core.scale import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertain
-from fibrefit.core.units import format_quantity, parse_quantity
+from fibrefit.core.formatting import format_quantity
+from fibrefit.core.limits import LARGEST_SIZE, SMALLEST_SIZE
+from fibrefit.core.units import IN_PERCENT, NOT_IN_PERCENT, in_percent, parse_quantity, uncertain
 
 CHECK_IT = "Check the exponent and the unit."
 AS_WRITTEN = {"as_written": True}

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from fibrefit.core.capability import KINDS
+from fibrefit.core.declarations import KINDS
 from fibrefit.study.rigs.catalogue import study_type
 from fibrefit.study.summaries.files import SUMMARIES
 

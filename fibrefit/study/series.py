@@ -8,8 +8,8 @@ import re
 from contextlib import suppress
 from pathlib import Path
 
-from fibrefit.core.allowance import LARGEST_STUDY
 from fibrefit.core.errors import StudyError
+from fibrefit.core.limits import LARGEST_STUDY
 from fibrefit.core.paths import read_plain_file
 
 _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")

@@ -9,11 +9,10 @@ from typing import Any, ClassVar, Literal, get_args
 from pydantic import Field, PrivateAttr, StrictStr
 from pydantic.fields import FieldInfo
 
+from fibrefit.core.declarations import ROLES, Parameter
 from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.formatting import Card, Shown
 from fibrefit.core.paths import is_plain_file, path_from, sha256_of
-from fibrefit.core.roles import ROLES
-from fibrefit.core.shown import Card, Shown
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
 from fibrefit.study.files.reading import Files, reading_arguments

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
-from fibrefit.core.capability import KINDS
+from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.paths import name_of_several, path_from
 from fibrefit.study.overrides import apply_overrides, parse

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress
+from fibrefit.core.limits import Progress
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.task import Task

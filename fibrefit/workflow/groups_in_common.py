@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.roles import PHASES, STATES, TURNING
+from fibrefit.core.declarations import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.statement.observations import BY_SAMPLE

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fibrefit.core.errors import DataError, FibrefitError, Mistakes, StudyError
-from fibrefit.core.programs.bound import bound_programs
+from fibrefit.core.programs import bound_programs
 from fibrefit.laws.catalogue import select_effects
 from fibrefit.laws.families import goes_by_place
 from fibrefit.laws.law import Effect

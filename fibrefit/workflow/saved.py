@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fibrefit.core.formats import FIGURES, requested_formats
+from fibrefit.core.paths import FIGURES, requested_formats
 from fibrefit.store import ResultDirectory, Run
 from fibrefit.store.summary import write_summary
 from fibrefit.study import Study

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.formatting import Card, Shown
 from fibrefit.core.paths import record_stems, write_whole
-from fibrefit.core.shown import Card, Shown
 from fibrefit.problem.diagnose.motion import motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory

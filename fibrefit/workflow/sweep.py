@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import StudyError, UsageError
+from fibrefit.core.limits import Progress
 from fibrefit.core.paths import write_whole
-from fibrefit.core.progress import Progress
-from fibrefit.core.roles import ROLES
 from fibrefit.laws.law import FibreLaw, RigLaw, extends
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model

@@ -39,7 +39,7 @@ def parts() -> dict[str, float]:
         taken[name] = time.process_time() - begin
 
     with part("packages"):
-        from fibrefit.core.formats import FIGURES
+        from fibrefit.core.paths import FIGURES
         from fibrefit.fitting.identify import identify
         from fibrefit.study import load_study
         from fibrefit.workflow.fit import Fit

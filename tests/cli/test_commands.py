@@ -12,7 +12,7 @@ import pytest
 from fibrefit.cli import doctor
 from fibrefit.cli.terminal import Terminal, as_typed
 from fibrefit.core import paths
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 from fibrefit.store import write_summary
 from fibrefit.study import PriorSetting, load_study
 from tests.cli.conftest import Run

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.formats import figure_formats
+from fibrefit.core.paths import figure_formats
 from tests.cli.conftest import Run
 from tests.study.test_summaries import EXAMPLES
 

@@ -6,7 +6,7 @@ import pytest
 import scipy.linalg  # noqa: F401
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from fibrefit.core.programs.blas import one_blas_thread
+from fibrefit.core.threads import one_blas_thread
 
 
 def threads() -> set[int]:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.programs.products import column_products
+from fibrefit.core.programs import column_products
 
 SHAPES = (6, 8192), (33, 8192), (65, 5000), (256, 1000)
 SCRIPT = """
@@ -18,7 +18,7 @@ import hashlib, sys
 from fibrefit.core.environment import configure_jax
 configure_jax()
 import jax, jax.numpy as jnp, numpy as np
-from fibrefit.core.programs.products import column_products
+from fibrefit.core.programs import column_products
 found = hashlib.sha256()
 for k, n in {shapes}:
     rows = np.random.default_rng(k).normal(size=(2, k, n))

@@ -14,12 +14,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.parameter import Parameter
-from fibrefit.core.programs import kept as programs
-from fibrefit.core.programs import longest, side_by_side
-from fibrefit.core.programs.described import NotDescribedError, fingerprint
-from fibrefit.core.programs.kept import KeptProgram
-from fibrefit.core.programs.side_by_side import threads
+from fibrefit.core import programs, threads
+from fibrefit.core.declarations import Parameter
+from fibrefit.core.fingerprint import NotDescribedError, fingerprint
+from fibrefit.core.programs import KeptProgram
+from fibrefit.core.threads import thread_pool
 
 
 @pytest.fixture
@@ -148,43 +147,43 @@ def test_values_that_differ_are_described_differently(one: Any, other: Any) -> N
 
 
 def test_the_time_of_the_largest_program_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(longest, "_STAGES", dict.fromkeys(longest._STAGES, 0.0))
-    assert longest.longest_compilation() == 0.0
-    told = [*longest._STAGES, "/jax/another"]
+    monkeypatch.setattr(programs, "_LONGEST", dict.fromkeys(programs._LONGEST, 0.0))
+    assert programs.longest_compilation() == 0.0
+    told = [*programs._LONGEST, "/jax/another"]
     # The largest of each stage counts; one that takes less changes nothing.
     for event, seconds in [(told[0], 1.0), (told[1], 2.0), (told[2], 4.0), (told[3], 64.0), (told[2], 8.0)]:
-        longest._told(event, seconds, fun_name="large")
-    assert longest.longest_compilation() == 11.0
+        programs._on_duration(event, seconds, fun_name="large")
+    assert programs.longest_compilation() == 11.0
     for event in told:
-        longest._told(event, 0.5)
-    assert longest.longest_compilation() == 11.0
+        programs._on_duration(event, 0.5)
+    assert programs.longest_compilation() == 11.0
 
 
 def test_the_time_of_all_programs_counts_no_part_twice(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(longest, "_ALL", dict.fromkeys(longest._ALL, 0.0))
-    trace, lower, compiling = longest._STAGES
+    monkeypatch.setattr(programs, "_TOTAL", dict.fromkeys(programs._TOTAL, 0.0))
+    trace, lower, compiling = programs._LONGEST
     for event, seconds in [(trace, 1.0), (lower, 2.0), (compiling, 4.0), (compiling, 8.0), ("/jax/another", 64.0)]:
-        longest._told(event, seconds)
-    assert longest.all_compilations() == 14.0
+        programs._on_duration(event, seconds)
+    assert programs.all_compilations() == 14.0
 
 
 def test_programs_that_nothing_waits_for_take_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(longest, "_ALL", dict.fromkeys(longest._ALL, 0.0))
-    monkeypatch.setattr(side_by_side, "THREADS", 2)
-    compiling, done = list(longest._STAGES)[2], Event()
+    monkeypatch.setattr(programs, "_TOTAL", dict.fromkeys(programs._TOTAL, 0.0))
+    monkeypatch.setattr(threads, "THREADS", 2)
+    compiling, done = list(programs._LONGEST)[2], Event()
 
     def make() -> None:
-        longest._told(compiling, 64.0)
+        programs._on_duration(compiling, 64.0)
         done.set()
 
-    with side_by_side.in_background([make]):
+    with threads.in_background([make]):
         assert done.wait(10.0)
-        longest._told(compiling, 8.0)
-    assert longest.all_compilations() == 8.0
+        programs._on_duration(compiling, 8.0)
+    assert programs.all_compilations() == 8.0
 
 
 def test_beside_a_block_jobs_are_done_in_turn_and_fail_unheard(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(side_by_side, "THREADS", 2)
+    monkeypatch.setattr(threads, "THREADS", 2)
     came, go_on, done = list[str](), Event(), Event()
 
     def fails() -> None:
@@ -196,7 +195,7 @@ def test_beside_a_block_jobs_are_done_in_turn_and_fail_unheard(monkeypatch: pyte
         done.set()
         go_on.wait(10.0)
 
-    with side_by_side.in_background([fails, waits, lambda: came.append("third")]):
+    with threads.in_background([fails, waits, lambda: came.append("third")]):
         assert done.wait(10.0)
     # The block is left: what is at hand is finished, and nothing more is begun.
     go_on.set()
@@ -204,18 +203,18 @@ def test_beside_a_block_jobs_are_done_in_turn_and_fail_unheard(monkeypatch: pyte
 
 
 def test_on_one_core_nothing_goes_on_beside_a_block(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(side_by_side, "THREADS", 1)
+    monkeypatch.setattr(threads, "THREADS", 1)
     came = list[str]()
-    with side_by_side.in_background([lambda: came.append("first")]):
+    with threads.in_background([lambda: came.append("first")]):
         pass
     assert came == []
 
 
 def test_every_stage_of_making_a_program_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(longest, "_STAGES", dict.fromkeys(longest._STAGES, 0.0))
+    monkeypatch.setattr(programs, "_LONGEST", dict.fromkeys(programs._LONGEST, 0.0))
     with programs._without_cache():
         jax.jit(lambda x: jnp.sin(x) + 3.5)(np.arange(7.0))
-    assert min(longest._STAGES.values()) > 0.0
+    assert min(programs._LONGEST.values()) > 0.0
 
 
 def test_threads_begin_nothing_more_once_they_are_interrupted() -> None:
@@ -227,7 +226,7 @@ def test_threads_begin_nothing_more_once_they_are_interrupted() -> None:
         release.wait(30.0)
 
     def interrupted() -> None:
-        with threads(2) as pool:
+        with thread_pool(2) as pool:
             running = [pool.submit(job, number) for number in range(20)]
             # Those that run end once the last of the others is given up.
             running[-1].add_done_callback(lambda _: release.set())
@@ -240,6 +239,6 @@ def test_threads_begin_nothing_more_once_they_are_interrupted() -> None:
 
 
 def test_threads_that_are_not_end_with_all_they_were_given() -> None:
-    with threads(2) as pool:
+    with thread_pool(2) as pool:
         running = [pool.submit(lambda number: number**2, number) for number in range(20)]
     assert [one.result() for one in running] == [number**2 for number in range(20)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.scale import Scale, in_percent, uncertain
+from fibrefit.core.units import Scale, in_percent, uncertain
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,7 @@ import time
 
 import pytest
 
-from fibrefit.core.programs.side_by_side import for_each
-from fibrefit.core.time_limit import (
+from fibrefit.core.limits import (
     Budget,
     OutOfTimeError,
     beyond_limits,
@@ -19,6 +18,7 @@ from fibrefit.core.time_limit import (
     time_left,
     time_limit,
 )
+from fibrefit.core.threads import for_each
 from fibrefit.discovery.engine.candidates import fit_all
 
 

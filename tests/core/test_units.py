@@ -13,17 +13,9 @@ from hypothesis import strategies as st
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError, FibrefitError, StudyError, UsageError
+from fibrefit.core.formatting import format_number, format_quantity, shown_unit
 from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, USUAL
-from fibrefit.core.units import (
-    expression,
-    format_number,
-    format_quantity,
-    kind_of,
-    parse_quantity,
-    shown_unit,
-    si_unit,
-    to_si,
-)
+from fibrefit.core.units import expression, kind_of, parse_quantity, si_unit, to_si
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.roles import LOADING, SLACK, UNLOADING
+from fibrefit.core.declarations import LOADING, SLACK, UNLOADING
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.observations import Observations

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.roles import HELD, LOADING, SLACK, UNLOADING
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import HELD, LOADING, SLACK, UNLOADING, Statement
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.fitting.advice import Advice

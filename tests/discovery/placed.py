@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.roles import LOADING, SLACK, STICKING
+from fibrefit.core.declarations import LOADING, SLACK, STICKING
 from fibrefit.discovery.residuals import chance, contacts, events, spectrum, where
 from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import Spectrum

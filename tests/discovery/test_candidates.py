@@ -18,7 +18,7 @@ from tests.discovery.conftest import DATA
 OWN = '''
 from typing import ClassVar
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.laws.families import members
 from fibrefit.laws.law import GuideLaw, quantity
 

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import OutOfTimeError, check_time, time_limit
+from fibrefit.core.limits import OutOfTimeError, check_time, time_limit
 from fibrefit.discovery import choice, comparison
 from fibrefit.discovery.choice import chosen_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, PRICE, Chance

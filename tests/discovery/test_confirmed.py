@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from fibrefit.core.time_limit import Budget, check_time, time_limit
+from fibrefit.core.limits import Budget, check_time, time_limit
 from fibrefit.discovery import choice, comparison, final_fit, forward_selection
 from fibrefit.discovery.choice import believed
 from fibrefit.discovery.engine.thresholds import NAMED

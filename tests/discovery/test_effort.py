@@ -12,7 +12,7 @@ from unittest.mock import Mock, patch
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import Budget, check_time, time_left
+from fibrefit.core.limits import Budget, check_time, time_left
 from fibrefit.discovery import discover, final_fit, forward_selection
 from fibrefit.discovery.conclusion import _Parts
 from fibrefit.discovery.engine import effort

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.core.declarations import Statement
 from fibrefit.core.errors import UsageError
-from fibrefit.core.statement import Statement
-from fibrefit.core.time_limit import Budget, OutOfTimeError, time_limit
+from fibrefit.core.limits import Budget, OutOfTimeError, time_limit
 from fibrefit.discovery import complete_law, conclusion
 from fibrefit.discovery import discover as module
 from fibrefit.discovery.curves.curves import with_law_over

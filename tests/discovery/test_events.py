@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fibrefit.core.roles import STICKING
+from fibrefit.core.declarations import STICKING
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.residuals import SHORTEST_WINDOW
 from fibrefit.discovery.residuals.where import onset

@@ -12,8 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
-from fibrefit.core.time_limit import time_limit
+from fibrefit.core.limits import quiet, time_limit
 from fibrefit.discovery import comparison, conclusion, forward_selection
 from fibrefit.discovery.choice import candidates, chosen_of
 from fibrefit.discovery.comparison import Comparison, comparison_of, in_same_noise

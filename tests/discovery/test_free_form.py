@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.roles import HELD
+from fibrefit.core.declarations import HELD
 from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.curves.curves import drawn
 from fibrefit.discovery.curves.free_form import (

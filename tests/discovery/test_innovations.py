@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import gamma, kstest
 
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import OutOfTimeError, time_limit
+from fibrefit.core.limits import OutOfTimeError, time_limit
 from fibrefit.discovery import complete_law
 from fibrefit.discovery.curves import free_form
 from fibrefit.discovery.curves.probes import PROBES, FrictionOfPosition, TensionOfRate

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
+from fibrefit.core.limits import quiet
 from fibrefit.discovery import forward_selection
 from fibrefit.discovery import mistakes as module
 from fibrefit.discovery.engine.candidates import Hypothesis

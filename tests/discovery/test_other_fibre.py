@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
+from fibrefit.core.limits import quiet
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import NAMED, PRICE
 from fibrefit.discovery.search import screen

@@ -11,7 +11,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from fibrefit.core.time_limit import OutOfTimeError
+from fibrefit.core.limits import OutOfTimeError
 from fibrefit.discovery import choice, forward_selection, pairs
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED

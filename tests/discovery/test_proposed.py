@@ -9,8 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
-from fibrefit.core.time_limit import OutOfTimeError
+from fibrefit.core.limits import OutOfTimeError, quiet
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.curves.free_form import proposing

@@ -12,8 +12,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
-from fibrefit.core.time_limit import Budget
+from fibrefit.core.limits import Budget, quiet
 from fibrefit.discovery import comparison
 from fibrefit.discovery.engine import laplace_inference, linearisation
 from fibrefit.discovery.engine.candidates import own_task_by_record

@@ -13,8 +13,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
-from fibrefit.core.time_limit import OutOfTimeError
+from fibrefit.core.limits import OutOfTimeError, quiet
 from fibrefit.discovery.curves import free_form, predicted
 from fibrefit.discovery.engine import laplace_inference, linearisation
 from fibrefit.discovery.engine.candidates import SearchContext

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, cast
 
 import pytest
 
-from fibrefit.core.time_limit import OutOfTimeError
+from fibrefit.core.limits import OutOfTimeError
 from fibrefit.discovery import complete_law, unnamed
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.complete_law import Unnamed

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from fibrefit.core.roles import LOADING, PHASES, SLACK
+from fibrefit.core.declarations import LOADING, PHASES, SLACK
 from fibrefit.discovery.engine.thresholds import WRONGLY
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import contacts, trend

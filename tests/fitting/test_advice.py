@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from fibrefit.core.programs import kept
+from fibrefit.core import programs
 from fibrefit.fitting.advice import _information
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
@@ -59,7 +59,7 @@ def test_no_program_is_compiled_to_know_it(task: Task) -> None:
     values = task.start
     problem.linearised(values)
     menu = problem.model.rig.menu(problem.observations.experiment.conditions)
-    with patch.object(kept.KeptProgram, "_found", side_effect=AssertionError("a program is made")):
+    with patch.object(programs.KeptProgram, "_found", side_effect=AssertionError("a program is made")):
         jax.block_until_ready(_information(problem, values, menu))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
+from fibrefit.core.declarations import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.identifiability import Weakness, weaknesses

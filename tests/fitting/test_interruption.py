@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import check_time, cuts_noted, time_limit
+from fibrefit.core.limits import check_time, cuts_noted, time_limit
 from fibrefit.fitting import gls
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
@@ -122,7 +122,7 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     lefts = {"a": 9.0, "b": 4.0, "c": 2.0, "d": 1.5}
     clock = SimpleNamespace(monotonic=lambda: now[0])
     monkeypatch.setattr(gls, "time", clock)
-    monkeypatch.setattr("fibrefit.core.time_limit.time", clock)
+    monkeypatch.setattr("fibrefit.core.limits.time", clock)
     monkeypatch.setattr(gls, "_at_mode", at_mode)
     monkeypatch.setattr(gls, "_seen", lambda *of: None)
     monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))

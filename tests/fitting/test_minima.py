@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import fibrefit.fitting.identify as identifying
-from fibrefit.core.time_limit import check_time, time_limit
+from fibrefit.core.limits import check_time, time_limit
 from fibrefit.fitting import minima
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.minima import Led, Minima, SecondSolver

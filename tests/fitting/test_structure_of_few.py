@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.roles import HELD, REST, SLACK
+from fibrefit.core.declarations import HELD, REST, SLACK
 from fibrefit.fitting.advice import SIGNS_OF_LACK
 from fibrefit.fitting.misfit.structure import _edges, structure_checks
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet

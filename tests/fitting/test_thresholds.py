@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from fibrefit.core.roles import HELD, STICKING, UNLOADING
+from fibrefit.core.declarations import HELD, STICKING, UNLOADING
 from fibrefit.fitting import advice as advised
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import time_limit
+from fibrefit.core.limits import time_limit
 from fibrefit.fitting import reported as last_step
 from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
 from fibrefit.fitting.identify import How, identify

@@ -11,7 +11,7 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from fibrefit.core.progress import quiet
+from fibrefit.core.limits import quiet
 from fibrefit.fitting.checks import converged
 from fibrefit.fitting.identify import _search, identify
 from fibrefit.fitting.search import with_input_errors as module

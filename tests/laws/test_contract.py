@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.programs.described import fingerprint
+from fibrefit.core.fingerprint import fingerprint
 from fibrefit.core.units import expression
 from fibrefit.laws.catalogue import CATALOGUE, find_effect, select_effects, suits
 from fibrefit.laws.families import members

@@ -17,7 +17,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image, ImageColor
 
-from fibrefit.core.roles import HELD, LOADING, REST, SLACK, UNLOADING
+from fibrefit.core.declarations import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.fit import MOST_RECORDS, fit_figures

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fibrefit.core.roles import LOADING, SLACK
+from fibrefit.core.declarations import LOADING, SLACK
 from fibrefit.plots.certainty import METHODS, errors_figure
 from fibrefit.plots.fitted import Fitted
 from fibrefit.plots.gaps import gap_figure

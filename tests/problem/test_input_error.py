@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.core.time_limit import OutOfTimeError, time_limit
+from fibrefit.core.limits import OutOfTimeError, time_limit
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines, stacked_weights
 from fibrefit.problem.inputs.errors_in_variables import (

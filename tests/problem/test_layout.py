@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fibrefit.core.programs.described import fingerprint
+from fibrefit.core.fingerprint import fingerprint
 from fibrefit.problem.statement.layout import Layout, Range, Slot, assembled, gathered
 from fibrefit.problem.statement.matrices import least_squares
 

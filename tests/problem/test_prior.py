@@ -13,8 +13,8 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.core.parameter import Parameter
 from fibrefit.problem.posterior.prior import Density, Prior, default_prior, log_slope, priors_of
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.report.sentences.posterior import prior_words

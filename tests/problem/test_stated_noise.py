@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.core.declarations import ROLES, USUAL_NOISE
 from fibrefit.core.errors import StudyError
-from fibrefit.core.roles import ROLES, USUAL_NOISE
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 from fibrefit.problem.statement.layout import NUDGE, Range
 
 ROUND_TRIP = 1e-9

@@ -219,7 +219,7 @@ def test_packed_arrays_are_called_so_by_their_content(write: Callable) -> None:
 
 
 def test_texts_count_as_what_they_take_in_memory(write: Callable, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fibrefit.core.allowance.LARGEST", 1 << 16)
+    monkeypatch.setattr("fibrefit.core.limits.LARGEST", 1 << 16)
     with pytest.raises(DataError, match="unpacked or declared"):
         read_record(write(saved(**NAMED, words=np.full(2000, "a")), "a.npz"))
     check(write(saved(**NAMED), "b.npz"))

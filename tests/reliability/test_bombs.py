@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.core import allowance
+from fibrefit.core import limits
 from fibrefit.core.errors import DataError
 from fibrefit.records import read_table
 from tests.reliability.bombs import BOMBS
@@ -28,8 +28,8 @@ MOST_MEMORY = 600.0
 @pytest.mark.parametrize("name", BOMBS)
 def test_a_bomb_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """With limits a hundredth of the real ones, so that the files are made in an instant."""
-    monkeypatch.setattr(allowance, "LARGEST", SMALL)
-    monkeypatch.setattr(allowance, "MOST_CELLS", FEW_CELLS)
+    monkeypatch.setattr(limits, "LARGEST", SMALL)
+    monkeypatch.setattr(limits, "MOST_CELLS", FEW_CELLS)
     BOMBS[name](tmp_path / name, 2 * SMALL)
     on_disk = 0 if name in ("holes.csv", "cells.csv") else (tmp_path / name).stat().st_size
     assert on_disk < 1 * MIB
@@ -50,8 +50,8 @@ def test_what_is_within_the_limits_is_read(tmp_path: Path, monkeypatch: pytest.M
     import h5py
     import scipy.io
 
-    monkeypatch.setattr(allowance, "LARGEST", SMALL)
-    monkeypatch.setattr(allowance, "MOST_CELLS", FEW_CELLS)
+    monkeypatch.setattr(limits, "LARGEST", SMALL)
+    monkeypatch.setattr(limits, "MOST_CELLS", FEW_CELLS)
     n = 50_000
     columns = {"time_s": np.arange(n) / 2000.0, "force_N": np.sin(np.arange(n))}
     text = "time [s],force [N]\n" + "".join(f"{t:.4f},{f:.3f}\n" for t, f in zip(*columns.values(), strict=True))

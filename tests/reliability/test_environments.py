@@ -19,8 +19,7 @@ import pytest
 
 from fibrefit.cli.interruption import stop_requested
 from fibrefit.cli.terminal import Terminal
-from fibrefit.core import environment
-from fibrefit.core.programs import bound
+from fibrefit.core import environment, programs
 
 ROOT = Path(__file__).resolve().parents[2]
 SERIES = ROOT / "configs" / "drop_series"
@@ -320,9 +319,9 @@ def test_compiled_programs_are_not_kept_for_ever(monkeypatch: pytest.MonkeyPatch
         kept[-1](float(size))
     before = len(get_backend().live_executables())
     assert before >= 6
-    monkeypatch.setattr(bound, "MOST_PROGRAMS", before)
-    assert not bound.bound_programs()
-    monkeypatch.setattr(bound, "MOST_PROGRAMS", before - 1)
-    assert bound.bound_programs()
+    monkeypatch.setattr(programs, "MOST_PROGRAMS", before)
+    assert not programs.bound_programs()
+    monkeypatch.setattr(programs, "MOST_PROGRAMS", before - 1)
+    assert programs.bound_programs()
     assert len(get_backend().live_executables()) < before - 5
     assert kept[2](2.0) == 6.0, "and each is compiled again where it is wanted"

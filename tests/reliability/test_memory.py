@@ -7,7 +7,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from fibrefit.core.programs import bound
+from fibrefit.core import programs
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"
 CYCLES, SETTLED = 6, 2
@@ -28,8 +28,8 @@ def test_a_worker_stays_flat(forgets: bool, monkeypatch: pytest.MonkeyPatch) -> 
         for job in jobs:
             identified(job)
             if forgets:
-                monkeypatch.setattr(bound, "MOST_PROGRAMS", 0)
-                assert bound.bound_programs()
+                monkeypatch.setattr(programs, "MOST_PROGRAMS", 0)
+                assert programs.bound_programs()
         memory.append(psutil.Process().memory_info().rss / 1e6)
     growth = (memory[-1] - memory[SETTLED - 1]) / (CYCLES - SETTLED)
     how = "forgotten after each" if forgets else "kept"

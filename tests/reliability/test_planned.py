@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fibrefit import fit, load_study, simulate
-from fibrefit.core.allowance import MOST_PLANNED
 from fibrefit.core.errors import StudyError
+from fibrefit.core.limits import MOST_PLANNED
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 
 SERIES = Path(__file__).resolve().parents[2] / "configs" / "drop_series"

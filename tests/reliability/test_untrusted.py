@@ -17,7 +17,7 @@ import fibrefit as package
 from fibrefit.cli import main, terminal
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import StudyError, UsageError
-from fibrefit.core.shown import harmless
+from fibrefit.core.formatting import harmless
 from fibrefit.plots.save import figure_file
 from fibrefit.store.csv_text import csv_text
 from fibrefit.study import load_study

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.core.roles import STATES
+from fibrefit.core.declarations import STATES
 from fibrefit.report.page import page
 from tests.report.made import COUNT, NOISE, PLACE, RATE, TIMES, batch, motion, search
 

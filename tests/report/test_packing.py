@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from fibrefit.core.roles import HELD, LOADING, REST, SLACK, STICKING, UNLOADING
+from fibrefit.core.declarations import HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import LARGEST, packed
 

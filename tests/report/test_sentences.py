@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
 from fibrefit.discovery.search.effect_sizes import share_of_gap
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.checks import bars_too_small, converged, explained_otherwise

@@ -12,8 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.rig import Initial, Rig, Start, Starting, Stated, Values
 from fibrefit.rigs.signals.rates import from_motion, period_of, rates_of

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fibrefit.core.capability import KINDS
+from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import StudyError
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import ByInverse, Parameter
+from fibrefit.core.declarations import ByInverse, Parameter
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.excitation import Excitation

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray
 
-from fibrefit.core import allowance
+from fibrefit.core import limits
 from fibrefit.core.errors import DataError
 from fibrefit.store import Variable, read_result, write_result
 from fibrefit.study.summaries.results import Provenance
@@ -117,7 +117,7 @@ def test_what_a_long_series_filled_is_read_again(tmp_path: Path, monkeypatch: py
     """Beyond what any file may unpack to, a file may unpack to some times what it holds: it is no bomb."""
     path, noise = tmp_path / "result.h5", np.random.default_rng(1).standard_normal(100_000)
     write_result(path, "fibrefit/fit/1", {"fit": {"force": Variable(noise, ("time",))}}, PROVENANCE)
-    monkeypatch.setattr(allowance, "LARGEST", 1000)
+    monkeypatch.setattr(limits, "LARGEST", 1000)
     np.testing.assert_array_equal(read_result(path)[0]["fit"]["force"].values, noise)
     nothing = {"fit": {"force": Variable(np.zeros(5_000_000), ("time",))}}
     write_result(path, "fibrefit/fit/1", nothing, PROVENANCE)

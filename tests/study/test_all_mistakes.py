@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import FibrefitError, StudyError
-from fibrefit.core.parameter import Parameter
 from fibrefit.study import load_study
 from tests.study.conftest import Loader
 

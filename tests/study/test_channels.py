@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.core.scale import Scale
+from fibrefit.core.units import Scale
 from fibrefit.records import read_record
 from fibrefit.study import load_study
 from fibrefit.study.files.reading import reading_of

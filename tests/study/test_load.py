@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.core.parameter import Parameter
 from fibrefit.study import load_study, study_from_files
 from fibrefit.study.parameters import begin_at
 from tests.study.conftest import Loader

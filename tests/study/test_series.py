@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from fibrefit.core.capability import KINDS
+from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import StudyError
 from fibrefit.study import Study, load_study
 from fibrefit.study.quantity import Unit

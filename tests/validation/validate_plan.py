@@ -204,7 +204,7 @@ def _told(trial: Trial, bench: Bench, folder: Path) -> dict[str, Any]:
 
 def told_by(folder: Path, pair: Sequence[str], true: str) -> float:
     """Logarithm of the Bayes factor of the true effect over the other one, both compared in one noise."""
-    from fibrefit.core.progress import quiet
+    from fibrefit.core.limits import quiet
     from fibrefit.discovery.comparison import comparison_of
     from fibrefit.discovery.search.setup import prepared_search
     from fibrefit.fitting.identify import identify

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import fibrefit
-from fibrefit.core.allowance import LARGEST_SEED
 from fibrefit.core.errors import UsageError
+from fibrefit.core.limits import LARGEST_SEED
 from fibrefit.workflow.design.plan import Aim
 
 SERIES = fibrefit.example("drop_series")

@@ -16,7 +16,7 @@ import pytest
 import fibrefit
 import fibrefit.plots.save
 from fibrefit.core.errors import DataError, StudyError, UsageError
-from fibrefit.core.formats import FIGURES
+from fibrefit.core.paths import FIGURES
 from fibrefit.fitting.result import total
 from fibrefit.store import read_result, read_summary
 from fibrefit.study import Study, load_study

@@ -18,7 +18,7 @@ import pytest
 
 import fibrefit
 from fibrefit.core.errors import StudyError, UsageError
-from fibrefit.core.progress import quiet
+from fibrefit.core.limits import quiet
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_report
 from fibrefit.sampling.settings import Settings

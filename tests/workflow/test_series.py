@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from fibrefit.cli.main import group
 from fibrefit.core.errors import StudyError
-from fibrefit.core.progress import quiet
+from fibrefit.core.limits import quiet
 from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.secant import SecantGram

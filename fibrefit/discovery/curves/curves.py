@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.roles import SI
+from fibrefit.core.declarations import SI
 from fibrefit.discovery.curves.free_form import FittedCurve, acting, shape_of
 from fibrefit.discovery.curves.variables import in_motion
 from fibrefit.discovery.model.law import ProposedLaw

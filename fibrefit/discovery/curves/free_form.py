@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.programs.longest import longest_compilation
-from fibrefit.core.roles import SI
-from fibrefit.core.time_limit import check_time, in_time, time_left
+from fibrefit.core.declarations import SI
+from fibrefit.core.limits import check_time, in_time, time_left
+from fibrefit.core.programs import longest_compilation
 from fibrefit.discovery.curves.predicted import Looks, PromisedCurve, look_at
 from fibrefit.discovery.curves.probes import COURSES, PROBES, Curve
 from fibrefit.discovery.engine.candidates import JOBS_AT_ONCE, Hypothesis, fit_all, transferred, with_values

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.laws.law import (
     ALWAYS_LEFT,
     Channels,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.roles import FORCES, HELD, HISTORY
+from fibrefit.core.declarations import FORCES, HELD, HISTORY
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.moment import FORGETS, FORGOTTEN_AFTER, loading
 

@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import check_time
+from fibrefit.core.limits import check_time
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.grams import (
     changed_values,

@@ -14,7 +14,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 from fibrefit.discovery.design.beside import Beside, relative_changes
 from fibrefit.discovery.design.menu import batches, records_of
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
-from fibrefit.core.programs.side_by_side import threads
-from fibrefit.core.time_limit import OutOfTimeError, check_time
+from fibrefit.core.declarations import Parameter
+from fibrefit.core.limits import OutOfTimeError, check_time
+from fibrefit.core.threads import thread_pool
 from fibrefit.discovery.engine.effort import TOO_FAR
 from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
@@ -267,7 +267,7 @@ def fit_all(jobs: Sequence[Callable[[], Any]], tell: Callable[[int], None]) -> l
         None for those that the time did not suffice for.
     """
     done: list[Any] = []
-    with threads(JOBS_AT_ONCE) as pool:
+    with thread_pool(JOBS_AT_ONCE) as pool:
         # A limit of time holds for what is done in other threads too.
         for future in [pool.submit(copy_context().run, _in_time, job) for job in jobs]:
             done.append(future.result())

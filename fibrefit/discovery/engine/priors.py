@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import VANISHES

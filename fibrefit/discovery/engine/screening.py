@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 from fibrefit.discovery.engine.candidates import SEEN_FOLDED, starting_sizes
 from fibrefit.discovery.engine.effort import is_followed_elsewhere
 from fibrefit.discovery.engine.supermodel import Supermodel

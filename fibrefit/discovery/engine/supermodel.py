@@ -14,9 +14,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
-from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.time_limit import check_time
+from fibrefit.core.declarations import Parameter
+from fibrefit.core.limits import check_time
+from fibrefit.core.programs import kept_program
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.laws.law import Effect, SensorLaw, extends
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import check_time, in_time, time_left
+from fibrefit.core.limits import check_time, in_time, time_left
 from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.engine.candidates import (

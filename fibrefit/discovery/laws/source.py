@@ -15,7 +15,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.roles import SI
+from fibrefit.core.declarations import SI
 from fibrefit.discovery.curves.probes import Curve
 from fibrefit.discovery.laws.forms import STEEP, FittedForm, Form, Term
 from fibrefit.discovery.laws.places import AS_OF, NOW, PLACES, SECOND, PortPlace, SecondVariable
@@ -34,7 +34,7 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.laws.law import {imports}
 
 

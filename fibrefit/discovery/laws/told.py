@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import beyond_limits, in_time
+from fibrefit.core.limits import beyond_limits, in_time
 from fibrefit.discovery.curves.free_form import FittedCurve, proposing
 from fibrefit.discovery.curves.probes import COURSES
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
 from fibrefit.discovery.model.law import ProposedLaw
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import SLACK, TAUT
+from fibrefit.core.declarations import SLACK, TAUT
 from fibrefit.discovery.engine.thresholds import DENSE, FEWEST_CONTACTS, FEWEST_IN_CONTACT, ORDERED, SOON
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import ChannelResidual

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.roles import HELD, REST
+from fibrefit.core.declarations import HELD, REST
 from fibrefit.discovery.engine.thresholds import AROUND_EVENT, LOUD_AFTER, LOUD_AT_ONCE, PHASE_SEEN, STRETCHED
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import ChannelResidual, channel_residuals

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import fdtr, fdtrc
 
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.remaining import residuals_of

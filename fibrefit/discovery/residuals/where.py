@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.roles import FORWARDS, HELD, PHASES, TAUT
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import FORWARDS, HELD, PHASES, TAUT, Statement
 from fibrefit.discovery.engine.thresholds import BY_ITSELF, HAPPENED, LOUDER_STILL, OF_TIME, ONE_WAY
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.contacts import after_take_up

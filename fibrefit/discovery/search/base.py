@@ -11,8 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from fibrefit.core.progress import Progress
-from fibrefit.core.time_limit import beyond_limits
+from fibrefit.core.limits import Progress, beyond_limits
 from fibrefit.discovery.engine.candidates import (
     Hypothesis,
     SearchContext,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task, with_absent
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.refit import refit

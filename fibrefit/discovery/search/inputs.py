@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fibrefit.core.time_limit import in_time
+from fibrefit.core.limits import in_time
 from fibrefit.discovery.engine.candidates import Hypothesis, own_task_by_record, transferred
 from fibrefit.discovery.engine.effort import LINEARISED_ANEW, TOO_FAR, meets_all_bounces, motion_lost, slopes_tell
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit

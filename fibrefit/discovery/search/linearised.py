@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.time_limit import OutOfTimeError
+from fibrefit.core.limits import OutOfTimeError
 from fibrefit.discovery.engine.candidates import Hypothesis, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit

@@ -11,7 +11,7 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.progress import Progress
+from fibrefit.core.limits import Progress
 from fibrefit.discovery.engine.candidates import Hypothesis, SearchContext, transferred
 from fibrefit.discovery.engine.common_noise import common_noise_of
 from fibrefit.discovery.engine.effort import TOO_FAR, noise_is_taken_again, slopes_tell

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import ALIKE_EVIDENCE, LOUDEST, NO_FACTOR, REMAINING
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes

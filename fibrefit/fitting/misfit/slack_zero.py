@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.fitting.thresholds import CHANCE, ZERO_OVER_NOISE, ZERO_SHARE
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task

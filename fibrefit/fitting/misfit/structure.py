@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import fdtri
 
-from fibrefit.core.roles import HELD, PHASES
+from fibrefit.core.declarations import HELD, PHASES
 from fibrefit.fitting.thresholds import (
     CHANCE,
     FEWEST_IN_MOTION,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import THREADS, threads
+from fibrefit.core.threads import THREADS, thread_pool
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.result import Gap, Starts, total
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
@@ -60,7 +60,7 @@ def each_by_itself(
     ends = {worst: _end(alone[worst], search)}
     if not (thoroughly or _follows(ends[worst], shared[worst])):
         return None
-    with threads(THREADS) as pool:
+    with thread_pool(THREADS) as pool:
         # A limit of time holds for what is done in other threads too.
         running = {one: pool.submit(copy_context().run, _end, alone[one], search) for one in others}
         ends |= {one: future.result() for one, future in running.items()}

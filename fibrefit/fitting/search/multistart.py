@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import THREADS, threads
+from fibrefit.core.threads import THREADS, thread_pool
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search.solve import (
     FOR_A_HORIZON,
@@ -198,7 +198,7 @@ def _searched(
     zero = np.zeros(number, dtype=int)
     found = Descent(starts, np.full(number, np.inf), zero, zero.astype(bool))
     lost = np.zeros(number, dtype=bool)
-    with threads(THREADS) as pool:
+    with thread_pool(THREADS) as pool:
         for stage in range(stages):
             # Of fewer samples, errors are wider.
             wider = math.sqrt(sparse.spacing(stage == stages - 1))

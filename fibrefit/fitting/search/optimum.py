@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import ROLES
+from fibrefit.core.declarations import ROLES
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.search.with_input_errors import WithInputErrors, as_it_ended, noise_left, with_input_errors

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs import kept_program
 from fibrefit.problem.statement.layout import assembled
 from fibrefit.problem.statement.problem import Linearised, Problem, gram_root
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from fibrefit.core.time_limit import beyond_limits, time_for
+from fibrefit.core.limits import beyond_limits, time_for
 from fibrefit.fitting.thresholds import (
     ALL_COUNT,
     FALLS,

@@ -5,7 +5,7 @@ from typing import ClassVar, Self
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.laws.forms_of_change import OfFriction
 from fibrefit.laws.law import Moment, quantity
 

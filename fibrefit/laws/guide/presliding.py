@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.core.parameter import inverse_of
+from fibrefit.core.declarations import inverse_of
 from fibrefit.laws.law import GuideLaw, quantity
 
 

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import jax
 
-from fibrefit.core.capability import Capability
+from fibrefit.core.declarations import Capability
 from fibrefit.laws.law import Channels, SensorLaw, of_force, quantity
 
 

@@ -6,8 +6,7 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.parameter import inverse_of
+from fibrefit.core.declarations import Capability, inverse_of
 from fibrefit.laws.law import SensorLaw, quantity
 
 

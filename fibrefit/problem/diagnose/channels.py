@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import format_number, format_quantity, in_words
 from fibrefit.problem.thresholds import (
     CARRIES_LOAD,
     FEWEST_SPANS,

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from fibrefit.core.roles import BACK, FORCES, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
+from fibrefit.core.declarations import BACK, FORCES, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Moved, Problem
 from fibrefit.problem.thresholds import CREEPS
@@ -28,9 +28,9 @@ class Motion:
     Parameters
     ----------
     phase : (n_record, n_time) int
-        Index into `fibrefit.core.roles.PHASES`. Loading and unloading go by the rate of the stretch. A guide sticks
-        where it will slide again, or while the drive moves; it is at rest before the first motion and after the last,
-        and with the drive.
+        Index into `fibrefit.core.declarations.PHASES`. Loading and unloading go by the rate of the stretch. A guide
+        sticks where it will slide again, or while the drive moves; it is at rest before the first motion and after the
+        last, and with the drive.
     states : dict of (n_record, n_time)
         ``position`` [m], ``speed`` [m/s]; where there is a fibre ``tension`` [N], ``stretch`` [m], negative while it is
         slack, and ``stretch rate`` [m/s], of two fibres those of the one that is stretched more.

@@ -27,8 +27,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.capability import Capability
-from fibrefit.core.roles import SLACK
+from fibrefit.core.declarations import SLACK, Capability
 from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.task import Task

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.allowance import MOST_PLANNED, too_long
+from fibrefit.core.declarations import FORCES, ROLES, USUAL_NOISE, Parameter
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.core.parameter import Parameter
-from fibrefit.core.roles import FORCES, ROLES, USUAL_NOISE
+from fibrefit.core.limits import MOST_PLANNED, too_long
 from fibrefit.problem.diagnose.channels import are_exchanged, refuse_misread, refuse_turned, rules_out_a_factor
 from fibrefit.problem.formulate.traces import ESTIMATED, Measured, conditions_of, in_order, trace_of
 from fibrefit.problem.noise.coarse_inputs import noise_of_rounding

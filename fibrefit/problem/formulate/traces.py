@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from fibrefit.core.allowance import MOST_PLANNED, too_far_apart
 from fibrefit.core.errors import DataError, StudyError
+from fibrefit.core.limits import MOST_PLANNED, too_far_apart
 from fibrefit.problem.inputs.smoothing import smoothed
 from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.rigs.rig import Rig

@@ -30,9 +30,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.programs.side_by_side import for_each
-from fibrefit.core.time_limit import check_time
+from fibrefit.core.limits import check_time
+from fibrefit.core.programs import kept_program
+from fibrefit.core.threads import for_each
 from fibrefit.problem.inputs.error_signals import (
     COSINES,
     InputErrors,

@@ -8,7 +8,7 @@ import equinox as eqx
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from fibrefit.core.programs.side_by_side import for_each
+from fibrefit.core.threads import for_each
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, residuals
 from fibrefit.problem.statement.problem import Problem
 

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.side_by_side import for_each
+from fibrefit.core.threads import for_each
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, expanded, input_errors
 from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks

@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.time_limit import check_time
+from fibrefit.core.limits import check_time
+from fibrefit.core.programs import kept_program
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
 from fibrefit.problem.linear_model.normal_equations import Gram, PosteriorMode

@@ -19,8 +19,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.programs.side_by_side import for_each
+from fibrefit.core.programs import kept_program
+from fibrefit.core.threads import for_each
 from fibrefit.problem.noise.coloured import Coloured, swapped
 
 BLOCK = 32

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs import kept_program
 from fibrefit.problem.noise.autoregressive import order_and_covariance
 from fibrefit.problem.noise.coloured import longest
 from fibrefit.problem.noise.likelihood import Likelihood, likelihood_of, unit_of

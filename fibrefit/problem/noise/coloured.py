@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs import kept_program
 from fibrefit.problem.noise.spectrum import Noise
 
 RELAXATIONS = 10

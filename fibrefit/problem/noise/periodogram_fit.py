@@ -17,7 +17,7 @@ from functools import cached_property
 import jax
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
+from fibrefit.core.programs import kept_program
 from fibrefit.problem.thresholds import NEGLIGIBLE_PART
 
 BINS_PER_OCTAVE = 12

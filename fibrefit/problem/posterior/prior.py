@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.core.parameter import Parameter
 from fibrefit.problem.statement.layout import Layout, Range
 from fibrefit.problem.thresholds import WIDE_PRIOR
 from fibrefit.simulation.model import Model

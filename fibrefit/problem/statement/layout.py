@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.parameter import Parameter
+from fibrefit.core.declarations import Parameter
 
 RAN_AWAY = np.errstate(over="ignore", invalid="ignore")
 """Decorates products of slopes: of a motion that ran away they are not finite, and not believed where they are used."""

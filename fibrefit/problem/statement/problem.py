@@ -12,8 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.programs.kept import kept_program
-from fibrefit.core.programs.products import column_products
+from fibrefit.core.programs import column_products, kept_program
 from fibrefit.problem.statement.layout import Layout, assembled, functions_for
 from fibrefit.problem.statement.observations import Observations, Steps, step_residuals
 from fibrefit.simulation.inputs import row

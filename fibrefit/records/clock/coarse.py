@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import format_number, format_quantity
 from fibrefit.records.clock.base import (
     OFF_GRID,
     UNREADABLE,

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import format_number, format_quantity
 from fibrefit.records.clock.base import (
     ALONE,
     BACKWARD,

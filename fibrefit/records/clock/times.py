@@ -10,7 +10,7 @@ import numpy as np
 
 from fibrefit.core import units
 from fibrefit.core.errors import DataError
-from fibrefit.core.units import format_number
+from fibrefit.core.formatting import format_number
 from fibrefit.records.clock.base import Readings, TimeBase
 from fibrefit.records.clock.repeats import repeated_rows
 from fibrefit.records.clock.timebase import counted_times, from_readings, tells_times

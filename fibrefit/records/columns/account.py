@@ -15,8 +15,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from fibrefit.core import units as registry
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError
-from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.held import ReadColumn, held_columns, kinds_of_offset, offset_around
 from fibrefit.records.columns.judged import doubt_of, formula_in, stated_over_read
 from fibrefit.records.columns.known import AsRead, agrees, is_of_times, kinds_of, states_unit, unknown_in

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from fibrefit.core import units
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, did_you_mean
-from fibrefit.core.roles import ROLES
-from fibrefit.core.scale import Scale
+from fibrefit.core.units import Scale
 
 _KEYS = ("column", "unit", "scale", "zero")
 

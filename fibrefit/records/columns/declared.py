@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fibrefit.core import units as registry
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, did_you_mean
-from fibrefit.core.roles import ROLES
-from fibrefit.core.scale import Scale
+from fibrefit.core.units import Scale
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.columns.raw import RawColumn
 from fibrefit.records.columns.roles import Heading, find_column

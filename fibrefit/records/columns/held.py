@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fibrefit.core import units as registry
-from fibrefit.core.roles import ROLES
+from fibrefit.core.declarations import ROLES
 from fibrefit.records.columns.bearing import OF_SENSORS, OTHER_QUANTITY
 from fibrefit.records.columns.lexicon import MULTIPLIES, OFFSETS
 from fibrefit.records.columns.raw import Annotation, RawColumn

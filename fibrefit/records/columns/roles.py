@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from fibrefit.core import units
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, did_you_mean
-from fibrefit.core.roles import ROLES
 from fibrefit.records.columns.channel import Channel
 from fibrefit.records.grammar.headings import known_unit, so_much_of, split_heading
 from fibrefit.records.grammar.words import GO_BESIDE, KIND_OF_ROLE, counts_rows, is_no_reading, score, treated

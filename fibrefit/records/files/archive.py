@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import IO, Any, NamedTuple
 
-from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import Allowance
 from fibrefit.records.files.decode import decode
 from fibrefit.records.files.extras import damage_of
 from fibrefit.records.grammar.dialect import vote

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import Allowance
 from fibrefit.records.columns.raw import Annotation
 from fibrefit.records.files.arrays.titles import (
     ATTRIBUTES,

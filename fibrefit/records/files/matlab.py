@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import Allowance
 from fibrefit.records.columns.raw import Annotation, Raw
 from fibrefit.records.files.arrays.tree import columns_of_tree
 from fibrefit.records.files.arrays.values import complex_numbers, items_as_one

@@ -12,7 +12,7 @@ import zlib
 from pathlib import Path
 from typing import IO
 
-from fibrefit.core.allowance import Allowance
+from fibrefit.core.limits import Allowance
 
 DIMENSIONS, ARRAY, COMPRESSED = 5, 14, 15
 HEADER = 128

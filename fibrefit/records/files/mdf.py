@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import Allowance
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.columns.roles import Heading
 from fibrefit.records.files.extras import damage_of, require

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core import units
-from fibrefit.core.allowance import Allowance
 from fibrefit.core.errors import DataError
+from fibrefit.core.limits import Allowance
 from fibrefit.records.columns.raw import Annotation, Raw, RawColumn, binary_column
 from fibrefit.records.files.arrays.values import stamp_column
 from fibrefit.records.files.extras import damage_as_error, require

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from fibrefit.core import units
-from fibrefit.core.units import format_number
+from fibrefit.core.formatting import format_number
 from fibrefit.records.thresholds import (
     FASTEST_LIKELY,
     FASTEST_RATE,

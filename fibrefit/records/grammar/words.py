@@ -6,7 +6,7 @@ import itertools
 import re
 import unicodedata
 
-from fibrefit.core.roles import ROLES
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.unit_names import KINDS
 
 #: Kind of quantity each role is.

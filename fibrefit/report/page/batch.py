@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from fibrefit.core.units import shown_unit
+from fibrefit.core.formatting import shown_unit
 from fibrefit.report.batch import batch_verdict, scatter_sentences
 from fibrefit.report.page.blocks import Block, Items, PageContent, Result, TableBlock, Words
 from fibrefit.report.page.common import failed_checks, gap_line, page_content

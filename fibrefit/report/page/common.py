@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from fibrefit.core.units import format_quantity, typeset_unit
+from fibrefit.core.formatting import format_quantity, typeset_unit
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import failure, notes_on_records, quantity_of
 from fibrefit.report.page.blocks import Block, Hidden, PageContent, Pictures, Result, TableBlock, Words

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import HELD, REST, SLACK, STICKING, TAUT
+from fibrefit.core.declarations import HELD, REST, SLACK, STICKING, TAUT
 from fibrefit.rigs.signals.rest import runs
 
 MOST = 6
@@ -37,7 +37,7 @@ def moments(times: np.ndarray, phase: np.ndarray) -> list[Instant]:
     ----------
     times : (n_time,) in s
     phase : (n_time,) int
-        Index into `fibrefit.core.roles.PHASES`.
+        Index into `fibrefit.core.declarations.PHASES`.
     """
     held = phase == HELD
     found = [Instant("let go", one.at) for one in _begins("", times, ~held)[:1]] if held[:1].all() else []

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.core.roles import PHASES, STATES
-from fibrefit.core.units import shown_unit, typeset_unit
+from fibrefit.core.declarations import PHASES, STATES
+from fibrefit.core.formatting import shown_unit, typeset_unit
 from fibrefit.report.page.blocks import Records
 from fibrefit.report.page.moments import moments
 from fibrefit.report.page.packing import packed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import format_number, format_quantity
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:

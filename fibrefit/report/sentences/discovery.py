@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from fibrefit.core.shown import from_to, in_words
-from fibrefit.core.statement import Statement
-from fibrefit.core.units import format_quantity
+from fibrefit.core.declarations import Statement
+from fibrefit.core.formatting import format_quantity, from_to, in_words
 from fibrefit.report.sentences.thresholds import LITTLE_HELP, SMALL_SHARE, SURE
 from fibrefit.study.summaries.discovery import Round, Separation, Weight
 

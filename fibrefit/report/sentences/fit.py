@@ -7,8 +7,7 @@ from collections.abc import Callable
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity, in_words
 from fibrefit.report.sentences.advised import lone_samples_advice, slack_zero_advice, slack_zero_sentence
 from fibrefit.report.sentences.minima import completion_sentence, second_solver_sentence, starts_sentence
 from fibrefit.report.sentences.otherwise import correct_advice, doubtful_sentence, otherwise_sentence

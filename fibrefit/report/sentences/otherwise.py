@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:

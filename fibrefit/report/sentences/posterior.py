@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from fibrefit.core.shown import in_words
-from fibrefit.core.statement import Statement
+from fibrefit.core.declarations import Statement
+from fibrefit.core.formatting import in_words
 from fibrefit.report.sentences.fit import differ_within_sentence, hausman_sentence, worded
 from fibrefit.report.sentences.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check

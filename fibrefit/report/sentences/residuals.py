@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import PurePath
 
-from fibrefit.core.shown import in_words
+from fibrefit.core.formatting import in_words
 from fibrefit.study.summaries.check import Check
 
 

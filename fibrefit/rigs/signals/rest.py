@@ -9,9 +9,9 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError
-from fibrefit.core.roles import ROLES
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.rigs.thresholds import DRIFT, FAST_NOISE, FIRST_BLOCKS, SHORTEST_REST, SLOW_NOISE, SPREADS
 

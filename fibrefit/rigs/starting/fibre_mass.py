@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Starting, Stated
 from fibrefit.rigs.signals.rates import derivative
 from fibrefit.rigs.signals.regression import spring_and_damper

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
 
-from fibrefit.core.units import format_quantity
+from fibrefit.core.formatting import format_quantity
 from fibrefit.rigs.thresholds import LIFT_AGREES
 
 LIFTS_TOLD = 8

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.programs.products import column_products
+from fibrefit.core.programs import column_products
 from fibrefit.problem.posterior.log_posterior import Conditional, LogPosterior, RecordPlace
 from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.statement.layout import assembled

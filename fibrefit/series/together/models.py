@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.engine.candidates import transferred, with_values
 from fibrefit.discovery.engine.effort import FIRST_STARTS, slopes_tell

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.core.roles import LOADING, UNLOADING
+from fibrefit.core.declarations import LOADING, UNLOADING
 from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.thresholds import STANDING
 

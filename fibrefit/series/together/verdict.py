@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, left_out
 from fibrefit.problem.estimate.evidence import MarginalLikelihood

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 from pydantic import Field, StrictStr, ValidationError
 
+from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import Mistakes
-from fibrefit.core.roles import ROLES
 from fibrefit.study.channels import ChannelEntry, check_channels, plain_channels
 from fibrefit.study.explain import explained
 from fibrefit.study.overrides import apply_overrides

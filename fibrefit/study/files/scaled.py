@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.scale import Scale
+from fibrefit.core.units import Scale
 from fibrefit.study.channels import ChannelTable
 from fibrefit.study.parameters import NormalPrior, ParameterTable
 from fibrefit.study.places import Places

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fibrefit.core.errors import Mistakes, StudyError
-from fibrefit.core.scale import uncertain
+from fibrefit.core.units import uncertain
 from fibrefit.study.places import Places
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from importlib import import_module
 
-from fibrefit.core.capability import declared_in
+from fibrefit.core.declarations import declared_in
 from fibrefit.study.rigs.derived import derived_study
 from fibrefit.study.rigs.fibre_mass import FibreMassStudy
 from fibrefit.study.rigs.guided_mass import GuidedMassStudy

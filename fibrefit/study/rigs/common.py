@@ -11,10 +11,9 @@ from typing import Any, Literal, Self, get_args
 from pydantic import Field, StrictStr, model_validator
 from pydantic_core import PydanticCustomError
 
-from fibrefit.core.roles import ROLES
-from fibrefit.core.scale import uncertain
-from fibrefit.core.shown import Card, Shown
-from fibrefit.core.units import format_quantity
+from fibrefit.core.declarations import ROLES
+from fibrefit.core.formatting import Card, Shown, format_quantity
+from fibrefit.core.units import uncertain
 from fibrefit.study.channels import BesideTable, ChannelEntry
 from fibrefit.study.quantity import (
     Distance,

@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal, Protocol
 
 from pydantic import Field, create_model
 
-from fibrefit.core.parameter import Parameter
-from fibrefit.core.roles import ROLES
+from fibrefit.core.declarations import ROLES, Parameter
 from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs.common import RecordTable, optional, required

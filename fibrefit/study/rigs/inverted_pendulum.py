@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, StrictStr, model_validator
 
-from fibrefit.core.allowance import MOST_SWEPT
+from fibrefit.core.limits import MOST_SWEPT
 from fibrefit.study.channels import ChannelEntry
 from fibrefit.study.quantity import (
     AngleNoise,

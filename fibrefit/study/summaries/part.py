@@ -24,7 +24,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from fibrefit.core.units import format_quantity, typeset_unit
+from fibrefit.core.formatting import format_quantity, typeset_unit
 
 
 def _known(value: Any) -> Any:

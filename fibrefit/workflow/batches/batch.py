@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fibrefit.core.errors import FibrefitError, UsageError
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
 from fibrefit.records.copies import Fingerprint
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
 from fibrefit.store import ResultDirectory, write_whole

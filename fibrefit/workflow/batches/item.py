@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError, FibrefitError, StudyError
-from fibrefit.core.programs.blas import one_blas_thread
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.report.checks import quantity_of
 from fibrefit.store import sha256_of

@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
-from fibrefit.core.allowance import refuse_seed, refuse_starts
 from fibrefit.core.errors import NO_FILES, DataError, FibrefitError, UsageError, refuse_unknown
+from fibrefit.core.limits import refuse_seed, refuse_starts
 from fibrefit.core.paths import nearest_file
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of

@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from fibrefit.core.errors import FibrefitError
+from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.paths import name_of_several
-from fibrefit.core.programs.side_by_side import THREADS
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.threads import THREADS
 from fibrefit.store import default_directory
 from fibrefit.workflow.batches.batch import ITEMS, Batch, Engine, batch_studies, forget_others, refuse_another_batch
 from fibrefit.workflow.batches.item import Job, loaded

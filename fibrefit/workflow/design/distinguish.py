@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import Confusion, best_split, confusion
 from fibrefit.discovery.design.grams import as_simulated

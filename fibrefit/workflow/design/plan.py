@@ -13,8 +13,8 @@ from typing import get_args
 import numpy as np
 
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean, refuse_unknown
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.discovery.design.menu import duration_of, motions_of, reach_of
 from fibrefit.discovery.design.plan import Purpose, Standing, Worth, by_worth, options_of, worths
 from fibrefit.discovery.model.finding import Choice

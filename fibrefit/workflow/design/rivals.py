@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.progress import Progress
+from fibrefit.core.limits import Progress
 from fibrefit.discovery.comparison import in_one_noise
 from fibrefit.discovery.design.apart import Explanation
 from fibrefit.discovery.design.beside import Beside

@@ -11,11 +11,10 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING
 
-from fibrefit.core.allowance import refuse_seed
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet, refuse_seed
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.discovery.discover import discover
 from fibrefit.discovery.forward_selection import SECONDS, Limits
 from fibrefit.discovery.model.finding import Finding

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.roles import PHASES
+from fibrefit.core.declarations import PHASES
 from fibrefit.discovery.model.finding import Finding, TracedRound
 from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import shown_unit
+from fibrefit.core.formatting import in_words, shown_unit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect, StudyLaw

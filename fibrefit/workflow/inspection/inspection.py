@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import NO_FILES, FibrefitError, UsageError
+from fibrefit.core.formatting import Card, Shown, printable
 from fibrefit.core.paths import is_folder
-from fibrefit.core.shown import Card, Shown, printable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -302,7 +302,7 @@ def _study_lines(study: Study) -> list[str]:
 
 def _conditions(record: Any) -> list[str]:
     """Conditions of a record, in the units a person would choose."""
-    from fibrefit.core.units import format_quantity
+    from fibrefit.core.formatting import format_quantity
 
     said = []
     for name, text in record.model_dump(mode="json", exclude_none=True, exclude=NOT_CONDITIONS).items():

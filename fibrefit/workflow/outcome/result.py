@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.shown import Card, Shown
+from fibrefit.core.formatting import Card, Shown
 
 if TYPE_CHECKING:
     import pandas as pd

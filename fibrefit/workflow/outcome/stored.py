@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import DataError, UsageError
-from fibrefit.core.formats import FORMATS
-from fibrefit.core.paths import is_folder, is_plain_file, read_plain_file, record_stems, shown_path
-from fibrefit.core.shown import Card, Shown
+from fibrefit.core.formatting import Card, Shown
+from fibrefit.core.paths import FORMATS, is_folder, is_plain_file, read_plain_file, record_stems, shown_path
 from fibrefit.store.csv_text import as_named
 from fibrefit.store.summary import LARGEST_SUMMARY, NAME, read_summary
 from fibrefit.study.load import load_study

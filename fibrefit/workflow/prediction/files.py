@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.core.roles import ROLES
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import format_quantity
+from fibrefit.core.declarations import ROLES
+from fibrefit.core.formatting import format_quantity, in_words
 from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import Freedom, freedom_of, predictive_slopes, predictive_variance
 from fibrefit.problem.diagnose.newton import force_balance

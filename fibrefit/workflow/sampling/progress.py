@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from fibrefit.core.progress import Progress
+from fibrefit.core.limits import Progress
 from fibrefit.sampling.chains.ensembles import SamplerProgress
 from fibrefit.sampling.settings import Settings
 

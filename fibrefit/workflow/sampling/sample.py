@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fibrefit.core.errors import UsageError, did_you_mean
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.problem.posterior.prior import priors_of
 from fibrefit.problem.task import Task
 from fibrefit.sampling.compare import CrossValidation, cross_validate

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.limits import Progress
 from fibrefit.core.paths import write_whole
-from fibrefit.core.progress import Progress
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients

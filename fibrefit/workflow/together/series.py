@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.programs.blas import one_blas_thread
-from fibrefit.core.progress import Progress, quiet
+from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.threads import one_blas_thread
 from fibrefit.series.together.laws import laws_on, parameter_of
 from fibrefit.series.together.verdict import Answer, Verdict, judged
 from fibrefit.series.trends import Quantity, Trend, trends

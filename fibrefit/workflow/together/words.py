@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from fibrefit.core.shown import in_words
-from fibrefit.core.units import format_number, format_quantity
+from fibrefit.core.formatting import format_number, format_quantity, in_words
 from fibrefit.series.thresholds import PREFERRED
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.speeds import span

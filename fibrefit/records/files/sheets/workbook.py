@@ -13,7 +13,7 @@ from itertools import combinations
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from fibrefit.core import allowance, units
+from fibrefit.core import limits, units
 from fibrefit.core.errors import DataError
 from fibrefit.records.columns.raw import Raw
 from fibrefit.records.files.decode import Text
@@ -113,7 +113,7 @@ def _comments(data: bytes, where: str) -> Iterator[tuple[str, str]]:
     """What comments say, of whichever sheet, with the cell they stand at."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         parts = [entry for entry in archive.infolist() if _COMMENTS.fullmatch(entry.filename)]
-        allowance.Allowance(where, DataError).take(sum(entry.file_size for entry in parts))
+        limits.Allowance(where, DataError).take(sum(entry.file_size for entry in parts))
         for part in parts:
             for one in ElementTree.fromstring(archive.read(part)).iter():
                 text = " ".join("".join(one.itertext()).split())
@@ -318,7 +318,7 @@ def _all_rows(sheet: Any) -> Iterable[tuple[Any, ...]]:
 
 def _rows(values: Iterable[tuple[Any, ...]], where: str) -> list[list[str]]:
     """Cells of a sheet, as many in every row. One far away has all the empty ones before it and above it too."""
-    rows, left, width = [], allowance.MOST_CELLS, 0
+    rows, left, width = [], limits.MOST_CELLS, 0
     for value in values:
         left -= len(value) + 1
         row = [_cell(one) for one in value]
@@ -326,8 +326,8 @@ def _rows(values: Iterable[tuple[Any, ...]], where: str) -> list[list[str]]:
             row.pop()
         rows.append(row)
         width = max(width, len(row))
-        if left < 0 or width * len(rows) > allowance.MOST_CELLS:
-            raise allowance.too_many_cells(where, DataError)
+        if left < 0 or width * len(rows) > limits.MOST_CELLS:
+            raise limits.too_many_cells(where, DataError)
     return [row + [""] * (width - len(row)) for row in rows]
 
 

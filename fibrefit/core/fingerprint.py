@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-PACKAGE = Path(__file__).resolve().parents[2]
+PACKAGE = Path(__file__).resolve().parents[1]
 
 COMPILED = ("core", "laws", "rigs", "simulation", "problem", "fitting", "sampling", "discovery", "series")
 """Packages whose code goes into programs."""

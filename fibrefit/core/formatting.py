@@ -1,10 +1,22 @@
-"""What is shown: text of files and names that steers nothing; an object in two lines, or as a small table."""
+"""What a person reads: numbers with units, words, text that steers nothing; an object in two lines or a small table."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
+
+SHOWN: dict[str, tuple[tuple[str, float], ...]] = {
+    "s": (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)),
+    "N": (("kN", 1e3), ("N", 1.0)),
+    "m": (("m", 1.0), ("mm", 1e-3), ("um", 1e-6)),
+    "kg": (("kg", 1.0), ("g", 1e-3)),
+    "rad": (("deg", 0.017453292519943295),),
+    "Hz": (("Hz", 1.0),),
+    "m/s": (("m/s", 1.0), ("mm/s", 1e-3)),
+    "N/m": (("kN/m", 1e3), ("N/m", 1.0)),
+}
+"""For people: the first unit whose value is at least 1 is shown, else the last."""
 
 
 class Card(NamedTuple):
@@ -126,3 +138,86 @@ def or_others(name: str, alike: Iterable[Sequence[str]]) -> str:
     """
     others = [other for names in alike if name in names for other in names if other != name]
     return f"{name} (or {', or '.join(dict.fromkeys(others))})" if others else name
+
+
+def shown_unit(value: float, si: str) -> tuple[str, float]:
+    """Unit a person would choose for a value in SI.
+
+    Parameters
+    ----------
+    value : float
+        Size of the number, in `si`.
+    si : str
+        SI unit.
+
+    Returns
+    -------
+    tuple of str and float
+        The unit and what it is worth in `si`; the same pair suits the error bar of the value.
+    """
+    steps = SHOWN.get(si, ((si, 1.0),))
+    fallback = min(steps, key=lambda step: abs(step[1] - (1e-3 if si == "m" else 1.0))) if value == 0 else steps[-1]
+    return next((step for step in steps if abs(value) >= step[1] * (1 - 1e-12)), fallback)
+
+
+def format_quantity(value: float, si: str, digits: int = 4) -> str:
+    """Value with the unit a person would choose: ``34.21 kN/m``, ``13.8 mm``. ASCII only.
+
+    Parameters
+    ----------
+    value : float
+        In `si`.
+    si : str
+        SI unit; ``"-"`` for a pure number, which is shown bare.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        Text that `parse_quantity` reads back.
+    """
+    unit, worth = shown_unit(value, si)
+    number = format_number(value / worth, digits)
+    return number if unit == "-" else f"{number} {unit}"
+
+
+def typeset_unit(unit: str) -> str:
+    """A unit in the signs of print, or a quantity with one: ``µm``, ``N s/m``, ``m/s²``, ``45°``."""
+    return unit.replace("um", "µm").replace("^2", "²").replace(" deg", "°").replace("deg", "°")
+
+
+def format_number(value: float, digits: int = 4) -> str:
+    """Number to some significant digits, without an exponent where it stays readable.
+
+    Parameters
+    ----------
+    value : float
+        Any number.
+    digits : int
+        Significant digits.
+
+    Returns
+    -------
+    str
+        E.g. ``"34210"`` for 34213.7 and four digits.
+    """
+    short = f"{value:.{digits}g}"
+    if "e" not in short or not 1e-4 <= abs(value) < 1e7:
+        return short
+    return f"{float(short):.0f}" if abs(value) >= 1 else f"{float(short):.10f}".rstrip("0")
+
+
+def format_share(share: float) -> str:
+    """A share in percent; near the whole, to as many digits as tell it from the whole: ``99.94 %``.
+
+    Parameters
+    ----------
+    share : float
+        1 for the whole; below 0 where a model is worse than none.
+    """
+    percent = 100.0 * share
+    for digits in (1, 2, 3, 4):
+        if 100.0 - percent >= 2.0 * 10.0**-digits:
+            return f"{percent:.{digits}f} %"
+    return "over 99.999 %" if percent < 100.0 else "100 %"

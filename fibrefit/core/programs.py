@@ -1,4 +1,4 @@
-"""Programs compiled before, taken up again without tracing.
+"""Compiled programs: taken up again without tracing, bounded in number, the same bits with any number of threads.
 
 JAX keeps what its compiler made, but traces and lowers a function in every process before it looks there; for a fit
 that took four times as long as the fit itself. Here the key of a program is made from what goes into it: the code of
@@ -11,7 +11,9 @@ Files of programs are as trustworthy as the folder they lie in, which is the use
 
 from __future__ import annotations
 
+import ctypes
 import functools
+import gc
 import hashlib
 import json
 import os
@@ -21,19 +23,21 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MethodType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 from weakref import WeakSet
 
 import equinox as eqx
 import jax
+import jax.monitoring
+import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.environment import own_folder, versions
-from fibrefit.core.programs.calls import Call, parted
-from fibrefit.core.programs.described import NotDescribedError, fingerprint, resolved, source_digest
+from fibrefit.core.fingerprint import NotDescribedError, fingerprint, resolved, source_digest
+from fibrefit.core.threads import UNWAITED
 
 R = TypeVar("R")
 
@@ -46,6 +50,49 @@ SETTLED_SECONDS = 3600.0
 """Time after which code that has not changed is taken to be in use."""
 
 Program = Callable[[Sequence[Any]], Any]
+MOST_PROGRAMS = 100
+"""Programs kept: several studies' worth of fits, or one search's. Each takes some 10 MB; one that is wanted again comes
+from the disk cache."""
+
+
+class Call(NamedTuple):
+    """Arguments of a call but for the values of its arrays.
+
+    Parameters
+    ----------
+    fixed : list
+        Leaves of the arguments; None in the place of each array.
+    tree : PyTreeDef
+    places : list of int
+        Of the arrays among the leaves.
+    shapes : tuple
+        Shape, type and weakness of the type of each array.
+    """
+
+    fixed: list[Any]
+    tree: Any
+    places: list[int]
+    shapes: tuple[Any, ...]
+
+    def with_(self, arrays: Sequence[Any]) -> Any:
+        """The arguments with other arrays."""
+        leaves = list(self.fixed)
+        for place, array in zip(self.places, arrays, strict=True):
+            leaves[place] = array
+        return jax.tree.unflatten(self.tree, leaves)
+
+
+def parted(args: tuple[Any, ...]) -> tuple[Call, list[Any]]:
+    """A call with such arguments, and its arrays."""
+    leaves, tree = jax.tree.flatten(args)
+    places = [i for i, leaf in enumerate(leaves) if eqx.is_array(leaf)]
+    arrays = [leaves[i] for i in places]
+    fixed = [None if eqx.is_array(leaf) else leaf for leaf in leaves]
+    return Call(fixed, tree, places, tuple(map(_shape, arrays))), arrays
+
+
+def _shape(array: Any) -> tuple[Any, ...]:
+    return array.shape, array.dtype, getattr(array, "weak_type", False)
 
 
 class KeptProgram(Generic[R]):
@@ -64,7 +111,7 @@ class KeptProgram(Generic[R]):
         self._programs: OrderedDict[Any, Program] = OrderedDict()
         self._lock = threading.Lock()
         self._making: dict[Any, threading.Lock] = {}
-        _ALL.add(self)
+        _INSTANCES.add(self)
 
     def __get__(self, instance: Any, owner: type) -> Any:
         return self if instance is None else MethodType(self, instance)
@@ -136,13 +183,7 @@ class KeptProgram(Generic[R]):
         return _program(compiled, structure[0])
 
 
-_ALL: WeakSet[KeptProgram[Any]] = WeakSet()
-
-
-def forget_programs() -> None:
-    """Forget all programs of all functions that are in memory; those on disk stay."""
-    for program in list(_ALL):
-        program.forget()
+_INSTANCES: WeakSet[KeptProgram[Any]] = WeakSet()
 
 
 def kept_program(function: Callable[..., R]) -> KeptProgram[R]:
@@ -367,3 +408,77 @@ def _built(content: Any) -> Any:
     if kind == "dict":
         return {key: _built(value) for key, value in parts}
     return (tuple if kind == "tuple" else list)(map(_built, parts))
+
+
+def bound_programs() -> bool:
+    """Forget all compiled programs if there are more than `MOST_PROGRAMS`; to be called between two pieces of work.
+
+    JAX keeps every program for every shape it has met until the process ends.
+
+    Returns
+    -------
+    bool
+        Whether they were forgotten.
+    """
+    from jax.extend.backend import get_backend
+
+    if len(get_backend().live_executables()) <= MOST_PROGRAMS:
+        return False
+    jax.clear_caches()
+    for program in list(_INSTANCES):
+        program.forget()
+    gc.collect()
+    # What is free goes back to the system: the allocator of the GNU library would keep nearly all of it.
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
+    return True
+
+
+_LONGEST = dict.fromkeys(
+    (
+        "/jax/core/compile/jaxpr_trace_duration",
+        "/jax/core/compile/jaxpr_to_mlir_module_duration",
+        "/jax/core/compile/backend_compile_duration",
+    ),
+    0.0,
+)
+"""Longest of each stage in s, under the names by which JAX tells of them."""
+_TOTAL = dict.fromkeys(list(_LONGEST)[1:], 0.0)
+"""Sum over all programs in s, of the stages that tell of no part of a program twice: traces lie within others."""
+
+
+def longest_compilation() -> float:
+    """Time in s that the largest program so far took to make: traced, lowered, compiled. 0 where all were at hand."""
+    return sum(_LONGEST.values())
+
+
+def all_compilations() -> float:
+    """Time in s that lowering and compiling programs has taken, over all threads but those that nothing waits for."""
+    return sum(_TOTAL.values())
+
+
+def _on_duration(event: str, duration_secs: float, **_: Any) -> None:
+    if event in _TOTAL and not UNWAITED.get():
+        _TOTAL[event] += duration_secs
+    if event in _LONGEST:
+        _LONGEST[event] = max(_LONGEST[event], duration_secs)
+
+
+jax.monitoring.register_event_duration_secs_listener(_on_duration)
+
+
+BLOCK = 128
+"""Samples that are summed in one go. Of 256, a product of 65 rows is shared out among eight threads; of 128, none of up
+to 400 rows is."""
+
+
+def column_products(columns: jax.Array, others: jax.Array) -> jax.Array:
+    """Products of each column with each other one, ``(..., n, k)`` and ``(..., n, l)`` to ``(..., k, l)``."""
+    return jnp.sum(jnp.einsum("...bnk,...bnl->...bkl", _in_blocks(columns), _in_blocks(others)), axis=-3)
+
+
+def _in_blocks(columns: jax.Array) -> jax.Array:
+    """Columns ``(..., n, k)`` as ``(..., n_block, BLOCK, k)``, padded with zeros."""
+    *before, n, k = columns.shape
+    padding = [(0, 0)] * len(before) + [(0, -n % BLOCK), (0, 0)]
+    return jnp.pad(columns, padding).reshape(*before, -(-n // BLOCK), BLOCK, k)

@@ -1,1 +1,0 @@
-"""Compiled programs that outlive a process."""
