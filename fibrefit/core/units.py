@@ -1,6 +1,8 @@
-"""Units: read from what people and loggers write, converted to SI, chosen for what a person reads.
+"""Units: read from what people and loggers write, and converted to SI; with them factors and uncertainties.
 
-The registry holds the units of this field and nothing else, so a spelling outside it is refused and never misread.
+The registry of pint holds the units of ``units.txt`` beside this file, those of this field and nothing else, so a
+spelling outside them is refused and never misread. Before pint reads a unit it is brought to the symbols of the
+registry, as one of few forms: what may be read in two ways is refused too.
 """
 
 from __future__ import annotations
@@ -9,20 +11,128 @@ import functools
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError, did_you_mean
-from fibrefit.core.unit_names import ACCEPTED, DEFINITIONS, KINDS, SPELLINGS, USUAL, WHOLE, WORDS
 
 if TYPE_CHECKING:
     import pint
+
+KINDS: dict[str, str] = {
+    "s": "time",
+    "N": "force",
+    "m": "length",
+    "kg": "mass",
+    "rad": "angle",
+    "-": "number",
+    "Hz": "frequency",
+    "m/s": "speed",
+    "m/s^2": "acceleration",
+    "rad/s": "angular speed",
+    "N/m": "stiffness",
+    "N s/m": "damping",
+    "N s": "impulse",
+    "N m": "moment",
+    "kg m^2": "inertia",
+    "V": "voltage",
+    "A": "current",
+    "degC": "temperature",
+    "Pa": "pressure",
+    "N/s": "force rate",
+    "1/m": "inverse length",
+}
+"""SI unit and the kind of quantity it measures."""
+ACCEPTED: dict[str, str] = {
+    "s": "s, ms, us or min",
+    "N": "N, kN, mN, daN, cN, lbf, kgf, gf or kip",
+    "m": "m, mm, um, cm, nm, in, ft or mil",
+    "kg": "kg, g or lb",
+    "rad": "deg or rad",
+    "-": "a plain number or %",
+    "Hz": "Hz, kHz or rpm",
+    "m/s": "m/s or mm/s",
+    "N/m": "N/m, kN/m or N/mm",
+    "N s/m": "N s/m or kg/s",
+}
+"""What a message offers where a unit was not understood."""
+USUAL: dict[str, tuple[float, str]] = {
+    written: (factor, dimension)
+    for dimension, units in {
+        "": {"1": 1.0, "percent": 0.01},
+        "[time]^1": {"(s)": 1.0, "(ms)": 0.001, "(us)": 1e-06, "(ns)": 1e-09, "(h)": 3600.0, "(min)": 60.0},
+        "[length]^1 [mass]^1 [time]^-2": {"(N)": 1.0, "(kN)": 1000.0, "(mN)": 0.001},
+        "[length]^1": {"(m)": 1.0, "(mm)": 0.001, "(um)": 1e-06},
+        "[mass]^1": {"(kg)": 1.0, "(g)": 0.001, "(mg)": 1e-06},
+        "[angle]^1": {"(rad)": 1.0, "(deg)": 0.017453292519943295},
+        "[time]^-1": {"(Hz)": 1.0, "(kHz)": 1000.0},
+        "[length]^1 [time]^-1": {"(m)/(s)": 1.0, "(mm)/(s)": 0.001},
+        "[length]^1 [time]^-2": {"(m)/(s)**(2)": 1.0},
+        "[angle]^1 [time]^-1": {"(rad)/(s)": 1.0, "(deg)/(s)": 0.017453292519943295},
+        "[mass]^1 [time]^-2": {"(N)/(m)": 1.0, "(kN)/(m)": 1000.0, "(N)/(mm)": 1000.0},
+        "[mass]^1 [time]^-1": {"(N)*(s)/(m)": 1.0},
+        "[length]^1 [mass]^1 [time]^-1": {"(N)*(s)": 1.0},
+        "[length]^2 [mass]^1 [time]^-2": {"(N)*(m)": 1.0},
+        "[length]^2 [mass]^1": {"(kg)*(m)**(2)": 1.0},
+        "[voltage]^1": {"(V)": 1.0, "(mV)": 0.001},
+        "[current]^1": {"(A)": 1.0, "(mA)": 0.001},
+        "[temperature]^1": {"(degC)": 1.0},
+        "[length]^-1 [mass]^1 [time]^-2": {"(Pa)": 1.0},
+        "[length]^1 [mass]^1 [time]^-3": {"(N)/(s)": 1.0},
+        "[length]^-1": {"(1)/(m)": 1.0},
+    }.items()
+    for written, factor in units.items()
+}
+"""What the usual units are in base units: factor, and powers of the dimensions in order of their names. A study that
+has no others is read without loading pint, which takes as long as reading five records."""
 
 _SAME = str.maketrans(
     {"\xb5": "u", "\u03bc": "u", "·": "*", "\u22c5": "*", "\xd7": "*", "\u2212": "-", "\xa0": " ", "\u202f": " "}
     | {"²": "^2", "³": "^3", "⁻": "^-", "¹": "1", "℃": "°C"}
 )
-_FACTOR = re.compile(r'([^\W\d_]+|[%°"]C?|1)(\^?-?\d+)?')
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.])\s*(.*?)\s*", re.DOTALL)
+_WORD, _POWER = r'[^\W\d_]+|[%°"]C?|1', r"\^?-?\d+"
+_FACTOR = re.compile(rf"([*/.]?)\s*({_WORD})({_POWER})?")
+# Products first, then quotients: "N/m s" can be read in two ways.
+_FORM = re.compile(r"F(?:(?:\s*[*.]\s*|\s+)F)*(?:\s*/\s*F)*".replace("F", f"(?:{_WORD})(?:{_POWER})?"))
+_IN_BRACKETS = re.compile(r"([^()]+?)\s*/\s*\(([^()]+)\)")
+
+_DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"\s*({_DECIMAL})(?![\d.])\s*(.*?)\s*", re.DOTALL)
+_WITHIN = r"(?:\+/-|\+-|±)"
+_SCALE = re.compile(rf"\s*({_DECIMAL})(?:\s*{_WITHIN}\s*({_DECIMAL}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+_UNIT = r"(?:1/)?[^\W\d%][^±%]*?|°"
+_UNIT_TWICE = re.compile(rf"\s*({_DECIMAL})\s*({_UNIT})\s*{_WITHIN}\s*({_DECIMAL})\s*([^±]*?)\s*", re.DOTALL)
+
+IN_PERCENT = "an uncertainty in %, of which the value may be a percentage too"
+NOT_IN_PERCENT = (
+    'Write "2.07 +/- 0.04 N/A", or the share behind the unit, as in "2.07 N/A +/- 2 %"; of a pure number "1.02 +/- '
+    '0.01".'
+)
+
+
+class _Table(NamedTuple):
+    """Definition of each symbol, and what each spelling stands for: of a part, of a whole unit, in any case."""
+
+    definitions: dict[str, str]
+    spellings: dict[str, str]
+    whole: dict[str, str]
+    words: dict[str, str]
+
+
+@functools.cache
+def _table() -> _Table:
+    """The units of ``units.txt``."""
+    table = _Table({}, {}, {}, {})
+    text = Path(__file__).with_name("units.txt").read_text(encoding="utf-8")
+    for line in text.replace("\n    ", " ").splitlines():
+        if line and not line.startswith("#"):
+            unit, *columns = line.split("|")
+            symbol, _, definition = (part.strip() for part in unit.partition(" = "))
+            if definition:
+                table.definitions[symbol] = definition
+            for known, names in zip(table[1:], columns, strict=False):
+                known.update((name.replace("_", " "), symbol) for name in names.split())
+    return table
 
 
 @functools.cache
@@ -30,7 +140,7 @@ def _registry() -> pint.UnitRegistry:
     import pint  # an eighth of a second: only where a unit is really met
 
     registry: pint.UnitRegistry = pint.UnitRegistry(None)
-    for symbol, definition in DEFINITIONS.items():
+    for symbol, definition in _table().definitions.items():
         registry.define(f"{symbol} = {definition}")
     return registry
 
@@ -42,66 +152,43 @@ def expression(text: str) -> str | None:
     Parameters
     ----------
     text : str
-        As written: ``"kN/m"``, ``"Newtons"``, ``"Ns/m"``, ``"m/s²"``.
+        As written: ``"kN/m"``, ``"Newtons"``, ``"Ns/m"``, ``"m/s²"``, ``"N/(mV/V)"``.
 
     Returns
     -------
     str or None
-        An expression such as ``"N*s/m"``.
+        An expression such as ``"(N)*(s)/(m)"``.
     """
     plain = text.translate(_SAME).replace("**", "^").strip()
     if not plain or len(plain) > 40:
         return None
-    whole = WHOLE.get(plain) or WORDS.get(plain.casefold())
-    return whole or _quotient(plain) or _product(plain)
-
-
-def _quotient(plain: str) -> str | None:
-    """``N/(mV/V)``: a unit divided by one in brackets; None where it is anything else."""
-    match = re.fullmatch(r"([^()]+?)\s*/\s*\(([^()]+)\)", plain)
-    parts = [expression(part) for part in match.groups()] if match else []
-    return None if not parts or None in parts else f"({parts[0]})/({parts[1]})"
-
-
-def _product(plain: str) -> str | None:
-    """Product and quotient of known symbols; None if anything else is left over."""
-    factors: list[str] = []
-    position, divided = 0, False
-    while position < len(plain):
-        joint = re.compile(r"\s*([*/.]|\s)\s*" if factors else "()").match(plain, position)
-        factor = joint and _FACTOR.match(plain, joint.end())
-        if joint is None or factor is None:
+    table = _table()
+    if whole := table.whole.get(plain) or table.words.get(plain.casefold()):
+        return whole
+    if match := _IN_BRACKETS.fullmatch(plain):
+        above, below = map(expression, match.groups())
+        return f"({above})/({below})" if above and below else None
+    if not _FORM.fullmatch(plain):
+        return None
+    written = ""
+    for sign, word, power in _FACTOR.findall(plain):
+        if word in table.definitions or (word == "1" and not written):
+            symbol: str | None = word
+        else:
+            symbol = table.spellings.get(word) or table.words.get(word.casefold())
+        exponent = power.lstrip("^") or "1"
+        if symbol is None or not 1 <= abs(int(exponent)) <= 4:
             return None
-        divide = joint.group(1) == "/"
-        if divided and not divide:  # "N/m s" can be read in two ways
-            return None
-        divided = divided or divide
-        symbol = _symbol(factor.group(1), first=not factors)
-        if symbol is None:
-            return None
-        power = (factor.group(2) or "").lstrip("^")
-        if power and not 1 <= abs(int(power)) <= 4:
-            return None
-        factors.append(("/" if divide else "*" if factors else "") + f"({symbol})" + (f"**({power})" if power else ""))
-        position = factor.end()
-    return "".join(factors)
-
-
-def _symbol(word: str, *, first: bool) -> str | None:
-    if word == "1":
-        return "1" if first else None
-    if word in DEFINITIONS:
-        return word
-    return SPELLINGS.get(word) or WORDS.get(word.casefold())
+        written += ("/" if sign == "/" else "*" if written else "") + f"({symbol})"
+        written += f"**({exponent})" if power else ""
+    return written
 
 
 @functools.cache
 def _in_base_units(text: str) -> tuple[float, str] | None:
     """Factor to base units and a text of the dimension; None where the unit is not known."""
     written = expression("1" if text == "-" else text)
-    if written is None:
-        return None
-    return USUAL.get(written) or _by_registry(written)
+    return None if written is None else USUAL.get(written) or _by_registry(written)
 
 
 def _by_registry(written: str) -> tuple[float, str]:
@@ -125,12 +212,7 @@ def is_si(unit: str) -> bool | None:
 
 @functools.cache
 def _si_of_dimension() -> dict[str, str]:
-    found: dict[str, str] = {}
-    for si in KINDS:
-        base = _in_base_units(si)
-        if base is not None:
-            found.setdefault(base[1], si)
-    return found
+    return {base[1]: si for si in reversed(KINDS) if (base := _in_base_units(si)) is not None}
 
 
 def si_unit(unit: str) -> str | None:
@@ -188,7 +270,9 @@ def to_si(unit: str, si: str, where: str = "unit", *, do: str = "", error: type[
     if wanted is None:
         raise ValueError(f"{si!r} is no unit of this program")
     if found is None or found[1] != wanted[1]:
-        near = did_you_mean(unit, _offered(si)) if found is None else ""
+        accepted = ACCEPTED.get(si, si)
+        offered = [word for word in re.split(r", | or ", accepted) if " " not in word or word == si]
+        near = did_you_mean(unit, offered) if found is None else ""
         raise error(where, f'unit "{unit}"', ACCEPTED.get(si, f"a unit of the kind {si}"), do or near)
     # Clean decimals: 0.001 and not 0.0010000000000000002.
     return float(f"{found[0] / wanted[0]:.15g}")
@@ -222,10 +306,6 @@ def usual(si: str) -> str:
     return ACCEPTED.get(si, si).split(",")[0].split(" or ")[0]
 
 
-def _offered(si: str) -> list[str]:
-    return [word for word in re.split(r", | or ", ACCEPTED.get(si, si)) if " " not in word or word == si]
-
-
 def parse_quantity(
     text: str | float, si: str, where: str = "value", *, error: type[FibrefitError] = StudyError
 ) -> float:
@@ -250,7 +330,7 @@ def parse_quantity(
     accepted = ACCEPTED.get(si, si)
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         raise error(where, f"{text!r} is not a quantity", f"a number with a unit ({accepted})")
-    match = _NUMBER.fullmatch(str(text))
+    match = _QUANTITY.fullmatch(str(text))
     if match is None:
         comma = re.match(r"\s*[+-]?\d+,\d", str(text))
         do = "Write a decimal point." if comma else ""
@@ -265,19 +345,6 @@ def parse_quantity(
     if not unit:
         raise error(where, f'"{text}" has no unit', accepted, f'Write it with its unit, such as "{text} {usual(si)}".')
     return number * to_si(unit, si, where, error=error)
-
-
-_DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_WITHIN = r"(?:\+/-|\+-|±)"
-_SCALE = re.compile(rf"\s*({_DECIMAL})(?:\s*{_WITHIN}\s*({_DECIMAL}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
-_UNIT = r"(?:1/)?[^\W\d%][^±%]*?|°"
-_UNIT_TWICE = re.compile(rf"\s*({_DECIMAL})\s*({_UNIT})\s*{_WITHIN}\s*({_DECIMAL})\s*([^±]*?)\s*", re.DOTALL)
-
-IN_PERCENT = "an uncertainty in %, of which the value may be a percentage too"
-NOT_IN_PERCENT = (
-    'Write "2.07 +/- 0.04 N/A", or the share behind the unit, as in "2.07 N/A +/- 2 %"; of a pure number "1.02 +/- '
-    '0.01".'
-)
 
 
 def uncertain(text: object) -> tuple[str, str] | None:

@@ -7,7 +7,7 @@ import re
 import unicodedata
 
 from fibrefit.core.declarations import ROLES
-from fibrefit.core.unit_names import KINDS
+from fibrefit.core.units import KINDS
 
 #: Kind of quantity each role is.
 KIND_OF_ROLE = {role: KINDS[si] for role, si in ROLES.items()}
