@@ -26,7 +26,6 @@ BEGINNING = """# Numbers that decide
 Every number that a verdict, a check or a sentence hangs on, as it stands in the code: this page is made from it. A
 test moves each of them and sees what it decides change. Numbers that say only how a search goes on, where an
 iteration ends or what has room on a page are listed with their reasons in `tests/tolerances.py`.
-What became of those that decided before is told in [likelihood](../likelihood.md#numbers-of-a-decision).
 
 """
 

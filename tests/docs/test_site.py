@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCS = ROOT / "docs"
+DOCS, JOURNAL = ROOT / "docs", ROOT / "tests" / "validation" / "journal"
+PAGES = sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *JOURNAL.glob("*.md")])
 sys.path.insert(0, str(DOCS / "_ext"))
 
 from command_pages import command_page  # noqa: E402
@@ -22,6 +23,7 @@ from threshold_pages import FLOORS, files_of, threshold_page, thresholds_in  # n
 
 FETCHED = re.compile(r"""(?:<(?:script|img|iframe)\b[^>]*\bsrc|<link\b[^>]*\bhref)=["'](https?:[^"']+)""")
 """What a page asks the net for as it is opened."""
+COUNTED = re.compile(r"\d+ of \d+")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 
 
@@ -74,11 +76,31 @@ def test_numbers_that_follow_each_other_share_a_meaning() -> None:
                      ("D", "4", "")]  # fmt: skip
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         if "generated/" not in target:
             assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.parent != JOURNAL], ids=lambda page: page.name)
+def test_what_ships_leads_to_no_page_of_the_journal(page: Path) -> None:
+    assert "journal" not in "".join(LINK.findall(page.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(
+    ("page", "section", "tables"),
+    [
+        ("discovery", "## Figures", ("discovery_goals", "discovery_goals_together", "mistakes")),
+        ("changes_and_plans", "Release 2026", ("plans",)),
+    ],
+)
+def test_figures_of_a_page_are_those_of_the_journal(page: str, section: str, tables: tuple[str, ...]) -> None:
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8").partition(section)[2].partition("\n## ")[0]
+    kept = "".join((JOURNAL / "tables" / f"{name}.csv").read_text(encoding="utf-8") for name in tables)
+    shares = COUNTED.findall(text)
+    assert len(shares) > 2
+    assert not [share for share in shares if f"({share};" not in kept]
 
 
 @pytest.fixture

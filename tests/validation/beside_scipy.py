@@ -14,7 +14,7 @@ import numpy as np
 from fibrefit.study.summaries.series import BatchItem
 from fibrefit.workflow.batches.item import Job, identified
 from fibrefit.workflow.batches.jobs import jobs_of, origins_of
-from tests.validation.tables import Share, table
+from tests.validation.tables import Share, Table
 
 NAMES = ("stiffness", "damping", "friction")
 STARTS = 32
@@ -112,7 +112,7 @@ def of_rival(compared: Sequence[Rival]) -> list[str]:
     ]
     heads = ("what", "processor time a record", "in our minimum", "over ours (95 % by drawing records anew)")
     return [
-        *table(heads, rows),
+        *Table.of(heads, rows).lines(),
         "",
         f"{len(compared)} records; asked for: {GOAL:.0f} times. SciPy took {np.mean(starts):.1f} starts on average, "
         f"{max(starts)} at the most; {lost} had not come to the same minimum after {STARTS}, and count with the time "

@@ -12,7 +12,7 @@ from scipy.stats import chi2, ncx2
 from tests.independent.laws import ACTS_BY, KNOWN_AS
 from tests.validation.cases import KINDS, RIGS, STRENGTHS, class_of
 from tests.validation.designs import NOISES, SCATTERS
-from tests.validation.tables import Share, median, table
+from tests.validation.tables import Share, Table, median
 
 NOT_RECORDED = "not recorded"
 AS_WELL = 1.1
@@ -194,13 +194,13 @@ GOALS: tuple[tuple[str, Callable[[Outcome], bool], str, Callable[[Outcome], bool
 )  # fmt: skip
 
 
-def goals(outcomes: Sequence[Outcome]) -> list[str]:
+def goals(outcomes: Sequence[Outcome]) -> Table:
     """What the search is held to."""
     rows = []
     for what, among, goal, hit in GOALS:
         chosen = [o for o in outcomes if among(o)]
         rows.append([what, goal, Share.of(chosen, hit), *(Share.of(_of(chosen, rig=rig), hit) for rig in RIGS)])
-    return table(["", "held to", "both rigs", *RIGS], rows)
+    return Table.of(["", "held to", "both rigs", *RIGS], rows)
 
 
 HEADS = ("by class", "exactly", "falsely", "unexplained")
@@ -217,7 +217,7 @@ def _of(outcomes: Iterable[Outcome], **wanted: object) -> list[Outcome]:
     return [o for o in outcomes if all(getattr(o, key) == value for key, value in wanted.items())]
 
 
-def by_strength(outcomes: Sequence[Outcome]) -> list[str]:
+def by_strength(outcomes: Sequence[Outcome]) -> Table:
     """Faint effects, with what a perfect test would find beside."""
     rows = []
     for rig in RIGS:
@@ -225,20 +225,20 @@ def by_strength(outcomes: Sequence[Outcome]) -> list[str]:
             group = _of(outcomes, kind="faint", rig=rig, strength=float(strength))
             if group:
                 rows.append([rig, strength, f"{100 * ideal(strength):.1f} %", *_four(group)])
-    return table(["rig", "noncentrality", "the ideal", *HEADS], rows)
+    return Table.of(["rig", "noncentrality", "the ideal", *HEADS], rows)
 
 
-def by_noise(outcomes: Sequence[Outcome], kind: str) -> list[str]:
+def by_noise(outcomes: Sequence[Outcome], kind: str) -> Table:
     """Cases of one kind by noise and by scatter."""
     rows: list[Sequence[object]] = []
     for rig in RIGS:
         mine = _of(outcomes, kind=kind, rig=rig)
         rows += [[rig, noise, "", *_four(group)] for noise in NOISES if (group := _of(mine, noise=noise))]
         rows += [[rig, "", f"{100 * s:g} %", *_four(g)] for s in SCATTERS if (g := _of(mine, scatter=s))]
-    return table(["rig", "noise", "scatter", *HEADS], rows)
+    return Table.of(["rig", "noise", "scatter", *HEADS], rows)
 
 
-def by_hidden(outcomes: Sequence[Outcome]) -> list[str]:
+def by_hidden(outcomes: Sequence[Outcome]) -> Table:
     """A row for each effect or cause that was hidden alone, and what was said in its place."""
     rows = []
     groups = sorted({(o.kind, o.hidden, o.rig) for o in outcomes if o.kind in ("faint", "outside")})
@@ -249,12 +249,12 @@ def by_hidden(outcomes: Sequence[Outcome]) -> list[str]:
         hits = (sum(getattr(o, key) for o in group) for key in ("by_class", "exact", "falsely", "unexplained"))
         by_law = sum(o.by_law for o in group) if group[0].known_as else ""
         rows.append([hidden, rig, len(group), *hits, by_law, instead])
-    return table(["hidden", "rig", "cases", *HEADS, "by its law of now", "else"], rows)
+    return Table.of(["hidden", "rig", "cases", *HEADS, "by its law of now", "else"], rows)
 
 
-def misses(outcomes: Sequence[Outcome]) -> list[str]:
+def misses(outcomes: Sequence[Outcome]) -> Table:
     """A row for each case that did not end as it should."""
-    return table(
+    return Table.of(
         ["case", "hidden", "noncentrality", "said", "best, its evidence, that of the truth", "gap before, after"],
         (
             [
@@ -276,7 +276,7 @@ def said(outcome: Outcome) -> str:
     return outcome.added if outcome.verdict == "named" else outcome.verdict.replace("_", " ")
 
 
-def times(outcomes: Sequence[Outcome]) -> list[str]:
+def times(outcomes: Sequence[Outcome]) -> Table:
     """How long a search took, by rig and kind."""
     rows = []
     for rig in RIGS:
@@ -288,72 +288,46 @@ def times(outcomes: Sequence[Outcome]) -> list[str]:
                 most = [f"{max(clock, default=math.nan):.0f}", f"{max(held):.1f}" if held else "not recorded"]
                 rows.append([rig, kind, len(group), *middles, *most])
     heads = ["s by the clock, median", "s of processor, median", "largest by the clock", "most memory, GB"]
-    return table(["rig", "kind", "cases", *heads], rows)
+    return Table.of(["rig", "kind", "cases", *heads], rows)
 
 
 DAY = len("2026-11-25")
-NO_CASE = ["No case of a release has been carried out yet."]
 
 
-def results(outcomes: Sequence[Outcome], earlier: Sequence[Outcome] = ()) -> list[str]:
-    """What a release is held to, and the time it took; the same together with releases of earlier revisions."""
+def tables(outcomes: Sequence[Outcome], earlier: Sequence[Outcome] = ()) -> dict[str, Table]:
+    """Tables of a release by name; those of single cases, and `goals_together`, count earlier ones too."""
     if not outcomes:
-        return NO_CASE
-    labels = ", ".join(_in_order({o.release for o in outcomes}))
-    revisions = ", ".join(sorted({o.revision for o in outcomes}))
-    return [
-        f"Release {labels}, revision {revisions}: first outcomes of {len(outcomes)} cases. Behind each share: number "
-        "of cases and 95 % interval.",
-        "",
-        *goals(outcomes),
-        "",
-        "### Faint effects by strength",
-        "",
-        *by_strength(outcomes),
-        "",
-        "### Time",
-        "",
-        *times(outcomes),
-        *(_together(outcomes, earlier) if earlier else ()),
-    ]
+        return {}
+    both = [*outcomes, *earlier]
+    found = {
+        "releases": releases(outcomes, earlier),
+        "goals": goals(outcomes),
+        "by_strength": by_strength(outcomes),
+        "time": times(outcomes),
+        "faint_by_noise": by_noise(both, "faint"),
+        "null_by_noise": by_noise(both, "null"),
+        "by_hidden": by_hidden(both),
+        "misses": misses(both),
+    }
+    return found | ({"goals_together": goals(both)} if earlier else {})
+
+
+def releases(outcomes: Sequence[Outcome], earlier: Sequence[Outcome]) -> Table:
+    """What the tables rest on: first outcomes; from earlier ones the search may have been changed since."""
+    groups = {"latest": outcomes, "earlier": earlier}
+    rows = (
+        (
+            what,
+            " to ".join(sorted({labels[0], labels[-1]}, key=labels.index)),
+            len({o.revision for o in group}),
+            len(group),
+        )
+        for what, group in groups.items()
+        if (labels := _in_order({o.release for o in group}))
+    )
+    return Table.of(("", "releases", "revisions", "cases"), rows)
 
 
 def _in_order(labels: Iterable[str]) -> list[str]:
     """Labels as they came: those of a day are a to z, then aa."""
     return sorted(labels, key=lambda label: (label[:DAY], len(label), label))
-
-
-def _together(outcomes: Sequence[Outcome], earlier: Sequence[Outcome]) -> list[str]:
-    labels, revisions = _in_order({o.release for o in earlier}), {o.revision for o in earlier}
-    return [
-        "",
-        "### Together with earlier revisions",
-        "",
-        f"The same with {len(earlier)} cases of {len(revisions)} earlier revisions, releases {labels[0]} to "
-        f"{labels[-1]}, between which the search was changed: first outcomes, also those it was changed from.",
-        "",
-        *goals([*outcomes, *earlier]),
-    ]
-
-
-def details(outcomes: Sequence[Outcome]) -> list[str]:
-    """The same cases by noise, scatter and what was hidden, and those that did not end as they should."""
-    if not outcomes:
-        return NO_CASE
-    return [
-        "### Faint effects by noise and scatter",
-        "",
-        *by_noise(outcomes, "faint"),
-        "",
-        "### Nothing hidden, by noise and scatter",
-        "",
-        *by_noise(outcomes, "null"),
-        "",
-        "### By what was hidden alone",
-        "",
-        *by_hidden(outcomes),
-        "",
-        "### Cases that did not end as they should",
-        "",
-        *misses(outcomes),
-    ]

@@ -1,4 +1,7 @@
-"""Files of outcomes, one row a case, written as soon as a case is done and never again; and tables out of them."""
+"""Files of outcomes, one row a case, written as soon as a case is done and never again; and tables out of them.
+
+``python -m tests.validation.tables FILE ...`` prints tables that ``journal/tables`` keeps.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,8 @@ import csv
 import dataclasses
 import math
 import subprocess
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +19,8 @@ from typing import Any, TypeVar
 from scipy.stats import beta
 
 ROOT = Path(__file__).resolve().parents[2]
+JOURNAL = Path(__file__).parent / "journal" / "tables"
+"""Tables of the releases that docs/ rests on; written anew by the runners with ``--document``."""
 Row = TypeVar("Row")
 
 
@@ -46,13 +52,50 @@ class Share:
         return f"{percent:.1f} % ({self.hits} of {self.cases}; {100 * low:.1f} to {100 * high:.1f} %)"
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
-    """Lines of a table in Markdown."""
-    return [
-        f"| {' | '.join(heads)} |",
-        "|" + "---|" * len(heads),
-        *(f"| {' | '.join(str(cell) for cell in row)} |" for row in rows),
-    ]
+@dataclass(frozen=True)
+class Table:
+    """A table of outcomes.
+
+    Parameters
+    ----------
+    heads : of the columns
+    rows : cells as they are printed
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    @classmethod
+    def of(cls, heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Table:
+        """Table of cells of any kind."""
+        return cls(tuple(heads), tuple(tuple(map(str, row)) for row in rows))
+
+    @classmethod
+    def kept(cls, path: Path) -> Table:
+        """Table of a CSV file."""
+        with path.open(newline="", encoding="utf-8") as file:
+            heads, *rows = csv.reader(file)
+        return cls.of(heads, rows)
+
+    def keep(self, path: Path) -> None:
+        """Write the table as CSV."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerows([self.heads, *self.rows])
+
+    def lines(self) -> list[str]:
+        """Lines of Markdown."""
+        rule = "|" + "---|" * len(self.heads)
+        return [_line(self.heads), rule, *map(_line, self.rows)]
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def printed(tables: Mapping[str, Table]) -> str:
+    """Tables one below the other, each under its name."""
+    return "\n".join(line for name, one in tables.items() for line in (f"### {name}", "", *one.lines(), ""))
 
 
 def read(path: Path, kind: type[Row]) -> list[Row]:
@@ -84,23 +127,6 @@ def append(path: Path, row: Any, key: str) -> None:
         writer.writerow(dataclasses.asdict(row))
 
 
-def write_between(document: Path, marker: str, lines: Sequence[str]) -> None:
-    """Put lines into a document between two comments, ``<!-- begin MARKER -->`` and ``<!-- end MARKER -->``.
-
-    Raises
-    ------
-    ValueError
-        If the document does not have both.
-    """
-    text = document.read_text(encoding="utf-8")
-    begin, end = f"<!-- begin {marker} -->", f"<!-- end {marker} -->"
-    before, found, rest = text.partition(begin)
-    _, ended, after = rest.partition(end)
-    if not found or not ended:
-        raise ValueError(f"{document}: expected {begin} and {end}")
-    document.write_text("\n".join([f"{before}{begin}", "", *lines, "", f"{end}{after}"]), encoding="utf-8")
-
-
 @lru_cache(maxsize=1)
 def revision() -> str:
     """Revision of the program that is validated."""
@@ -117,3 +143,7 @@ def median(values: Iterable[float]) -> float:
         return math.nan
     middle = len(known) // 2
     return known[middle] if len(known) % 2 else 0.5 * (known[middle - 1] + known[middle])
+
+
+if __name__ == "__main__":
+    print(printed({Path(name).stem: Table.kept(Path(name)) for name in sys.argv[1:]}))

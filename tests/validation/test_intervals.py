@@ -26,7 +26,7 @@ RMS = (0.8, 1.25)
 def rows() -> list[Fitted]:
     series = itertools.islice(interval_cases("coverage", "fibre_mass", "pink", 0.0), SERIES)
     found = [row for case in series for row in carry_out(case)]
-    print("\n" + "\n".join(coverage(found)))
+    print("\n" + "\n".join(coverage(found).lines()))
     return found
 
 

@@ -16,7 +16,7 @@ from tests.independent.laws import DRIVE, DROP
 from tests.independent.series import Plan, drop_plan
 from tests.validation.mistakes import MISTAKES, Mistaken, as_said, exchanged, heavier, mistakes
 from tests.validation.tables import append, read
-from tests.validation.validate_mistakes import Told, lines_of
+from tests.validation.validate_mistakes import Told, table_of
 
 WEIGHT = 3.096
 
@@ -121,5 +121,5 @@ def test_series_of_a_label_are_its_own_and_are_written_once(tmp_path: Path) -> N
     with pytest.raises(ValueError, match="another release"):
         append(tmp_path / "a.csv", row, "case")
     assert read(tmp_path / "a.csv", Told) == [row]
-    assert "100.0 % (1 of 1" in "\n".join(lines_of([row, replace(row, mistake="clock", right=False)]))
-    assert "0.0 % (0 of 1" in "\n".join(lines_of([row, replace(row, mistake="clock", right=False)]))
+    assert "100.0 % (1 of 1" in "\n".join(table_of([row, replace(row, mistake="clock", right=False)]).lines())
+    assert "0.0 % (0 of 1" in "\n".join(table_of([row, replace(row, mistake="clock", right=False)]).lines())

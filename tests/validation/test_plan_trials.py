@@ -25,7 +25,7 @@ from tests.validation.validate_plan import (
     Trial,
     _nothing,
     _row,
-    lines_of,
+    table_of,
     trials,
 )
 
@@ -67,7 +67,7 @@ def test_the_table_counts_what_is_told_apart(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     for row in (told, failed):
         append(path, row, "case")
-    lines = lines_of(read(path, Outcome))
+    lines = table_of(read(path, Outcome)).lines()
     assert "50.0 % (1 of 2" in lines[-1]
     assert "0.0 % (0 of 2" in lines[-1]
     assert "no case" in lines[-2]

@@ -18,19 +18,8 @@ from tests.independent.laws import ACTS_BY, KNOWN_AS, OUTSIDE
 from tests.independent.simulate import Base
 from tests.validation import validate_discover, validate_intervals
 from tests.validation.cases import KINDS, cases, interval_cases
-from tests.validation.scores import (
-    Outcome,
-    by_hidden,
-    by_noise,
-    by_strength,
-    details,
-    goals,
-    ideal,
-    misses,
-    results,
-    times,
-)
-from tests.validation.tables import Share, append, read, write_between
+from tests.validation.scores import Outcome, by_hidden, by_noise, by_strength, goals, ideal, misses, tables, times
+from tests.validation.tables import Share, Table, append, printed, read
 from tests.validation.validate_discover import carry_out, chosen, ended, told
 from tests.validation.validate_intervals import Fitted, coverage, rows_of
 from tests.validation.workers import carried_out
@@ -78,7 +67,7 @@ def test_a_cause_the_catalogue_has_a_law_for_is_held_to_that() -> None:
         (True, True, False), (False, False, True), (False, False, False),
     ]  # fmt: skip
     assert "| outside the catalogue: called unexplained | >= 90 % | 100.0 % (1 of 1;" in "".join(
-        goals([STRANGER, KNOWN])
+        goals([STRANGER, KNOWN]).lines()
     )
     assert set(KNOWN_AS) <= set(OUTSIDE)
     assert all(find_effect(name).name == name for name in KNOWN_AS.values())
@@ -96,29 +85,41 @@ def test_the_ideal_finds_what_is_far_from_nothing() -> None:
 
 
 def test_tables() -> None:
-    told = goals(ALL)
+    told = goals(ALL).lines()
     assert "| nothing hidden: an effect named | <= 1 % | 50.0 % (1 of 2;" in told[2]
     assert "| noncentrality 60: named by class | >= 50 % | 66.7 % (4 of 6;" in told[4]
-    assert by_strength(ALL)[2].startswith("| fibre_mass | 60 | 100.0 % | 66.7 % (4 of 6")
-    assert by_noise(ALL, "null")[2].startswith("| fibre_mass | pink |  | ")
-    assert "| sensor.force_delay | fibre_mass | 6 | 4 | 1 | 2 | 0 |  |" in by_hidden(ALL)[2]
-    assert "| open.curved_gauge | fibre_mass | 1 | 0 | 0 | 0 | 0 | 1 |  |" in by_hidden([KNOWN])[2]
+    assert by_strength(ALL).lines()[2].startswith("| fibre_mass | 60 | 100.0 % | 66.7 % (4 of 6")
+    assert by_noise(ALL, "null").lines()[2].startswith("| fibre_mass | pink |  | ")
+    assert by_hidden(ALL).rows[0][:8] == ("sensor.force_delay", "fibre_mass", "6", "4", "1", "2", "0", "")
+    assert by_hidden([KNOWN]).rows == (("open.curved_gauge", "fibre_mass", "1", "0", "0", "0", "0", "1", ""),)
     slow = replace(GOOD, case="o", seconds=46.0)
     twice = [slow, replace(GOOD, seconds=45.0)]
-    assert any("within 45 s, driven 120 s | all | 50.0 % (1 of 2;" in line for line in goals(twice))
-    assert any("within twice that | nothing compiled | 100.0 % (1 of 1;" in line for line in goals([slow]))
-    assert len(misses(ALL)) == 2 + 7
-    assert times(ALL)[2] == "| fibre_mass | null | 2 | 60 | 20 | 60 | 0.5 |"
-    assert times([replace(GOOD, memory=math.nan)])[2].endswith("| 60 | not recorded |")
-    assert results([]) == details([]) == ["No case of a release has been carried out yet."]
-    assert any("Release r, revision abc: first outcomes of 10 cases" in line for line in results(ALL))
-    both = results(ALL, [replace(ALARM, case="n", release="q", revision="older")])
-    assert sum("nothing hidden: an effect named" in line for line in both) == 2
-    assert any("| nothing hidden: an effect named | <= 1 % | 66.7 % (2 of 3;" in line for line in both)
-    assert any(line.startswith("The same with 1 cases of 1 earlier revisions, releases q to q") for line in both)
+    assert any("within 45 s, driven 120 s | all | 50.0 % (1 of 2;" in line for line in goals(twice).lines())
+    assert any("within twice that | nothing compiled | 100.0 % (1 of 1;" in line for line in goals([slow]).lines())
+    assert len(misses(ALL).rows) == 7
+    assert times(ALL).rows[0] == ("fibre_mass", "null", "2", "60", "20", "60", "0.5")
+    assert times([replace(GOOD, memory=math.nan)]).rows[0][-2:] == ("60", "not recorded")
+
+
+def test_tables_of_a_release_and_of_all_revisions() -> None:
+    assert tables([]) == {}
+    alone = tables(ALL)
+    assert alone["releases"].rows == (("latest", "r", "1", "10"),)
+    assert "goals_together" not in alone
+    both = tables(ALL, [replace(ALARM, case="n", release="q", revision="older")])
+    assert both["goals"] == alone["goals"]
+    assert both["goals_together"].rows[0][2].startswith("66.7 % (2 of 3;")
+    assert both["releases"].rows[1] == ("earlier", "q", "1", "1")
+    assert len(both["misses"].rows) == 8
     days = [replace(GOOD, case=label, release=label) for label in ("2026-11-25aa", "2026-11-25i", "2026-11-26a")]
-    assert any("releases 2026-11-25i to 2026-11-26a" in line for line in results(ALL, days))
-    assert sum(line.startswith("### ") for line in details(ALL)) == 4
+    assert tables(ALL, days)["releases"].rows[1][1] == "2026-11-25i to 2026-11-26a"
+
+
+def test_a_table_is_kept_as_it_is_printed(tmp_path: Path) -> None:
+    made = goals(ALL)
+    made.keep(tmp_path / "some" / "goals.csv")
+    assert Table.kept(tmp_path / "some" / "goals.csv") == made
+    assert printed({"goals": made}).splitlines()[:3] == ["### goals", "", made.lines()[0]]
 
 
 def test_a_file_keeps_first_outcomes(tmp_path: Path) -> None:
@@ -157,37 +158,12 @@ def test_a_law_predicts_as_well_as_the_true_one_within_a_tenth(gap: float, truth
 
 def test_a_search_over_its_time_is_counted() -> None:
     late = [replace(GOOD, case=str(seconds), seconds=seconds) for seconds in (60.0, 299.9, 300.4, 404.0)]
-    assert any(line.startswith("| over 5 minutes | none | 50.0 % (2 of 4;") for line in goals(late))
+    assert any(line.startswith("| over 5 minutes | none | 50.0 % (2 of 4;") for line in goals(late).lines())
 
 
 def test_every_cause_that_is_outside_has_a_law_or_a_name() -> None:
     assert set(OUTSIDE) == set(ACTS_BY) | set(KNOWN_AS)
     assert not set(ACTS_BY) & set(KNOWN_AS)
-
-
-def test_tables_go_between_their_marks(tmp_path: Path) -> None:
-    document = tmp_path / "a.md"
-    document.write_text("before\n<!-- begin it -->\nold\n<!-- end it -->\nafter\n")
-    for _ in range(2):
-        write_between(document, "it", ["new"])
-        assert document.read_text() == "before\n<!-- begin it -->\n\nnew\n\n<!-- end it -->\nafter\n"
-    with pytest.raises(ValueError, match="begin other"):
-        write_between(document, "other", [])
-
-
-@pytest.mark.parametrize(
-    ("document", "what"),
-    [
-        (validate_discover.DOCUMENT, "tables of the validation"),
-        (validate_discover.CASES, "tables of the cases"),
-        (validate_intervals.DOCUMENT, "tables of the intervals"),
-    ],
-)
-def test_the_documents_have_their_marks(document: Path, what: str, tmp_path: Path) -> None:
-    copy = tmp_path / "copy.md"
-    copy.write_text(document.read_text(encoding="utf-8"), encoding="utf-8")
-    write_between(copy, what, ["something"])
-    assert "something" in copy.read_text(encoding="utf-8")
 
 
 def test_a_run_goes_on_where_another_ended_with_all_kinds_in_turn() -> None:
@@ -265,7 +241,7 @@ def test_intervals() -> None:
     stiffness, damping, _ = rows
     assert (stiffness.holds, stiffness.white_holds, stiffness.score) == (True, False, -1.5)
     assert (damping.holds, damping.white_holds) == (False, False)
-    assert "| fibre_mass | slow | 2 % | 100.0 % (1 of 1;" in coverage(rows)[2]
+    assert "| fibre_mass | slow | 2 % | 100.0 % (1 of 1;" in coverage(rows).lines()[2]
     with pytest.raises(ValueError, match="expected N/m, got kN/m"):
         rows_of(case, Base(), {"stiffness": {**found, "unit": "kN/m"}}, facts)
 

@@ -34,7 +34,7 @@ from fibrefit.workflow.batches.batch import Engine, batch_studies
 from fibrefit.workflow.batches.item import Job, Outcome, identified
 from tests.validation.beside_scipy import NAMES, jobs_in, of_rival, with_scipy
 from tests.validation.many_records import DAMAGES, Made, known, make
-from tests.validation.tables import ROOT, Share, table
+from tests.validation.tables import ROOT, Share, Table
 
 Z_95 = 1.959964
 LOOK_SECONDS = 5.0
@@ -149,7 +149,7 @@ def report(folder: Path, made: Sequence[Made], looks: Sequence[Look]) -> list[st
         scores = np.array([(one.value - truth) / one.std_error for one, truth in found])
         inside = Share(int(np.sum(np.abs(scores) <= Z_95)), len(scores))
         held.append((name, inside, f"{np.max(np.abs(scores)):.1f}"))
-    lines += table(("parameter", "interval of 95 % holds the truth", "largest error, standard errors"), held)
+    lines += Table.of(("parameter", "interval of 95 % holds the truth", "largest error, standard errors"), held).lines()
     lines += ["", *_of_damages(folder, made)]
     if not sound:
         return lines
@@ -242,7 +242,7 @@ def _of_damages(folder: Path, made: Sequence[Made]) -> list[str]:
         said = [_asked(jobs[one.name]) for one in made if one.damage == kind]
         right = Share.of(said, lambda words, word=word: word in words[1] and words[0] != "ok")
         rows.append((kind, len(said), ", ".join(sorted({words[0] for words in said})), right))
-    return table(("damage", "records", "status", "for the right reason"), rows)
+    return Table.of(("damage", "records", "status", "for the right reason"), rows).lines()
 
 
 def _asked(job: Job) -> tuple[str, str]:
@@ -270,7 +270,7 @@ def _of_memory(looks: Sequence[Look]) -> list[str]:
         )
         sizes = (f"{size:.0f}" if size else "" for size in (after.megabytes, after.parent))
         rows.append((after.done, *sizes, f"{1e3 * each:.0f} ms", f"{after.load:.1f}"))
-    return [*table(heads, rows), "", *_grown(looks)]
+    return [*Table.of(heads, rows).lines(), "", *_grown(looks)]
 
 
 def _grown(looks: Sequence[Look]) -> list[str]:

@@ -3,8 +3,8 @@
 ``python -m tests.validation.validate_discover --release LABEL --kind null --rig fibre_mass --cases 20`` carries out
 twenty further cases of a release, writes each down as soon as it is done, and prints the tables. A case is carried out
 once: only another release draws others. ``--document`` writes the tables of all releases that are given into
-``docs/discovery.md`` and ``docs/discovery_cases.md``; those given by ``--earlier`` have a table of shares beside, as
-they were of other revisions, and count among the cases one by one.
+``journal/tables``; those given by ``--earlier``, which were of other revisions, have a table of shares of their own and
+count among the cases one by one.
 """
 
 from __future__ import annotations
@@ -20,13 +20,12 @@ from typing import Any
 
 from tests.validation.cases import KINDS, RIGS, STRENGTHS, Case, cases
 from tests.validation.designs import NOISES
-from tests.validation.scores import Outcome, details, results
-from tests.validation.tables import ROOT, append, read, revision, write_between
+from tests.validation.scores import Outcome, tables
+from tests.validation.tables import JOURNAL, append, printed, read, revision
 from tests.validation.workers import carried_out, most_memory
 
 RESULTS = Path(__file__).parent / "outcomes"
 """Kept with the project: an outcome is written down once and stays."""
-DOCUMENT, CASES = ROOT / "docs" / "discovery.md", ROOT / "docs" / "discovery_cases.md"
 PROCESSES = 2
 LIMIT = 1200.0
 """s a case may take."""
@@ -172,7 +171,7 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="cases of the tuning set, which never count")
     parser.add_argument("--processes", type=int, default=PROCESSES)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a case may take")
-    parser.add_argument("--document", action="store_true", help="write the tables into docs/discovery*.md")
+    parser.add_argument("--document", action="store_true", help="keep the tables in journal/tables")
     parser.add_argument(
         "--earlier", nargs="+", default=[], metavar="LABEL", help="releases of earlier revisions, for further tables"
     )
@@ -187,12 +186,13 @@ def main() -> None:
         [outcome for label in asked for outcome in read(file_of(label, given.tuning), Outcome)]
         for asked in (labels, given.earlier)
     )
-    print("\n".join([*results(outcomes, earlier), "", *details([*outcomes, *earlier])]))
+    found = tables(outcomes, earlier)
+    print(printed(found))
     if given.document:
         if given.tuning:
-            raise SystemExit("the tuning set does not count: its tables go into no document")
-        write_between(DOCUMENT, "tables of the validation", results(outcomes, earlier))
-        write_between(CASES, "tables of the cases", details([*outcomes, *earlier]))
+            raise SystemExit("the tuning set does not count: its tables are not kept")
+        for name, one in found.items():
+            one.keep(JOURNAL / f"discovery_{name}.csv")
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 ``python -m tests.validation.validate_intervals --release LABEL --rig fibre_mass --noise slow --scatter 0.005
 --series 20`` fits twenty further series of a release, writes each down as soon as it is done, and prints the tables.
 The truth is the mean of the population: the base parameters about which those of the records scatter. The same
-values with error bars that take the noise for white are the negative control. ``--document`` writes the tables into
-``docs/error_bars.md``.
+values with error bars that take the noise for white are the negative control. ``--document`` keeps the table
+in ``journal/tables``.
 """
 
 from __future__ import annotations
@@ -22,11 +22,10 @@ from typing import Any
 from tests.independent.simulate import Base
 from tests.validation.cases import RIGS, Case, interval_cases
 from tests.validation.designs import NOISES_OF_INTERVALS, SCATTERS_OF_INTERVALS
-from tests.validation.tables import ROOT, Share, append, median, read, revision, table, write_between
+from tests.validation.tables import JOURNAL, Share, Table, append, median, read, revision
 from tests.validation.workers import carried_out
 
 RESULTS = Path(__file__).parent / "outcomes" / "intervals"
-DOCUMENT = ROOT / "docs" / "error_bars.md"
 PROCESSES = 2
 LIMIT = 600.0
 Z_95 = 1.959964
@@ -149,8 +148,8 @@ def _fitted(folder: Path) -> dict[str, Any]:
     return fibrefit.fit(fibrefit.load_study(folder)).summary().model_dump(mode="json", by_alias=True)
 
 
-def coverage(rows: Sequence[Fitted]) -> list[str]:
-    """By rig, noise and scatter: shares of intervals with the truth, rms of the scores, statuses, times."""
+def coverage(rows: Sequence[Fitted]) -> Table:
+    """By release, rig, noise and scatter: shares of intervals with the truth, rms of the scores, statuses, times."""
     lines = []
     for rig, noise, scatter in itertools.product(RIGS, NOISES_OF_INTERVALS, SCATTERS_OF_INTERVALS):
         group = [row for row in rows if (row.rig, row.noise, row.scatter) == (rig, noise, scatter)]
@@ -170,21 +169,12 @@ def coverage(rows: Sequence[Fitted]) -> list[str]:
             ]
         )
     heads = ["rig", "noise", "scatter", *(f"{name}, rms of error / standard error" for name in UNITS)]
-    return table([*heads, "all, error bars for white noise", "not ok", "s by the clock, median"], lines)
+    return Table.of([*heads, "all, error bars for white noise", "not ok", "s by the clock, median"], lines)
 
 
 def _rms(rows: Sequence[Fitted]) -> float:
     scores = [row.score**2 for row in rows if math.isfinite(row.score)]
     return math.sqrt(sum(scores) / len(scores)) if scores else math.nan
-
-
-def tables(rows: Sequence[Fitted]) -> list[str]:
-    """Everything a release is told by."""
-    if not rows:
-        return ["No series of a release has been fitted yet."]
-    labels, revisions = (", ".join(sorted({getattr(row, key) for row in rows})) for key in ("release", "revision"))
-    begin = f"Release {labels}, revision {revisions}: first outcomes of {len(rows) // len(UNITS)} series."
-    return [f"{begin} Shares of 95 % intervals with the truth, and statuses.", "", *coverage(rows)]
 
 
 def file_of(release: str, tuning: bool) -> Path:
@@ -242,7 +232,7 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="series of the tuning set, which never count")
     parser.add_argument("--processes", type=int, default=PROCESSES)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a fit may take")
-    parser.add_argument("--document", action="store_true", help="write the tables into docs/error_bars.md")
+    parser.add_argument("--document", action="store_true", help="keep the table in journal/tables")
     given = parser.parse_args()
     release, *others = given.release
     if others and given.series:
@@ -250,12 +240,12 @@ def main() -> None:
     path = file_of(release, given.tuning)
     if given.series:
         run(chosen(release, given, read(path, Fitted)), path, given.processes, given.limit)
-    lines = tables([row for label in given.release for row in read(file_of(label, given.tuning), Fitted)])
-    print("\n".join(lines))
+    found = coverage([row for label in given.release for row in read(file_of(label, given.tuning), Fitted)])
+    print("\n".join(found.lines()))
     if given.document:
         if given.tuning:
-            raise SystemExit("the tuning set does not count: its tables go into no document")
-        write_between(DOCUMENT, "tables of the intervals", lines)
+            raise SystemExit("the tuning set does not count: its table is not kept")
+        found.keep(JOURNAL / "intervals.csv")
 
 
 if __name__ == "__main__":

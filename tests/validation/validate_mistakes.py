@@ -1,8 +1,8 @@
 """Makes series whose study states something wrong and counts how often the search says what.
 
 ``python -m tests.validation.validate_mistakes --release LABEL --mistake clock --cases 20`` carries out twenty further
-series, both rigs in turn, and prints the table. A series is carried out once. ``--document`` writes the table into
-``docs/discovery.md``.
+series, both rigs in turn, and prints the table. A series is carried out once. ``--document`` keeps the table in
+``journal/tables``.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import Any
 
 from tests.validation.cases import RIGS
 from tests.validation.mistakes import MISTAKES, Mistaken, mistakes
-from tests.validation.tables import Share, append, median, read, revision, table, write_between
-from tests.validation.validate_discover import DOCUMENT, FAR, LIMIT, told
+from tests.validation.tables import JOURNAL, Share, Table, append, median, read, revision
+from tests.validation.validate_discover import FAR, LIMIT, told
 from tests.validation.workers import carried_out
 
 RESULTS = Path(__file__).parent / "outcomes" / "mistakes"
@@ -103,7 +103,7 @@ def _searched(folder: Path) -> tuple[str, str, str, str]:
     return known["verdict"], known["added"], known["alike"], f"{known['says']} {checks}".strip()
 
 
-def lines_of(found: Sequence[Told]) -> list[str]:
+def table_of(found: Sequence[Told]) -> Table:
     """The table, a line a mistake."""
     rows = []
     for mistake in MISTAKES:
@@ -111,7 +111,7 @@ def lines_of(found: Sequence[Told]) -> list[str]:
         shares = [Share.of([row for row in of_it if row.rig == rig], lambda row: row.right) for rig in RIGS]
         seconds = f"{median(row.seconds for row in of_it):.0f}"
         rows.append([mistake, HELD_TO, Share.of(of_it, lambda row: row.right), *shares, seconds])
-    return table(("what the study is wrong in", "held to", "named as such, both rigs", *RIGS, "s, median"), rows)
+    return Table.of(("what the study is wrong in", "held to", "named as such, both rigs", *RIGS, "s, median"), rows)
 
 
 def main() -> None:
@@ -124,7 +124,7 @@ def main() -> None:
     parser.add_argument("--rig", action="append", choices=RIGS, help="both if not given")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a series may take")
-    parser.add_argument("--document", action="store_true", help="write the table into docs/discovery.md")
+    parser.add_argument("--document", action="store_true", help="keep the table in journal/tables")
     given = parser.parse_args()
     release, *others = given.release
     if others and given.cases:
@@ -142,10 +142,10 @@ def main() -> None:
         said = row.added or row.says[:80]
         print(f"[{number}/{len(turns)}] {row.case}: {'right' if row.right else 'WRONG'}, {row.verdict} {said}"
               f" ({row.seconds:.0f} s)", flush=True)  # fmt: skip
-    lines = lines_of([row for label in given.release for row in read(RESULTS / f"{label}.csv", Told)])
-    print("\n".join(lines))
+    found = table_of([row for label in given.release for row in read(RESULTS / f"{label}.csv", Told)])
+    print("\n".join(found.lines()))
     if given.document:
-        write_between(DOCUMENT, "table of mistakes", lines)
+        found.keep(JOURNAL / "mistakes.csv")
 
 
 def _ended(case: Mistaken, seconds: float) -> Told:

@@ -2,8 +2,8 @@
 
 ``python -m tests.validation.validate_plan --release LABEL --trials 20`` carries out twenty further trials, the pairs in
 turn, and prints the table. Each is a series of slow drops by an independent simulator with one of two effects hidden
-that such drops hardly tell apart. A trial is carried out once, and its outcome stays. ``--document`` writes the table
-into ``docs/changes_and_plans.md``.
+that such drops hardly tell apart. A trial is carried out once, and its outcome stays. ``--document`` keeps the table
+in ``journal/tables``.
 """
 
 from __future__ import annotations
@@ -27,13 +27,12 @@ from tests.independent.sensors import USUAL
 from tests.independent.series import RATE, Plan, Recording, Series, draw_shape, drop_plan, scattered, take
 from tests.validation.cases import seed_of
 from tests.validation.designs import USUAL_DESIGN
-from tests.validation.tables import ROOT, Share, append, median, read, revision, table, write_between
+from tests.validation.tables import JOURNAL, Share, Table, append, median, read, revision
 from tests.validation.validate_discover import FAR, LIMIT
 from tests.validation.workers import carried_out
 
 RESULTS = Path(__file__).parent / "outcomes" / "plans"
 """Kept with the project: an outcome is written down once and stays."""
-DOCUMENT = ROOT / "docs" / "changes_and_plans.md"
 PAIRS = (
     ("guide.viscous_friction", "guide.quadratic_drag"),
     ("fibre.free_length_offset", "sensor.position_gain"),
@@ -240,7 +239,7 @@ def trials(release: str) -> Iterator[Trial]:
         yield Trial(release, index, PAIRS[(first + index) % len(PAIRS)])
 
 
-def lines_of(found: Sequence[Outcome]) -> list[str]:
+def table_of(found: Sequence[Outcome]) -> Table:
     """The table, a line a pair and one for all; a trial that ended with an error tells nothing apart."""
     rows = []
     for pair in (*(" / ".join(pair) for pair in PAIRS), ""):
@@ -249,7 +248,7 @@ def lines_of(found: Sequence[Outcome]) -> list[str]:
         foretold = f"{100.0 * median(row.foretold for row in of_it):.0f} %"
         rows.append([pair or "all", HELD_TO if not pair else "", *shares, foretold, f"{_seconds(of_it):.0f}"])
     heads = ("rivals", "held to", "told apart with the proposed record", "with a random one", "before", "foretold", "s")
-    return table(heads, rows)
+    return Table.of(heads, rows)
 
 
 AFTER_WHAT = ("after", "after_random", "before")
@@ -265,7 +264,7 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=0, help="further trials; 0 prints the table only")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--limit", type=float, default=LIMIT, help="s a trial may take")
-    parser.add_argument("--document", action="store_true", help="write the table into docs/changes_and_plans.md")
+    parser.add_argument("--document", action="store_true", help="keep the table in journal/tables")
     given = parser.parse_args()
     path = RESULTS / f"{given.release}.csv"
     done = {row.case for row in read(path, Outcome)}
@@ -277,10 +276,10 @@ def main() -> None:
         append(path, row, "case")
         print(f"[{number}/{len(jobs)}] {row.case}: {row.before:.1f} at hand, {row.after:.1f} with {row.proposed}, "
               f"{row.after_random:.1f} with {row.random} {row.says} ({row.seconds:.0f} s)", flush=True)  # fmt: skip
-    lines = lines_of(read(path, Outcome))
-    print("\n".join(lines))
+    found = table_of(read(path, Outcome))
+    print("\n".join(found.lines()))
     if given.document:
-        write_between(DOCUMENT, "table of the plans", lines)
+        found.keep(JOURNAL / "plans.csv")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ import numpy as np
 
 from tests.independent.series import draw_base
 from tests.validation.many_records import make
-from tests.validation.tables import ROOT, Share, append, median, read, revision, table
+from tests.validation.tables import ROOT, Share, Table, append, median, read, revision
 
 RESULTS = ROOT / "results" / "validate_population"
 RECORDS = 8
@@ -136,7 +136,11 @@ def tables(rows: Sequence[Counted]) -> list[str]:
     ]
     seconds = median(row.processor_seconds / max(row.used, 1) for row in rows)
     said = f"Processor time of a record, median: {1e3 * seconds:.0f} ms, compilation included."
-    return [*table(["scatter", "parameter", "series", "mean held", "standard deviation held"], lines), "", said]
+    return [
+        *Table.of(["scatter", "parameter", "series", "mean held", "standard deviation held"], lines).lines(),
+        "",
+        said,
+    ]
 
 
 def main() -> None:

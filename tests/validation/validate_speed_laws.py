@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tests.validation.cases import RIGS
 from tests.validation.speed_laws import STRENGTHS, Asked, SpeedCase, ask, speed_cases
-from tests.validation.tables import ROOT, Share, append, median, read, revision, table
+from tests.validation.tables import ROOT, Share, Table, append, median, read, revision
 from tests.validation.workers import carried_out
 
 RESULTS = ROOT / "results" / "validate_speed_laws"
@@ -36,9 +36,9 @@ def tables(rows: Sequence[Asked]) -> list[str]:
     heads = ["rig", "law of", "series", "found alone", "found, maybe with another", "made up", "s of processor, median"]
     wrong = [row for row in rows if not (row.found if row.parameter else not row.made_up)]
     return [
-        *table(heads, lines),
+        *Table.of(heads, lines).lines(),
         "",
-        *table(
+        *Table.of(
             ["went wrong", "exponent", "answer", "laws", "ln Bayes of law, own", "foresight"],
             (
                 [
@@ -51,7 +51,7 @@ def tables(rows: Sequence[Asked]) -> list[str]:
                 ]
                 for row in wrong
             ),
-        ),
+        ).lines(),
     ]
 
 
