@@ -4,7 +4,7 @@ PYTHON ?= python3
 RUN := .venv/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo real test test-extras bench bench-series same validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
+.PHONY: demo real test quick test-extras bench bench-series same validate validate-discover validate-mistakes validate-intervals validate-speed-laws \
         validate-population validate-plan lint format schemas docs notebooks dist release-check clean
 
 demo: .venv/installed
@@ -12,6 +12,10 @@ demo: .venv/installed
 
 test: .venv/installed-test
 	$(RUN) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+# What a change of a package needs, in less than two minutes: make quick PACKAGE="fitting sampling"; without it, what has changed.
+quick: .venv/installed-test .venv/installed-lint
+	$(RUN) -m tests.quick $(PACKAGE)
 
 # Tests of the extras that the suite does without, slow ones too; here a missing package is a failure.
 test-extras: .venv/installed-test .venv/installed-nuts .venv/installed-tdms .venv/installed-mdf .venv/installed-dask

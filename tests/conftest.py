@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 import sys
 from collections.abc import Iterator
 from unittest.mock import patch
@@ -23,6 +24,31 @@ GARBAGE = (100_000, 50, 50)
 """How seldom garbage is looked for: as by the command line, once it has begun."""
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--longest``, by which `make quick` leaves out what takes long; no list of such tests has to be kept."""
+    parser.addoption("--longest", type=float, default=0.0, help="s after which a test, or a fixture, is skipped")
+
+
+def in_time(item: pytest.Item) -> Iterator[None]:
+    """Skip the test if what comes next takes longer than a test may."""
+    longest = item.config.getoption("longest")
+    if not longest:
+        return (yield)
+
+    def skip(*_: object) -> None:
+        pytest.skip(f"takes longer than {longest:g} s")
+
+    signal.signal(signal.SIGALRM, skip)
+    signal.setitimer(signal.ITIMER_REAL, longest)
+    try:
+        return (yield)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+pytest_runtest_call = pytest.hookimpl(wrapper=True)(in_time)
+
+
 def pytest_collection_finish() -> None:
     """What was collected stays to the end: it is never looked through for garbage."""
     gc.collect()
@@ -30,11 +56,12 @@ def pytest_collection_finish() -> None:
     gc.set_threshold(*GARBAGE)
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     """A test of an extra asks for its package before its fixtures are made."""
     for marker in item.iter_markers("extra"):
         need(*marker.args)
+    return (yield from in_time(item))
 
 
 @pytest.fixture(scope="session", autouse=True)
