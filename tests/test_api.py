@@ -76,7 +76,7 @@ def test_methods_of_results_say_what_they_take_and_return(name: str) -> None:
 def test_no_package_has_the_name_of_what_is_offered() -> None:
     packages = {path.name for path in Path(fibrefit.__file__).parent.iterdir() if path.is_dir()}
     assert not packages & {*fibrefit.__all__, "simulate", "discover"}
-    code = "import fibrefit, fibrefit.fitting.identify, fibrefit.laws.own; print(callable(fibrefit.effects))"
+    code = "import fibrefit, fibrefit.fitting.identify, fibrefit.laws.contract; print(callable(fibrefit.effects))"
     assert run(code).strip() == "True"
 
 

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import hashlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
+from itertools import chain
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeGuard
 
 from fibrefit.core.declarations import Capability
 from fibrefit.core.errors import StudyError, as_one, did_you_mean
-from fibrefit.laws.changes.friction_change import FrictionChange
-from fibrefit.laws.changes.friction_drift import FrictionDrift
-from fibrefit.laws.changes.friction_step import FrictionStep
-from fibrefit.laws.changes.friction_trend import FrictionTrend
-from fibrefit.laws.changes.friction_wear import FrictionWear
-from fibrefit.laws.changes.knot_slip import KnotSlip
-from fibrefit.laws.changes.length_change import LengthChange
-from fibrefit.laws.changes.length_drift import LengthDrift
-from fibrefit.laws.changes.length_trend import LengthTrend
-from fibrefit.laws.changes.setting import Setting
-from fibrefit.laws.changes.stiffness_change import StiffnessChange
-from fibrefit.laws.changes.stiffness_drift import StiffnessDrift
-from fibrefit.laws.changes.stiffness_step import StiffnessStep
-from fibrefit.laws.changes.stiffness_trend import StiffnessTrend
-from fibrefit.laws.changes.stiffness_wear import StiffnessWear
-from fibrefit.laws.contract import violations
-from fibrefit.laws.declared import KINDS
+from fibrefit.core.paths import is_plain_file, read_plain_file
+from fibrefit.laws import changes, study
+from fibrefit.laws import functions_of_speed as speed
+from fibrefit.laws.contract import KINDS, refusals, unusable, violations
 from fibrefit.laws.drive.compliance import Compliance
 from fibrefit.laws.drive.play import Play
 from fibrefit.laws.families import MARK, called_with_place, family_of
@@ -36,22 +28,9 @@ from fibrefit.laws.fibre.hardening import Hardening
 from fibrefit.laws.fibre.hysteresis import Hysteresis
 from fibrefit.laws.fibre.maxwell_branch import MaxwellBranch
 from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
-from fibrefit.laws.fibre.rate_dependent_damping import RateDependentDamping
-from fibrefit.laws.fibre.rate_dependent_stiffness import RateDependentStiffness
+from fibrefit.laws.fibre.rate_dependence import RateDependentDamping, RateDependentStiffness
 from fibrefit.laws.fibre.toe_region import ToeRegion
-from fibrefit.laws.functions_of_speed import (
-    DampingPowerLaw,
-    DampingSpeedCurve,
-    DampingSpeedExponent,
-    FrictionPowerLaw,
-    FrictionSpeedCurve,
-    FrictionSpeedExponent,
-    StiffnessPowerLaw,
-    StiffnessSpeedCurve,
-    StiffnessSpeedExponent,
-)
-from fibrefit.laws.guide.asymmetric_friction import AsymmetricFriction
-from fibrefit.laws.guide.asymmetric_viscous_friction import AsymmetricViscousFriction
+from fibrefit.laws.guide.asymmetry import AsymmetricFriction, AsymmetricViscousFriction
 from fibrefit.laws.guide.friction_over_position import FrictionOverPosition
 from fibrefit.laws.guide.load_dependent_friction import LoadDependentFriction
 from fibrefit.laws.guide.loose_mass import LooseMass
@@ -61,7 +40,6 @@ from fibrefit.laws.guide.spring import Spring
 from fibrefit.laws.guide.stribeck_friction import StribeckFriction
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.laws.law import Effect
-from fibrefit.laws.own import checked, from_file, from_package, is_effect
 from fibrefit.laws.pivot.quadratic_damping import QuadraticDamping
 from fibrefit.laws.pulley.bearing_friction import BearingFriction
 from fibrefit.laws.pulley.capstan_friction import CapstanFriction
@@ -71,26 +49,9 @@ from fibrefit.laws.push.force_delay import PushDelay
 from fibrefit.laws.push.force_gain import PushGain
 from fibrefit.laws.push.force_lag import PushLag
 from fibrefit.laws.push.hold import PushHold
-from fibrefit.laws.rig.inclination_error import InclinationError
-from fibrefit.laws.sensor.acceleration_crosstalk import AccelerationCrosstalk
+from fibrefit.laws.sensor import calibration, dynamics
 from fibrefit.laws.sensor.dial_gauge_force import DialGaugeForce
-from fibrefit.laws.sensor.force_delay import ForceDelay
-from fibrefit.laws.sensor.force_drift import ForceDrift
-from fibrefit.laws.sensor.force_gain import ForceGain
-from fibrefit.laws.sensor.force_lag import ForceLag
-from fibrefit.laws.sensor.force_offset import ForceOffset
-from fibrefit.laws.sensor.gauge_nonlinearity import GaugeNonlinearity
-from fibrefit.laws.sensor.gauge_resonance import GaugeResonance
-from fibrefit.laws.sensor.position_gain import PositionGain
 from fibrefit.laws.sensor.position_ripple import PositionRipple
-from fibrefit.laws.study.added_mass import AddedMass
-from fibrefit.laws.study.clock import ClockError
-from fibrefit.laws.study.gain import Gain
-from fibrefit.laws.study.inclination import Inclination
-from fibrefit.laws.study.lift import Lift
-from fibrefit.laws.study.other_fibre import OtherFibre
-from fibrefit.laws.study.weight_mass import WeightMass
-from fibrefit.laws.study.wrap_angle import WrapAngle
 
 ENTRY_POINTS = "fibrefit.effects"
 """Group under which an installed package offers effects of its own."""
@@ -140,38 +101,38 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(PushLag, sought=None),
     CatalogueEntry(PushHold, sought=None),
     CatalogueEntry(PushGain, sought=None),
-    CatalogueEntry(FrictionSpeedCurve, sought=None),
-    CatalogueEntry(FrictionPowerLaw, sought=None),
-    CatalogueEntry(FrictionSpeedExponent, sought=None),
+    CatalogueEntry(speed.FrictionSpeedCurve, sought=None),
+    CatalogueEntry(speed.FrictionPowerLaw, sought=None),
+    CatalogueEntry(speed.FrictionSpeedExponent, sought=None),
     CatalogueEntry(Hardening, alternative=_BY_A_FIBRE),
     CatalogueEntry(ToeRegion),
     CatalogueEntry(MaxwellBranch, alternative=_BY_A_FIBRE),
     CatalogueEntry(RateDependentDamping, alternative=_BY_A_FIBRE),
     CatalogueEntry(RateDependentStiffness),
-    CatalogueEntry(StiffnessSpeedCurve, sought=None),
-    CatalogueEntry(StiffnessPowerLaw, sought=None),
-    CatalogueEntry(StiffnessSpeedExponent, sought=None),
-    CatalogueEntry(DampingSpeedCurve, sought=None),
-    CatalogueEntry(DampingPowerLaw, sought=None),
-    CatalogueEntry(DampingSpeedExponent, sought=None),
+    CatalogueEntry(speed.StiffnessSpeedCurve, sought=None),
+    CatalogueEntry(speed.StiffnessPowerLaw, sought=None),
+    CatalogueEntry(speed.StiffnessSpeedExponent, sought=None),
+    CatalogueEntry(speed.DampingSpeedCurve, sought=None),
+    CatalogueEntry(speed.DampingPowerLaw, sought=None),
+    CatalogueEntry(speed.DampingSpeedExponent, sought=None),
     CatalogueEntry(Hysteresis, alternative=_BY_A_FIBRE),
     CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
     CatalogueEntry(Creep),
-    CatalogueEntry(StiffnessDrift),
-    CatalogueEntry(StiffnessTrend),
-    CatalogueEntry(StiffnessWear),
-    CatalogueEntry(StiffnessChange),
-    CatalogueEntry(StiffnessStep, costly=True),
-    CatalogueEntry(LengthDrift),
-    CatalogueEntry(LengthTrend),
-    CatalogueEntry(LengthChange),
-    CatalogueEntry(Setting),
-    CatalogueEntry(KnotSlip, costly=True),
-    CatalogueEntry(FrictionDrift),
-    CatalogueEntry(FrictionTrend),
-    CatalogueEntry(FrictionWear),
-    CatalogueEntry(FrictionChange),
-    CatalogueEntry(FrictionStep, costly=True),
+    CatalogueEntry(changes.StiffnessDrift),
+    CatalogueEntry(changes.StiffnessTrend),
+    CatalogueEntry(changes.StiffnessWear),
+    CatalogueEntry(changes.StiffnessChange),
+    CatalogueEntry(changes.StiffnessStep, costly=True),
+    CatalogueEntry(changes.LengthDrift),
+    CatalogueEntry(changes.LengthTrend),
+    CatalogueEntry(changes.LengthChange),
+    CatalogueEntry(changes.Setting),
+    CatalogueEntry(changes.KnotSlip, costly=True),
+    CatalogueEntry(changes.FrictionDrift),
+    CatalogueEntry(changes.FrictionTrend),
+    CatalogueEntry(changes.FrictionWear),
+    CatalogueEntry(changes.FrictionChange),
+    CatalogueEntry(changes.FrictionStep, costly=True),
     CatalogueEntry(LooseMass, costly=True),
     CatalogueEntry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
     CatalogueEntry(PulleyInertia, alike=("fibre.mass",)),
@@ -180,26 +141,26 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(Eccentricity),
     CatalogueEntry(Compliance),
     CatalogueEntry(Play),
-    CatalogueEntry(ForceGain, alternative=_BY_A_FIBRE),
-    CatalogueEntry(ForceOffset),
-    CatalogueEntry(ForceDrift),
-    CatalogueEntry(ForceDelay, alternative=_BY_A_FIBRE),
-    CatalogueEntry(ForceLag),
-    CatalogueEntry(GaugeResonance),
-    CatalogueEntry(PositionGain, sought=frozenset({Capability.FIBRE}), alternative=_BY_A_FIBRE),
+    CatalogueEntry(calibration.ForceGain, alternative=_BY_A_FIBRE),
+    CatalogueEntry(calibration.ForceOffset),
+    CatalogueEntry(calibration.ForceDrift),
+    CatalogueEntry(dynamics.ForceDelay, alternative=_BY_A_FIBRE),
+    CatalogueEntry(dynamics.ForceLag),
+    CatalogueEntry(dynamics.GaugeResonance),
+    CatalogueEntry(calibration.PositionGain, sought=frozenset({Capability.FIBRE}), alternative=_BY_A_FIBRE),
     CatalogueEntry(DialGaugeForce),
-    CatalogueEntry(GaugeNonlinearity),
-    CatalogueEntry(AccelerationCrosstalk),
+    CatalogueEntry(calibration.GaugeNonlinearity),
+    CatalogueEntry(calibration.AccelerationCrosstalk),
     CatalogueEntry(PositionRipple, sought=frozenset({Capability.FIBRE}), costly=True),
-    CatalogueEntry(InclinationError, sought=None),
-    CatalogueEntry(WeightMass, alternative=_BY_A_FIBRE),
-    CatalogueEntry(AddedMass),
-    CatalogueEntry(Inclination, alike=("rig.inclination_error",), alternative=_BY_A_FIBRE),
-    CatalogueEntry(Lift, sought=None, alternative=_BY_A_FIBRE),
-    CatalogueEntry(WrapAngle, sought=None),
-    CatalogueEntry(Gain, sought=None),
-    CatalogueEntry(ClockError, alternative=_BY_A_FIBRE),
-    CatalogueEntry(OtherFibre),
+    CatalogueEntry(study.InclinationError, sought=None),
+    CatalogueEntry(study.WeightMass, alternative=_BY_A_FIBRE),
+    CatalogueEntry(study.AddedMass),
+    CatalogueEntry(study.Inclination, alike=("rig.inclination_error",), alternative=_BY_A_FIBRE),
+    CatalogueEntry(study.Lift, sought=None, alternative=_BY_A_FIBRE),
+    CatalogueEntry(study.WrapAngle, sought=None),
+    CatalogueEntry(study.Gain, sought=None),
+    CatalogueEntry(study.ClockError, alternative=_BY_A_FIBRE),
+    CatalogueEntry(study.OtherFibre),
 )
 
 ENTRIES: dict[str, CatalogueEntry] = {entry.effect.name: entry for entry in _ENTRIES}
@@ -279,27 +240,72 @@ def find_effect(name: str, directory: Path | str = ".") -> type[Effect]:
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
 
     def called(name: str) -> type[Effect] | None:
+        if name in CATALOGUE:
+            return CATALOGUE[name]
         if ".py:" in name:
-            return _named_anew(checked(from_file(name, Path(directory)), name), name)
-        known = CATALOGUE.get(name)
-        return known or (_named_anew(checked(from_package(offered[name]), name), name) if name in offered else None)
+            found = _from_file(name, Path(directory))
+        elif name not in offered:
+            return None
+        else:
+            try:
+                found = offered[name].load()
+            except (Exception, SystemExit) as error:
+                got = f"{offered[name].value}, which an installed package offers, fails with "
+                got += f"{type(error).__name__}: {error}"
+                raise StudyError(f'effect "{name}"', got, do="Mend that package, or remove it.") from error
+        where = f'effect "{name}"'
+        if not _is_effect(found):
+            raise StudyError(where, f"{found!r} is no effect", KINDS)
+        # The first thing that is wrong: it breaks what is asked of an effect, or cannot be compiled.
+        for refusal in chain(refusals(found, where), unusable(found, where)):
+            raise refusal
+        return _named_anew(found, name)
 
     if (found := called_with_place(name, called)) is not None:
         return found
-    hint = _suggested(name, [*CATALOGUE, *offered])
+    known = [*CATALOGUE, *offered]
+    hint = did_you_mean(name, known)
+    if not hint and name and (holding := [f'"{one}"' for one in known if name.casefold() in one]):
+        first, more = holding[:MOST_SUGGESTED], holding[MOST_SUGGESTED:]
+        hint = f"Did you mean {' or '.join(first)}?"
+        hint += f" `fibrefit effects` lists {len(more)} more with that word." if more else ""
     raise StudyError(
         f'effect "{name}"', "not in the catalogue", 'a name from it, or "my_effects.py:MyEffect"', hint or LIST_THEM
     )
 
 
-def _suggested(name: str, known: Sequence[str]) -> str:
-    """Sentence that suggests the nearest name, or else those that contain the word; empty where there is none."""
-    if near := did_you_mean(name, known):
-        return near
-    holding = [f'"{one}"' for one in known if name and name.casefold() in one]
-    first, more = holding[:MOST_SUGGESTED], holding[MOST_SUGGESTED:]
-    also = f" `fibrefit effects` lists {len(more)} more with that word." if more else ""
-    return f"Did you mean {' or '.join(first)}?{also}" if first else ""
+def _from_file(name: str, directory: Path) -> object:
+    """What a user's file holds by the name after the colon, ``"my_effects.py:MyEffect"``; a `StudyError` if nothing."""
+    file, _, wanted = name.rpartition(":")
+    path = (directory / file).resolve()
+    if not is_plain_file(path):
+        raise StudyError(f'effect "{name}"', f"no file {path}", "a Python file beside the study", "Check the path.")
+    source = read_plain_file(path, "a Python file", StudyError)
+    digest = hashlib.sha256(str(path).encode("utf-8", "surrogateescape") + source).hexdigest()
+    title = f"fibrefit_user_{path.stem}_{digest[:12]}"
+    # A second class of the same file must be of the same module: JAX tells pytrees apart by their class.
+    if title not in sys.modules:
+        spec = importlib.util.spec_from_file_location(title, path)
+        if spec is None or spec.loader is None:
+            raise StudyError(f'effect "{name}"', f"{path.name} is not a Python file", "a file ending in .py")
+        sys.modules[title] = importlib.util.module_from_spec(spec)
+        try:
+            # The very bytes of the digest: byte code kept beside a file is only as old as its clock tells seconds.
+            exec(compile(source, str(path), "exec", dont_inherit=True), vars(sys.modules[title]))
+        except (Exception, SystemExit) as error:
+            del sys.modules[title]
+            got = f"{path.name} fails with {type(error).__name__}: {error}"
+            raise StudyError(f'effect "{name}"', got, do="Run the file by itself.") from error
+    module = sys.modules[title]
+    if (found := getattr(module, wanted, None)) is None:
+        classes = [n for n, v in vars(module).items() if inspect.isclass(v) and v.__module__ == module.__name__]
+        hint = did_you_mean(wanted, classes) or "Check the name after the colon."
+        raise StudyError(f'effect "{name}"', f"no {wanted} in {path.name}", ", ".join(classes) or "a class", hint)
+    return found
+
+
+def _is_effect(found: object) -> TypeGuard[type[Effect]]:
+    return inspect.isclass(found) and issubclass(found, Effect)
 
 
 def all_wrong(name: str, conditions: Mapping[str, float]) -> tuple[StudyError, ...]:
@@ -318,8 +324,8 @@ def all_wrong(name: str, conditions: Mapping[str, float]) -> tuple[StudyError, .
         Where there is no such effect.
     """
     where = f'effect "{name}"'
-    found = from_file(name, Path()) if ".py:" in name else find_effect(name)
-    if not is_effect(found):
+    found = _from_file(name, Path()) if ".py:" in name else find_effect(name)
+    if not _is_effect(found):
         return (StudyError(where, f"{found!r} is no effect", KINDS),)
     wrong = violations(found, conditions, where)
     try:
@@ -359,7 +365,15 @@ def select_effects(
         Where one is not known, makes no sense on this rig, names no record where it belongs to some, is named twice, or
         lacks another it builds upon.
     """
-    effects = _all_found(names, directory)
+    found, refused = [], []
+    for name in names:
+        try:
+            found.append(find_effect(name, directory))
+        except StudyError as error:
+            refused.append(error)
+    if refused:
+        raise as_one(refused, "effects")
+    effects = tuple(found)
     if points is not None:
         effects = tuple(point_masses(points) if effect is PointMasses else effect for effect in effects)
     known = [effect.name for effect in effects]
@@ -380,20 +394,8 @@ def select_effects(
     return effects
 
 
-def _all_found(names: Iterable[str], directory: Path | str) -> tuple[type[Effect], ...]:
-    """Effects by their names; refused are all names at once that stand for none."""
-    found, refused = [], []
-    for name in names:
-        try:
-            found.append(find_effect(name, directory))
-        except StudyError as error:
-            refused.append(error)
-    if refused:
-        raise as_one(refused, "effects")
-    return tuple(found)
-
-
 def _named_anew(found: type[Effect], name: str) -> type[Effect]:
+    """An effect that is not of the catalogue, if its name is not taken there."""
     if getattr(found, "name", "") in CATALOGUE and CATALOGUE[found.name] is not found:
         taken = f'the name "{found.name}" is taken'
         raise StudyError(f'effect "{name}"', taken, "a name of its own", "Change the attribute `name`.")

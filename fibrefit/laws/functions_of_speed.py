@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+import inspect
+import types
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.forms_of_change import OfOneForm
-from fibrefit.laws.law import FibreLaw, GuideLaw, quantity
+from fibrefit.laws.law import Effect, FibreLaw, GuideLaw, quantity
 
 SLOW, MEDIUM, TOP = 0.05, 0.2, 0.8
 """Speeds in m/s of the knots of a monotone curve."""
@@ -20,12 +21,19 @@ LEAST = 0.05
 """What a law with an added power leaves of the base law."""
 
 
-class FunctionOfSpeed(OfOneForm):
+class FunctionOfSpeed(Effect):
     """A relative change that goes with speed.
 
-    A form of it says how (`relative`), a place what is changed; a law is one of each and has a `change` with limits of
-    its own.
+    A form of it says how (`relative`), a place what is changed; a law is one of each. The docstring of a form is the
+    page of its laws, with words of the place in braces; the first parameter has limits for each place.
+
+    Attributes
+    ----------
+    form : str
+        Name of the form, the end of that of its laws.
     """
+
+    form: ClassVar[str]
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """The relative change at a `speed` in m/s of either sign."""
@@ -37,22 +45,24 @@ class FunctionOfSpeed(OfOneForm):
 
 
 class CurveOfSpeed(FunctionOfSpeed):
-    """A relative change as a fitted curve, at most its value at the last knot."""
+    """{title} as a fitted curve of {speed}.
 
-    page: ClassVar[
-        str
-    ] = """ w a monotone cubic of the speed that is 0 at rest, 1 at 0.8 m/s and beyond, and has two knots between,
-at 0.05 and 0.2 m/s.
+    Law
+    ---
+    {level} (1 + A w({symbol}))``, w a monotone cubic of the speed that is 0 at rest, 1 at 0.8 m/s and beyond, and has
+    two knots between, at 0.05 and 0.2 m/s.
 
-Valid range
------------
-Speeds to well above 0.2 m/s in the records; below, only one knot is determined. Falls too, where A is negative.
+    Valid range
+    -----------
+    Speeds to well above 0.2 m/s in the records; below, only one knot is determined. Falls too, where A is negative.
 
-Source
-------
-Monotone piecewise cubic interpolation: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
-"""
-    change: jax.Array = quantity("-", "relative change at 0.8 m/s", 0.5, symbol="A")
+    Source
+    ------
+    Monotone piecewise cubic interpolation: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
+    """
+
+    form: ClassVar[str] = "speed_curve"
+    change: jax.Array = quantity("-", "relative change of {word} at 0.8 m/s", 0.5, symbol="A")
     slow_share: jax.Array = quantity("-", "change at 0.05 m/s over that at 0.2 m/s", 0.4, lower=0.0, upper=1.0)
     medium_share: jax.Array = quantity("-", "change at 0.2 m/s over that at 0.8 m/s", 0.4, lower=0.0, upper=1.0)
 
@@ -62,16 +72,23 @@ Monotone piecewise cubic interpolation: Fritsch and Butland, SIAM J. Sci. Stat. 
 
 
 class PowerOfSpeed(FunctionOfSpeed):
-    """A relative change as a power."""
+    """{title} as a power of {speed}.
 
-    page: ClassVar[str] = """
+    Law
+    ---
+    {level} max(0.05, 1 + A ({symbol}/v_ref)^p)``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
 
-Valid range
------------
-Speeds of more than a decade in the records: otherwise A and p cannot be distinguished.
+    Valid range
+    -----------
+    Speeds of more than a decade in the records: otherwise A and p cannot be distinguished.
 
-"""
-    change: jax.Array = quantity("-", "relative change at 0.1 m/s", 0.5, symbol="A")
+    Source
+    ------
+    {power}
+    """
+
+    form: ClassVar[str] = "power_law"
+    change: jax.Array = quantity("-", "relative change of {word} at 0.1 m/s", 0.5, symbol="A")
     exponent: jax.Array = quantity("-", "exponent", 0.7, lower=0.2, upper=3.0, symbol="p")
 
     def relative(self, speed: jax.Array) -> jax.Array:
@@ -84,23 +101,30 @@ Speeds of more than a decade in the records: otherwise A and p cannot be disting
 
 
 class ScalingWithSpeed(FunctionOfSpeed):
-    """All of it goes with a power of speed."""
+    """{title} in proportion to a power of {speed}.
 
-    page: ClassVar[str] = """
+    Law
+    ---
+    {level} ({symbol}/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
 
-Valid range
------------
-Speeds of more than an octave in the records: otherwise p is not distinguished from the value at 0.1 m/s.
+    Valid range
+    -----------
+    Speeds of more than an octave in the records: otherwise p is not distinguished from the value at 0.1 m/s.
 
-"""
-    exponent: jax.Array = quantity("-", "exponent", 0.3, symbol="p")
+    Source
+    ------
+    {scaling}
+    """
+
+    form: ClassVar[str] = "speed_exponent"
+    exponent: jax.Array = quantity("-", "exponent of {word}", 0.3, symbol="p")
 
     def relative(self, speed: jax.Array) -> jax.Array:
         """The power, less one."""
         return jnp.expm1(0.5 * self.exponent * jnp.log((speed**2 + SMOOTH**2) / (REFERENCE**2 + SMOOTH**2)))
 
 
-class _Friction(FunctionOfSpeed, GuideLaw):
+class FrictionWithSpeed(FunctionOfSpeed, GuideLaw):
     """The level of the guide's friction."""
 
     def friction(self, coulomb: jax.Array, direction: jax.Array, velocity: jax.Array, tension: jax.Array) -> jax.Array:
@@ -108,7 +132,7 @@ class _Friction(FunctionOfSpeed, GuideLaw):
         return coulomb * (self.factor(velocity) - 1.0)
 
 
-class _Stiffness(FunctionOfSpeed, FibreLaw):
+class StiffnessWithRate(FunctionOfSpeed, FibreLaw):
     """The stiffness of the fibre."""
 
     def stiffness_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
@@ -116,7 +140,7 @@ class _Stiffness(FunctionOfSpeed, FibreLaw):
         return self.factor(rate)
 
 
-class _Damping(FunctionOfSpeed, FibreLaw):
+class DampingWithRate(FunctionOfSpeed, FibreLaw):
     """The damping of the fibre."""
 
     def damping_factor(self, stretch: jax.Array, rate: jax.Array) -> jax.Array:
@@ -124,146 +148,62 @@ class _Damping(FunctionOfSpeed, FibreLaw):
         return self.factor(rate)
 
 
-class FrictionSpeedCurve(CurveOfSpeed, _Friction):
-    """Friction of the guide as a fitted curve of speed.
+class _Place(NamedTuple):
+    """What is changed: its port, the law's class there, and words for pages; sources of both kinds of power."""
 
-    Law
-    ---
-    Level of friction ``F_c (1 + A w(|v|))``,
-    """
-
-    name: ClassVar[str] = "guide.friction_speed_curve"
-    change: jax.Array = quantity(
-        "-", "relative change of friction at 0.8 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A"
-    )
-
-
-class FrictionPowerLaw(PowerOfSpeed, _Friction):
-    """Friction of the guide as a power of speed.
-
-    Law
-    ---
-    Level of friction ``F_c max(0.05, 1 + A (|v|/v_ref)^p)``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
-
-    Source
-    ------
-    Herschel and Bulkley's law of flow, Kolloid-Zeitschrift 39 (1926).
-    """
-
-    name: ClassVar[str] = "guide.friction_power_law"
-    change: jax.Array = quantity(
-        "-", "relative change of friction at 0.1 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A"
-    )
+    port: str
+    law: type[FunctionOfSpeed]
+    word: str
+    title: str
+    speed: str
+    symbol: str
+    level: str
+    power: str
+    scaling: str
 
 
-class StiffnessSpeedCurve(CurveOfSpeed, _Stiffness):
-    """Stiffness as a fitted curve of the rate of stretch.
-
-    Law
-    ---
-    Elastic tension ``k e (1 + A w(|e'|))``,
-    """
-
-    name: ClassVar[str] = "fibre.stiffness_speed_curve"
-    change: jax.Array = quantity(
-        "-", "relative change of stiffness at 0.8 m/s", 0.05, lower=-0.5, upper=3.0, symbol="A"
-    )
-
-
-class StiffnessPowerLaw(PowerOfSpeed, _Stiffness):
-    """Stiffness as a power of the rate of stretch.
-
-    Law
-    ---
-    Elastic tension ``k e max(0.05, 1 + A (|e'|/v_ref)^p)``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
-
-    Source
-    ------
-    Power laws of strain rate for the modulus of polymer fibres, e.g. Ward and Sweeney, Mechanical Properties of Solid
-    Polymers (2012), ch. 11.
-    """
-
-    name: ClassVar[str] = "fibre.stiffness_power_law"
-    change: jax.Array = quantity(
-        "-", "relative change of stiffness at 0.1 m/s", 0.03, lower=-0.1, upper=3.0, symbol="A"
-    )
+_WARD = """Power laws of strain rate for the modulus of polymer fibres, e.g. Ward and Sweeney, Mechanical Properties of
+Solid Polymers (2012), ch. 11."""
+_SOONG = "Fractional power dampers, e.g. Soong and Dargush, Passive Energy Dissipation Systems (1997), ch. 6."
+_FLOW = (
+    "Herschel and Bulkley's law of flow, Kolloid-Zeitschrift 39 (1926).",
+    "Ostwald's law of flow, Kolloid-Zeitschrift 36 (1925).",
+)
+_AT_RATE = ("the rate of stretch", "|e'|")
+_FRICTION = _Place(
+    "guide", FrictionWithSpeed, "friction", "Friction of the guide", "speed", "|v|", "Level of friction ``F_c", *_FLOW
+)
+_STIFFNESS = _Place(
+    "fibre", StiffnessWithRate, "stiffness", "Stiffness", *_AT_RATE, "Elastic tension ``k e", _WARD, _WARD
+)
+_DAMPING = _Place("fibre", DampingWithRate, "damping", "Damping", *_AT_RATE, "Damping coefficient ``b", _SOONG, _SOONG)
 
 
-class DampingSpeedCurve(CurveOfSpeed, _Damping):
-    """Damping as a fitted curve of the rate of stretch.
-
-    Law
-    ---
-    Damping coefficient ``b (1 + A w(|e'|))``,
-    """
-
-    name: ClassVar[str] = "fibre.damping_speed_curve"
-    change: jax.Array = quantity("-", "relative change of damping at 0.8 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A")
-
-
-class DampingPowerLaw(PowerOfSpeed, _Damping):
-    """Damping as a power of the rate of stretch.
-
-    Law
-    ---
-    Damping coefficient ``b max(0.05, 1 + A (|e'|/v_ref)^p)``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
-
-    Source
-    ------
-    Fractional power dampers, e.g. Soong and Dargush, Passive Energy Dissipation Systems (1997), ch. 6.
-    """
-
-    name: ClassVar[str] = "fibre.damping_power_law"
-    change: jax.Array = quantity("-", "relative change of damping at 0.1 m/s", 0.5, lower=-0.95, upper=20.0, symbol="A")
+def _law(
+    form: type[FunctionOfSpeed], place: _Place, typical: float, lower: float, upper: float
+) -> type[FunctionOfSpeed]:
+    """The law of a form at a place, with what is usual of its first parameter."""
+    first, words = form.parameters[0], place._asdict()
+    content = {
+        "__module__": __name__,
+        "__doc__": inspect.cleandoc(form.__doc__ or "").format(**words),
+        "__annotations__": {first.name: jax.Array},
+        "name": f"{place.port}.{place.word}_{form.form}",
+        first.name: quantity("-", first.doc.format(**words), typical, lower=lower, upper=upper, symbol=first.symbol),
+    }
+    name = "".join(word.capitalize() for word in f"{place.word}_{form.form}".split("_"))
+    return types.new_class(name, (form, place.law), exec_body=lambda body: body.update(content))
 
 
-class FrictionSpeedExponent(ScalingWithSpeed, _Friction):
-    """Friction of the guide in proportion to a power of speed.
-
-    Law
-    ---
-    Level of friction ``F_c (|v|/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
-
-    Source
-    ------
-    Ostwald's law of flow, Kolloid-Zeitschrift 36 (1925).
-    """
-
-    name: ClassVar[str] = "guide.friction_speed_exponent"
-    exponent: jax.Array = quantity("-", "exponent of friction", 0.2, lower=-0.5, upper=2.0, symbol="p")
-
-
-class StiffnessSpeedExponent(ScalingWithSpeed, _Stiffness):
-    """Stiffness in proportion to a power of the rate of stretch.
-
-    Law
-    ---
-    Elastic tension ``k e (|e'|/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
-
-    Source
-    ------
-    Power laws of strain rate for the modulus of polymer fibres, e.g. Ward and Sweeney, Mechanical Properties of Solid
-    Polymers (2012), ch. 11.
-    """
-
-    name: ClassVar[str] = "fibre.stiffness_speed_exponent"
-    exponent: jax.Array = quantity("-", "exponent of stiffness", 0.02, lower=-0.2, upper=0.5, symbol="p")
-
-
-class DampingSpeedExponent(ScalingWithSpeed, _Damping):
-    """Damping in proportion to a power of the rate of stretch.
-
-    Law
-    ---
-    Damping coefficient ``b (|e'|/v_ref)^p``, ``v_ref`` = 0.1 m/s, smooth below 1 mm/s.
-
-    Source
-    ------
-    Fractional power dampers, e.g. Soong and Dargush, Passive Energy Dissipation Systems (1997), ch. 6.
-    """
-
-    name: ClassVar[str] = "fibre.damping_speed_exponent"
-    exponent: jax.Array = quantity("-", "exponent of damping", 0.3, lower=-1.0, upper=2.0, symbol="p")
+FrictionSpeedCurve = _law(CurveOfSpeed, _FRICTION, 0.5, -0.95, 20.0)
+FrictionPowerLaw = _law(PowerOfSpeed, _FRICTION, 0.5, -0.95, 20.0)
+FrictionSpeedExponent = _law(ScalingWithSpeed, _FRICTION, 0.2, -0.5, 2.0)
+StiffnessSpeedCurve = _law(CurveOfSpeed, _STIFFNESS, 0.05, -0.5, 3.0)
+StiffnessPowerLaw = _law(PowerOfSpeed, _STIFFNESS, 0.03, -0.1, 3.0)
+StiffnessSpeedExponent = _law(ScalingWithSpeed, _STIFFNESS, 0.02, -0.2, 0.5)
+DampingSpeedCurve = _law(CurveOfSpeed, _DAMPING, 0.5, -0.95, 20.0)
+DampingPowerLaw = _law(PowerOfSpeed, _DAMPING, 0.5, -0.95, 20.0)
+DampingSpeedExponent = _law(ScalingWithSpeed, _DAMPING, 0.3, -1.0, 2.0)
 
 
 def monotone(speed: jax.Array, slow: jax.Array, medium: jax.Array) -> jax.Array:
@@ -287,7 +227,10 @@ def monotone(speed: jax.Array, slow: jax.Array, medium: jax.Array) -> jax.Array:
     slopes = [steep[0], _harmonic(steep[0], steep[1]), _harmonic(steep[1], steep[2]), jnp.zeros(())]
     value = values[3]
     for i in reversed(range(3)):
-        piece = _cubic(speed, knots[i], knots[i + 1], values[i : i + 2], slopes[i : i + 2])
+        width = knots[i + 1] - knots[i]
+        s, rise = (speed - knots[i]) / width, values[i + 1] - values[i]
+        m0, m1 = slopes[i] * width, slopes[i + 1] * width
+        piece = values[i] + s * (m0 + s * (3.0 * rise - 2.0 * m0 - m1 + s * (m0 + m1 - 2.0 * rise)))
         value = jnp.where(speed < knots[i + 1], piece, value)
     return value
 
@@ -302,10 +245,3 @@ def _harmonic(one: jax.Array, other: jax.Array) -> jax.Array:
     total = one + other
     safe = jnp.where(total > 0.0, total, 1.0)
     return jnp.where(total > 0.0, 2.0 * one * other / safe, 0.0)
-
-
-def _cubic(x: jax.Array, low: float, high: float, values: tuple, slopes: list) -> jax.Array:
-    width = high - low
-    s, rise = (x - low) / width, values[1] - values[0]
-    m0, m1 = slopes[0] * width, slopes[1] * width
-    return values[0] + s * (m0 + s * (3.0 * rise - 2.0 * m0 - m1 + s * (m0 + m1 - 2.0 * rise)))

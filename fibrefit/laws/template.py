@@ -7,6 +7,8 @@ import re
 import textwrap
 from typing import NamedTuple
 
+from fibrefit.core.declarations import Capability
+from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import ANNOUNCED, PORTS, hooks_of
 
 
@@ -139,7 +141,6 @@ class {cls}({base}):
 '''
 
 
-LAWS = "fibrefit.laws.law"
 WIDTH = 120
 """Columns of a line of code."""
 OTHERS = "What else a law at this port can say; what it does not say adds nothing. To use one, take its # away."
@@ -153,11 +154,9 @@ def template(name: str) -> str:
     name : str
         ``"port.effect"``, the port one of `PORTS`.
     """
-    from fibrefit.core.declarations import Capability
-
     port, _, effect = name.partition(".")
     begun, kind = BEGINNINGS[port], PORTS[port]
-    hooks = {hook: _source(method) for hook, method in hooks_of(port).items()}
+    hooks = {hook: textwrap.dedent(inspect.getsource(method)) for hook, method in hooks_of(port).items()}
     head = re.sub(r"    return .*", lambda _: f"    return {begun.answer}", hooks[begun.hook])
     others = [_commented(source) for hook, source in hooks.items() if hook != begun.hook]
     announced = "".join(
@@ -166,9 +165,12 @@ def template(name: str) -> str:
         for hook, flag in ANNOUNCED[port].items()
     )
     types = [word for word in ("Channels", "Memory") if any(re.search(rf"\b{word}\b", s) for s in hooks.values())]
-    used = [*types, kind.__name__, *(["of_force"] if "of_force" in begun.answer else []), "quantity"]
+    used = {Effect.__module__: [*types, *(["of_force"] if "of_force" in begun.answer else []), "quantity"]}
+    # A kind of law may have a module of its own.
+    used.setdefault(kind.__module__, []).insert(len(types), kind.__name__)
+    acts_on = f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"
     return _SOURCE.format(
-        imports=_imports(used, kind),
+        imports="\n".join(f"from {module} import {', '.join(names)}" for module, names in used.items()),
         cls=class_name(effect),
         base=kind.__name__,
         name=name,
@@ -179,21 +181,8 @@ def template(name: str) -> str:
         announced=announced,
         others_said=OTHERS if others else "It is all that a law at this port can say.",
         others="".join(f"\n{other}" for other in others),
-        acts_on=_flag("acts_on", f"what a rig must have, a set of Capability: {', '.join(Capability.__members__)}"),
+        acts_on=textwrap.fill(acts_on, WIDTH, initial_indent="    # acts_on    ", subsequent_indent=f"    #{' ' * 12}"),
     )
-
-
-def _imports(names: list[str], kind: type) -> str:
-    """Lines that import what is used; a kind of law may have a module of its own."""
-    if kind.__module__ == LAWS:
-        return f"from {LAWS} import {', '.join(names)}"
-    others = ", ".join(name for name in names if name != kind.__name__)
-    return f"from {LAWS} import {others}\nfrom {kind.__module__} import {kind.__name__}"
-
-
-def _flag(attribute: str, what: str) -> str:
-    """A comment on an attribute of the class, in lines that fit."""
-    return textwrap.fill(what, WIDTH, initial_indent=f"    # {attribute:11}", subsequent_indent=f"    #{' ' * 12}")
 
 
 def class_name(effect: str) -> str:
@@ -201,11 +190,8 @@ def class_name(effect: str) -> str:
     return "".join(word.capitalize() for word in effect.split("_"))
 
 
-def _source(method: object) -> str:
-    return textwrap.dedent(inspect.getsource(method))  # type: ignore[arg-type]
-
-
 def _commented(source: str) -> str:
+    """A hook in comments, in lines that fit."""
     head, _, rest = source.partition("\n")
     if len(head) > WIDTH - len("    # "):
         source = re.sub(r"\((.*)\) ->", r"(\n    \1\n) ->", head) + f"\n{rest}"

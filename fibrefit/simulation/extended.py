@@ -14,8 +14,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.law import Effect, GuideLaw, Moment, StudyLaw, extends, laws_of
-from fibrefit.laws.moment import HISTORY_OF_MOTION, loading, resting
+from fibrefit.laws.law import HISTORY_OF_MOTION, Effect, GuideLaw, Moment, StudyLaw, extends, laws_of, loading, resting
 from fibrefit.rigs.rig import Rig, Start, Values
 from fibrefit.simulation.inputs import Signals
 

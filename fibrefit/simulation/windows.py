@@ -26,8 +26,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.law import Effect, Moment, SensorLaw, laws_of
-from fibrefit.laws.moment import HISTORY_OF_MOTION
+from fibrefit.laws.law import HISTORY_OF_MOTION, Effect, Moment, SensorLaw, laws_of
 from fibrefit.rigs.rig import Start, Values
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.jumps import jumps_of

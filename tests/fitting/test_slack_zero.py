@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.fitting.advice import Advice
 from fibrefit.fitting.misfit.slack_zero import SlackZero, SlackZeros, judge_zero, slack_zeros
-from fibrefit.laws.sensor.force_offset import ForceOffset
+from fibrefit.laws.sensor.calibration import ForceOffset
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from fibrefit.discovery.curves.probes import Curve, FrictionOfRest, StiffnessOfCycles, StiffnessOfDriveSpeed
 from fibrefit.discovery.curves.variables import _rested
-from fibrefit.laws.moment import CYCLE, FORGETS, FORGOTTEN_AFTER, loading, resting
+from fibrefit.laws.law import CYCLE, FORGETS, FORGOTTEN_AFTER, loading, resting
 from fibrefit.rigs.excitation import Excitation
 from tests.simulation.drops import CONDITIONS, DRIVE_CONDITIONS, START_TENSION, STEP, drive, drop, respond
 

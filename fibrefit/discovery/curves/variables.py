@@ -6,7 +6,7 @@ import numpy as np
 
 from fibrefit.core.declarations import FORCES, HELD, HISTORY
 from fibrefit.fitting.result import Identification
-from fibrefit.laws.moment import FORGETS, FORGOTTEN_AFTER, loading
+from fibrefit.laws.law import FORGETS, FORGOTTEN_AFTER, loading
 
 FROM_ZERO = ("speed", "tension", "stretch", *HISTORY)
 """Variables whose range begins at zero."""

@@ -11,8 +11,7 @@ from fibrefit.core.formatting import in_words, shown_unit
 from fibrefit.discovery.model.finding import Finding
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect, StudyLaw
-from fibrefit.laws.rig.inclination_error import InclinationError
-from fibrefit.laws.study.other_fibre import OtherFibre
+from fibrefit.laws.study import InclinationError, OtherFibre
 from fibrefit.study.summaries.results import ParameterSummary
 
 CONDITIONS = {

@@ -1,1 +1,0 @@
-"""Errors in what a study states of its rig and records."""
