@@ -38,8 +38,13 @@ REASONS: dict[str, dict[str, str]] = {
     "laws.families": {"MOST_DIGITS": FORM},
     "laws.push.hold": {"SHORT": ROUNDING},
     "laws.template": {"WIDTH": FORM},
-    "problem.estimate.population": {"LIGHT": WORK},
-    "problem.estimate.evidence": {"MOST_POINTS": WORK, "MANY": WORK, "WEIGHS": ROUNDING, "WEIGHTLESS": ROUNDING},
+    "problem.estimate.evidence": {
+        "LIGHT": WORK,
+        "MOST_POINTS": WORK,
+        "MANY": WORK,
+        "WEIGHS": ROUNDING,
+        "WEIGHTLESS": ROUNDING,
+    },
     "problem.estimate.gauss_newton": {
         "NOTICED": STEP,
         "MODE_TOLERANCE": ENDS,

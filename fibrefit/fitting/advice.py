@@ -17,7 +17,7 @@ from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
 from fibrefit.problem.statement.layout import RAN_AWAY, assembled
 from fibrefit.problem.statement.matrices import equilibrated, scale_of
-from fibrefit.problem.statement.problem import Problem, values_elsewhere
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import OTHERWISE, Check
 
 SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state", "loudest_record"})
@@ -152,7 +152,7 @@ def _information(problem: Problem, values: np.ndarray, menu: Sequence[Mapping[st
             taken[name] = np.concatenate([rows, taken[name][len(rows) :]])
         local = np.repeat(at_hand[None], number, axis=0)
         for r, conditions in enumerate(planned):
-            local[r] = values_elsewhere(problem, at_hand, stated, {**stated, **conditions}, conditions)
+            local[r] = problem.values_elsewhere(at_hand, stated, {**stated, **conditions}, conditions)
         observations = first._replace(experiment=first.experiment._replace(conditions=taken))
         linear = eqx.tree_at(lambda p: p.observations, problem, observations).linearised_at(local)
         found += [_of_shared(problem, np.asarray(rows)) for rows in linear.slopes[: len(planned)]]

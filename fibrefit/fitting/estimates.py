@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.population import quantiles
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.spectrum import Noise
@@ -55,7 +54,7 @@ def interval_of_shared(evidence: MarginalLikelihood, index: int) -> tuple[float,
         Of the value among the shared ones.
     """
     mean, here = evidence.mean, np.arange(len(evidence.mean)) == index
-    ends = (evidence.mode.unknowns.value(np.where(here, z, mean))[index] for z in quantiles(evidence, index))
+    ends = (evidence.mode.unknowns.value(np.where(here, z, mean))[index] for z in evidence.interval_95(index))
     # The typical value of a strength may lie below its null: its coordinate falls then as it rises.
     low, high = sorted(map(float, ends))
     return low, high

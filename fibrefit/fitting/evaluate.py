@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fibrefit.fitting.result import Gap
-from fibrefit.problem.diagnose.motion import Motion, motion_of_fit
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.noise.spectrum import unbroken
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -40,7 +40,7 @@ def evaluate(task: Task, problem: Problem, local: np.ndarray) -> Evaluation:
     local : (n_record, n_local) in SI units
         Values of each record.
     """
-    moved = motion_of_fit(problem, local)
+    moved = Motion.of_fit(problem, local)
     return Evaluation(moved, *_gaps(task, moved.readings))
 
 

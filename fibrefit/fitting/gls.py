@@ -21,26 +21,12 @@ from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, interval_of_share
 from fibrefit.fitting.search.optimum import Ended, Optimum
 from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
-from fibrefit.problem.estimate.evidence import (
-    MarginalLikelihood,
-    as_finely_as_told,
-    laplace,
-    laplace_evidence,
-)
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode, record_wise_start
-from fibrefit.problem.estimate.population import between, covariance_of_all, roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.inputs.linearity_weights import counted
-from fibrefit.problem.linear_model.normal_equations import arrowhead
-from fibrefit.problem.linear_model.unknowns import (
-    Place,
-    Unknowns,
-    fit_unknowns,
-    free_values,
-    local_of,
-    place_of,
-    places_of,
-)
+from fibrefit.problem.linear_model.normal_equations import Arrowhead
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import Noise
@@ -69,19 +55,19 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
         From which to begin as well: where records differ, the plain estimate may lie in another minimum, and take what
         they differ by for errors of their inputs.
     """
-    unknowns = fit_unknowns(plain.problem.layout, plain.values, bars.errors["white"])
+    unknowns = Unknowns.of_fit(plain.problem.layout, plain.values, bars.errors["white"])
     seen = View(plain.problem) if plain.view is None else plain.view
-    place = place_of(unknowns, plain.local)
+    place = unknowns.place_of(plain.local)
     if not len(unknowns.columns):
         return None
     apart_already = plain.view is not None and ended is not None and ended.differ
     if len(unknowns.scattering) and not apart_already:
-        further = () if ended is None else (place_of(unknowns, ended.local),)
+        further = () if ended is None else (unknowns.place_of(ended.local),)
         place = record_wise_start(unknowns, (place, *further), seen, task.horizons)
     if apart_already:
         seen = replace(seen, beforehand=seen)
     if task.steps:
-        seen = _in_steps(task, plain, seen, local_of(unknowns, place))
+        seen = _in_steps(task, plain, seen, unknowns.local_of(place))
     return _relinearised(task, bars, _at_mode(bars, unknowns, place, seen), apart_already)
 
 
@@ -176,11 +162,11 @@ def _at_mode(
     found: GlsEstimate | None = None
     for number in range(1, MOST_ROUNDS + 1):
         if seen.raw is None:
-            seen = replace(seen, problem=with_noise_before_rounding(seen.problem, local_of(unknowns, place)))
+            seen = replace(seen, problem=with_noise_before_rounding(seen.problem, unknowns.local_of(place)))
         left = (
-            seen.residuals(local_of(unknowns, place), DRAWS_OF_ERRORS)[0]
+            seen.residuals(unknowns.local_of(place), DRAWS_OF_ERRORS)[0]
             if evidence is None
-            else seen.residuals_with_noise_power(evidence.mode, roots_of_posterior(evidence), DRAWS_OF_ERRORS)
+            else seen.residuals_with_noise_power(evidence.mode, evidence.posterior_roots(), DRAWS_OF_ERRORS)
         )
         noise = noise_of_residuals(seen.problem, left)
         seen = seen.through(whitening_of(seen.problem, noise))
@@ -220,19 +206,19 @@ def _seen(task: Task, found: GlsEstimate) -> View:
 def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:
     found, layout = evidence.mode, seen.problem.layout
     unknowns = found.unknowns
-    evidence = as_finely_as_told(evidence)
-    places, sizes = places_of(layout, unknowns)
+    evidence = evidence.refined()
+    places, sizes = unknowns.places_in(layout)
     shared = np.array([record is None for _, record in layout.entries])
     slopes = np.concatenate([unknowns.slope(evidence.mean), np.ones(covariance_size(unknowns) - len(unknowns.shared))])
     unit = slopes[places] * sizes
     cautious = evidence if seen.beforehand is None else _cautious(evidence, seen.beforehand, noise)
-    covariance = covariance_of_all(cautious)[np.ix_(places, places)] * np.outer(unit, unit)
+    covariance = cautious.covariance_of_all()[np.ix_(places, places)] * np.outer(unit, unit)
     alike = _alike(cautious, places, unit, covariance, shared)
     # What no record determines is not determined by a flat prior either.
     lost = ~np.isfinite(np.diag(plain_bars.covariance))
     for matrix in (covariance, alike):
         matrix[np.diag_indices_from(matrix)] = np.where(lost, np.inf, np.diag(matrix))
-    values = free_values(layout, unknowns, unknowns.value(evidence.mean), found.place.own)
+    values = unknowns.free_values(layout, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
     local = found.local
     residuals, coefficients = seen.residuals(local, DRAWS_OF_ERRORS)
@@ -242,7 +228,7 @@ def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, n
         residuals=residuals[0],
         bars=bars,
         intervals=_intervals(cautious, places, values, bars.errors["whitened"], shared),
-        between=between(evidence),
+        between=evidence.between_records(),
         noise=noise,
         evidence=evidence,
         seen=seen,
@@ -260,8 +246,8 @@ def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]
     """
     found = evidence.mode
     view = seen.through(whitening_of(seen.problem, noise))
-    there = replace(found, normal=arrowhead(found.unknowns, found.place, view.gram(found.unknowns)))
-    return replace(evidence, mode=there, covariance=laplace(there, evidence.axes).covariance)
+    there = replace(found, normal=Arrowhead.at(found.unknowns, found.place, view.gram(found.unknowns)))
+    return replace(evidence, mode=there, covariance=MarginalLikelihood.of(there, evidence.axes).covariance)
 
 
 def _expected_gap(residuals: np.ndarray, seen: View) -> float:
@@ -307,7 +293,7 @@ def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], f
     Standard deviations between records stay what they are.
     """
     found, layout = gls.evidence.mode, gls.seen.problem.layout
-    place = places_of(layout, found.unknowns)[0][index]
+    place = found.unknowns.places_in(layout)[0][index]
     gram = gls.seen.gram(found.unknowns)
 
     def cost(values: np.ndarray) -> float:
@@ -327,8 +313,8 @@ def error_of_objective(gls: GlsEstimate, index: int) -> float:
     """
     found, layout = gls.evidence.mode, gls.seen.problem.layout
     # What is reported may be summed over a grid without that of the mode, which is one of the usual levels.
-    evidence = laplace(found)
-    place = places_of(layout, found.unknowns)[0][index]
+    evidence = MarginalLikelihood.of(found)
+    place = found.unknowns.places_in(layout)[0][index]
     row = int(np.flatnonzero(np.all(evidence.grid == found.sigma, axis=1))[0])
     return float(np.sqrt(evidence.covariance[row][place, place]) * abs(found.unknowns.slope(found.place.z)[place]))
 

@@ -49,7 +49,7 @@ from fibrefit.fitting.thresholds import FIT_TOLERANCE
 from fibrefit.laws.families import instants
 from fibrefit.problem.diagnose.channels import are_exchanged
 from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.diagnose.newton import balance_check, force_balance, gravity_in_flight, lag_in_contacts
+from fibrefit.problem.diagnose.newton import ForceBalance, Gravity, Lag
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -279,7 +279,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
     problem, seen, sound, normal = best.problem, best.seen, best.sound, plain.scores.normal_matrix()
     minima = Minima(task, starts, second, plain, bars, best, how.rivals)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, _unjudged(problem))
-    force = force_balance(task, best.values)
+    force = ForceBalance.of(task, best.values)
     balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
     doubtful = most_doubtful(problem.layout, best.values, best.bars)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
@@ -304,7 +304,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
         *(() if doubtful is None else (judge.known_to_a_factor(doubtful),)),
         *best.of_intervals,
         *(() if agree is None else (agree,)),
-        *(() if force is None else (balance_check(force),)),
+        *(() if force is None else (force.check(),)),
     )
     return Identification(
         problem=problem,
@@ -356,8 +356,8 @@ def _explained(plain: Optimum, gaps: Gap) -> Check:
 def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tuple[Check, ...]:
     """Whether channels, clock, scale and slope are what the study says, and what one thing more makes of the values."""
     swapped = (judge.exchanged(),) if not explained.passed and are_exchanged(task.traces) else ()
-    gravity = gravity_in_flight(task, best.values, best.seen.motion)
-    lag = lag_in_contacts(task, best.values, best.seen.motion)
+    gravity = Gravity.in_flight(task, best.values, best.seen.motion)
+    lag = Lag.in_contacts(task, best.values, best.seen.motion)
     stated = () if gravity is None else (judge.falls_freely(gravity),)
     stated = stated if lag is None else (*stated, judge.measured_at_once(lag))
     inputs = judge.inputs_within_noise(best.input_errors)

@@ -25,7 +25,6 @@ from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import LESS_PROBABLE
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.linear_model.unknowns import place_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.check import Check
@@ -156,7 +155,7 @@ def _led(gls: GlsEstimate, values: np.ndarray) -> Led:
     """
     found, layout = gls.evidence.mode, gls.seen.problem.layout
     unknowns, local = found.unknowns, np.asarray(layout.local(values))
-    start, gram = place_of(unknowns, local), gls.seen.gram(unknowns)
+    start, gram = unknowns.place_of(local), gls.seen.gram(unknowns)
     end, _ = in_time(partial(mode, unknowns, start, gram, found.sigma), None)
     if end is None or not np.isfinite(end.objective):
         return Led(np.inf, 0.0)

@@ -24,8 +24,7 @@ from fibrefit.fitting.search.each_by_itself import loses
 from fibrefit.fitting.search.optimum import Ended, Optimum, optimum_of_each
 from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
 from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.estimate.gls import hausman_at, hausman_check
-from fibrefit.problem.estimate.population import differ_within
+from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
@@ -119,7 +118,9 @@ class Reported:
     @property
     def of_intervals(self) -> tuple[Check, ...]:
         """Checks of error bars and intervals, where there is a reason to ask."""
-        return *judge.bars_too_small(self.why), *(() if self.gls is None else differ_within(self.gls.evidence))
+        return *judge.bars_too_small(self.why), *(
+            () if self.gls is None else self.gls.evidence.between_records_checks()
+        )
 
     @property
     def estimator(self) -> str:
@@ -211,8 +212,8 @@ def _compared(plain: Optimum, gls: GlsEstimate, bars: ErrorBars) -> tuple[Check,
         return ()
     layout = plain.problem.layout
     moving = np.array([not one.found.at_bound for one in estimates(plain.problem, plain.values, bars)[: layout.size]])
-    found = hausman_at(layout, plain.linear, gls.seen.whitening, None, plain.scores.belief, moving)
-    return (hausman_check(layout.free_names, found),)
+    found = HausmanTest.at(layout, plain.linear, gls.seen.whitening, None, plain.scores.belief, moving)
+    return (found.check(layout.free_names),)
 
 
 def _of_gls(task: Task, plain: Optimum, gls: GlsEstimate) -> Reported:

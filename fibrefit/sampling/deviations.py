@@ -9,26 +9,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.estimate.evidence import (
-    MarginalLikelihood,
-    as_finely_as_told,
-    laplace_evidence,
-)
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import record_wise_start
-from fibrefit.problem.estimate.gls import HausmanTest, hausman_at, hausman_with_input_errors
-from fibrefit.problem.estimate.population import between
-from fibrefit.problem.linear_model.unknowns import Unknowns, fit_unknowns, free_values, local_of, place_of
+from fibrefit.problem.estimate.gls import HausmanTest
+from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.choose import after_step, least_squares_step
 from fibrefit.problem.noise.whitening import Whitening, innovations
-from fibrefit.problem.posterior.log_posterior import (
-    Conditional,
-    InputEffects,
-    LogPosterior,
-    Mixture,
-    RandomEffects,
-    drawn_deviations,
-)
+from fibrefit.problem.posterior.log_posterior import Conditional, InputEffects, LogPosterior, Mixture, RandomEffects
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.matrices import pseudo_inverse
 from fibrefit.problem.task import Task
@@ -64,13 +52,13 @@ class Deviations:
     @property
     def found(self) -> bool:
         """Whether records differ in any parameter more probably than not."""
-        return self.evidence is not None and any(one.found for one in between(self.evidence).values())
+        return self.evidence is not None and any(one.found for one in self.evidence.between_records().values())
 
     def values(self, layout: Layout) -> np.ndarray:
         """Free values ``(n_free,)`` in SI units at the mode."""
         assert self.evidence is not None
         place = self.evidence.mode.place
-        return free_values(layout, self.unknowns, self.unknowns.value(place.z), place.own)
+        return self.unknowns.free_values(layout, self.unknowns.value(place.z), place.own)
 
 
 def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
@@ -90,11 +78,11 @@ def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
     normal = assembled(np.einsum("rin,rjn->rij", rows, left), layout.local_columns, layout.size)
     known = np.diag(pseudo_inverse(normal + layout.prior_gram(values)[:-1, :-1]))
     errors = np.sqrt(np.where(known > 0.0, known, np.inf))
-    unknowns = fit_unknowns(layout, values, errors)
-    place = place_of(unknowns, local)
+    unknowns = Unknowns.of_fit(layout, values, errors)
+    place = unknowns.place_of(local)
     if len(unknowns.scattering) or seen.raw is not None:
         place = record_wise_start(unknowns, [place], seen, task.horizons)
-    return Deviations(unknowns, local_of(unknowns, place))
+    return Deviations(unknowns, unknowns.local_of(place))
 
 
 def gls_deviations(seen: View, where: Deviations) -> Deviations | None:
@@ -111,12 +99,12 @@ def gls_deviations(seen: View, where: Deviations) -> Deviations | None:
     with np.errstate(all="ignore"):
         try:
             found = laplace_evidence(
-                where.unknowns, place_of(where.unknowns, where.local), seen.gram(where.unknowns), sigma
+                where.unknowns, where.unknowns.place_of(where.local), seen.gram(where.unknowns), sigma
             )
         except np.linalg.LinAlgError:
             return None
     sound = np.isfinite(found.log) and np.isfinite(found.spread).all()
-    return Deviations(where.unknowns, found.mode.local, as_finely_as_told(found)) if sound else None
+    return Deviations(where.unknowns, found.mode.local, found.refined()) if sound else None
 
 
 def random_effects_of(
@@ -194,10 +182,10 @@ def hausman_of_records(
     values = np.array([local[record or 0, layout.names.index(slot.name)] for slot, record in apart.entries])
     if seen.raw is None:
         step = least_squares_step(apart, linear, apart.prior_gram(values))
-        found = hausman_at(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
+        found = HausmanTest.at(apart, after_step(apart, linear, step), *noise, apart.prior_gram(values + step))
     else:
         without = linear._replace(residuals=seen.without_errors(np.asarray(linear.residuals)))
-        found = hausman_with_input_errors(apart, without, seen.raw, noise, apart.prior_gram(values))
+        found = HausmanTest.with_input_errors(apart, without, seen.raw, noise, apart.prior_gram(values))
     scores, efficiency = np.full(layout.size, np.nan), np.empty(layout.size)
     for i, (slot, record) in enumerate(layout.entries):
         own = [k for k, (s, r) in enumerate(apart.entries) if s.name == slot.name and record in (None, r)]
@@ -241,7 +229,7 @@ def between_of(density: LogPosterior, where: Deviations, points: np.ndarray) -> 
     weight = np.exp(logs - logs.max(axis=1, keepdims=True))
     whole = np.zeros(len(evidence.grid))
     whole[_kept(evidence)] = np.mean(weight / weight.sum(axis=1, keepdims=True), axis=0)
-    return between(replace(evidence, weight=whole))
+    return replace(evidence, weight=whole).between_records()
 
 
 def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.ndarray:
@@ -258,9 +246,7 @@ def records_at(density: LogPosterior, points: np.ndarray, seed: int = 0) -> np.n
         return local
     known = _known(density, jnp.asarray(points))
     random = np.random.default_rng(seed)
-    eta = np.stack(
-        [drawn_deviations(density.random_effects, Conditional(*one), random) for one in zip(*known, strict=True)]
-    )
+    eta = np.stack([density.random_effects.drawn(Conditional(*one), random) for one in zip(*known, strict=True)])
     local[:, :, list(density.random_effects.columns)] *= np.exp(eta)
     return local
 

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.problem.estimate.gls import HausmanTest, level_of
-from fibrefit.problem.estimate.population import roots_of_posterior
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
 from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
@@ -19,7 +18,7 @@ from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_ste
 from fibrefit.problem.noise.whitening import Levelled
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
-from fibrefit.problem.posterior.prior import Density, Prior, Priors, priors_of
+from fibrefit.problem.posterior.prior import Density, Prior, Priors
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.sampling.deviations import (
@@ -144,7 +143,7 @@ def prepare(
     there = seen.through(Levelled(likelihood.whitening, jnp.asarray(spread)))
     inputs = input_effects_of(there, local, spread)
     random_effects = None if where is None else random_effects_of(there, where, spread, inputs)
-    priors = priors_of(layout, task.problem.model, start, stated)
+    priors = Priors.of(layout, task.problem.model, start, stated)
     density = density_of(seen.problem, priors, likelihood)
     density = replace(density, random_effects=random_effects, inputs=inputs)
     target = _target(task, priors, density, request.settings)
@@ -224,7 +223,7 @@ def _noise_left(task: Task, seen: View, where: Deviations, request: PosteriorReq
     linear = linear._replace(residuals=rows[0])
     if (known := where.evidence) is None:
         return noise_model_of(task, seen.problem, linear, request, rows)
-    left = seen.residuals_with_noise_power(known.mode, roots_of_posterior(known), DRAWS_OF_ERRORS)
+    left = seen.residuals_with_noise_power(known.mode, known.posterior_roots(), DRAWS_OF_ERRORS)
     return noise_model_of(task, seen.problem, linear, request, left)
 
 

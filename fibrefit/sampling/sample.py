@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.estimate.gls import hausman_check
-from fibrefit.problem.estimate.population import differ_within
 from fibrefit.problem.noise.likelihood import unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Prior
@@ -97,7 +95,7 @@ def _concluded(
         marginals=summary,
         checks=(
             *checks,
-            hausman_check(target.names, ready.hausman),
+            ready.hausman.check(target.names),
             *_differ_within(ready),
             judge.residual_size(task.problem.model.rig.channels, ready.ratio),
         ),
@@ -126,7 +124,7 @@ def _gap(task: Task, ready: Ready) -> dict[str, ChannelGap]:
 def _differ_within(ready: Ready) -> list[Check]:
     """Whether records differ by no more than is looked for, as a fit asks; nothing where nobody has to."""
     evidence = None if ready.deviations is None else ready.deviations.evidence
-    return [] if evidence is None else differ_within(evidence)
+    return [] if evidence is None else evidence.between_records_checks()
 
 
 def _between(ready: Ready, course: ChainHistory) -> dict[str, BetweenRecordsSummary]:

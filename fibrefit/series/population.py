@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fibrefit.problem.estimate.population import INSIDE_95, mixture_quantile
+from fibrefit.problem.estimate.evidence import INSIDE_95, mixture_quantile
 from fibrefit.series.thresholds import LOGARITHMIC
 
 POINTS = 200

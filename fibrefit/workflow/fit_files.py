@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.fitting.misfit.at_bounds import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
-from fibrefit.problem.formulate.formulate import belief_of
+from fibrefit.problem.statement.layout import Belief
 from fibrefit.problem.statement.matrices import correlation_matrix
 from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
@@ -102,7 +102,7 @@ def _taken_for_exact(study: Study) -> tuple[str, ...]:
 def _not_weighed(study: Study, problem: Problem) -> tuple[str, ...]:
     """What is said of priors that only `sample` weighs."""
     stated = study.settings({parameter.name: parameter for parameter in problem.model.parameters})
-    dropped = [one for one in stated.values() if one.prior is not None and not one.fixed and belief_of(one) is None]
+    dropped = [one for one in stated.values() if one.prior is not None and not one.fixed and Belief.of(one) is None]
     return tuple(prior_not_weighed(one.name, one.shared) for one in dropped)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.formatting import Card, Shown
 from fibrefit.core.paths import record_stems, write_whole
-from fibrefit.problem.diagnose.motion import motion
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.task import Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.hdf5 import Variable, write_result
@@ -182,4 +182,4 @@ def simulate_study(study: Study | str | Path) -> Simulation:
     task = task_of(study)
     if not is_planned(study):
         task = with_nuisances_found(task).task
-    return Simulation(study, task, motion(task.problem, jnp.asarray(task.start)).readings)
+    return Simulation(study, task, Motion.of(task.problem, jnp.asarray(task.start)).readings)

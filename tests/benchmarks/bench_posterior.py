@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from emcee import EnsembleSampler
 
-from fibrefit.problem.posterior.prior import priors_of
+from fibrefit.problem.posterior.prior import Priors
 from fibrefit.problem.task import Task
 from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of, density_of, noise_model_of
 from fibrefit.sampling.sample import sample_posterior
@@ -54,7 +54,7 @@ def median_of(run: Callable[[], object], times: int) -> float:
 def density(task: Task, values: np.ndarray, noise: str) -> tuple[Batched, np.ndarray]:
     linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(values)))
     model = noise_model_of(task, task.problem, linear, PosteriorRequest(noise))
-    priors = priors_of(task.problem.layout, task.problem.model, values, {})
+    priors = Priors.of(task.problem.layout, task.problem.model, values, {})
     posterior = density_of(task.problem, priors, model.likelihood)
     return Batched(posterior, 16), coordinates_of(posterior, values)
 

@@ -28,9 +28,8 @@ from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.problem.diagnose.motion import motion
-from fibrefit.problem.linear_model.normal_equations import local_grams, score_test
-from fibrefit.problem.linear_model.unknowns import place_of
+from fibrefit.problem.diagnose.motion import Motion
+from fibrefit.problem.linear_model.normal_equations import ScoreTest
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation
@@ -82,7 +81,7 @@ def laid(task: Task) -> Search:
 
 def read_from(problem: Problem, values: np.ndarray) -> Problem:
     """The problem with the readings of a model in place of those measured."""
-    readings = motion(problem, jnp.asarray(values)).readings
+    readings = Motion.of(problem, jnp.asarray(values)).readings
     measured = {channel: readings[channel] for channel in problem.observations.measured}
     return eqx.tree_at(lambda p: p.observations, problem, problem.observations._replace(measured=measured))
 
@@ -227,10 +226,10 @@ def test_noise_drawn_through_the_matrices_of_a_study_is_no_more_often_as_loud_as
     ways = [(effect, *directions(effect)[0].strengths[0]) for effect in search.effects[: len(TRIED)]]
     columns = np.array([supermodel.names.index(f"{effect.name}.{name}") for effect, name, _ in ways])
     unknowns, sigma = screen.unknowns(supermodel), parent.evidence.mode.sigma
-    place = place_of(unknowns, parent.local, parent.evidence.mode.place.eta)
+    place = unknowns.place_of(parent.local, parent.evidence.mode.place.eta)
     further = columns, np.array([slightly(supermodel, e, f"{e.name}.{name}", weak) for e, name, weak in ways])
-    products = local_grams(unknowns, place, screen.gram(supermodel), further)
-    covariance = score_test(unknowns, place, products, len(ways), sigma).covariance
+    products = unknowns.local_grams(place, screen.gram(supermodel), further)
+    covariance = ScoreTest.of(unknowns, place, products, len(ways), sigma).covariance
     size, draws = np.sqrt(np.diag(covariance)), 200_000
     drawn = np.random.default_rng(7).multivariate_normal(np.zeros(len(ways)), covariance, draws) / size
     often = np.mean(np.max(0.5 * drawn**2, axis=1) - PRICE >= log_factor)

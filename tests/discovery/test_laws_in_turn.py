@@ -23,7 +23,7 @@ from fibrefit.discovery.laws.source import composed, effect_of_law
 from fibrefit.discovery.laws.told import HeldLaw, held_laws
 from fibrefit.discovery.search import alarms
 from fibrefit.discovery.search.inputs import Confirmation
-from fibrefit.problem.linear_model.normal_equations import Differences
+from fibrefit.problem.linear_model.unknowns import Differences
 from tests.discovery.test_pairs import Model
 
 NONE: Any = None
@@ -137,7 +137,9 @@ def test_overdispersion_of_many_values_is_that_of_their_mean_and_not_of_the_larg
     names = [f"c{i}" for i in range(80)]
     rng = np.random.default_rng(1)
     sound = rng.chisquare(60, size=80) / 60
-    at = SimpleNamespace(unknowns=SimpleNamespace(names=["stiffness", *names]), place=NONE)
+    steps = Differences(NONE, NONE, NONE, np.ones((1, 1)))
+    at: Any = SimpleNamespace(place=NONE)
+    at.unknowns = SimpleNamespace(names=["stiffness", *names], differences=lambda *of: steps)
     evidence = SimpleNamespace(mode=at, covariance=[np.eye(2)], weight=np.array([1.0]))
     fitted: Any = SimpleNamespace(evidence=evidence, supermodel=NONE, effects=(), local=np.zeros((1, 1)))
     parent: Any = SimpleNamespace(supermodel=NONE, local=np.zeros((1, 1)), effects=())
@@ -145,14 +147,13 @@ def test_overdispersion_of_many_values_is_that_of_their_mean_and_not_of_the_larg
     inference = LaplaceInference(cast(Any, SimpleNamespace(whole=NONE)), {}, cast(Any, noise))
     kept = np.ones((1, 1, 1))
     monkeypatch.setattr(laplace_inference, "stretch_products", lambda *of: kept)
-    monkeypatch.setattr(laplace_inference, "differences", lambda *of: Differences(NONE, NONE, NONE, np.ones((1, 1))))
     monkeypatch.setattr(laplace_inference, "transferred", lambda *of: NONE)
     monkeypatch.setattr(laplace_inference, "_without", lambda *of: NONE)
     monkeypatch.setattr(laplace_inference, "change_products", lambda *of: NONE)
     monkeypatch.setattr(laplace_inference, "overdispersion_of_change", lambda change: 1.0)
     for times in (1.0, 4.0):
         ratios = np.r_[9.0, times * sound]
-        monkeypatch.setattr(laplace_inference, "overdispersion_of_scores", lambda *of, ratios=ratios: ratios)
+        at.overdispersion = lambda *of, ratios=ratios: ratios
         found = inference.overdispersion(parent, fitted, names)
         assert found == pytest.approx(max(1.0, times * sound.mean()))
     assert sound.max() > 1.3

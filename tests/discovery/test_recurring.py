@@ -23,7 +23,6 @@ from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.families import instants_of, of_each, of_records
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.linear_model.unknowns import local_of, place_of
 from fibrefit.problem.task import Task
 from fibrefit.workflow.discovery.statements import statements_of
 from tests.discovery.made import identified, named, with_estimates
@@ -92,7 +91,7 @@ def test_the_likeliest_instants_are_those_at_which_records_cost_least(task: Task
     supermodel, names = search.base.supermodel, instants_of(slip)
     unknowns = unknowns_of(supermodel, search.context, (slip,), search.inference.reference)
     columns = [supermodel.names.index(f"{slip.name}.{name}") for name in names]
-    start = place_of(unknowns, search.base.fit.local)
+    start = unknowns.place_of(search.base.fit.local)
     wanted = np.array([0.41, 0.73])
 
     def gram(local: np.ndarray, columns_of: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -104,15 +103,15 @@ def test_the_likeliest_instants_are_those_at_which_records_cost_least(task: Task
         products[np.abs(away - 0.05) < 0.02] = np.nan
         return products
 
-    moved = local_of(unknowns, likeliest_instants(unknowns, start, slip, gram))
+    moved = unknowns.local_of(likeliest_instants(unknowns, start, slip, gram))
     found = moved[np.arange(2), columns] if records == 2 else moved[:, columns[0]]
     assert found == pytest.approx(wanted, abs=0.01) if records == 2 else 0.4 < found[0] < 0.74
     others = np.setdiff1d(np.arange(moved.shape[1]), columns)
-    np.testing.assert_allclose(moved[:, others], local_of(unknowns, start)[:, others], rtol=1e-9)
+    np.testing.assert_allclose(moved[:, others], unknowns.local_of(start)[:, others], rtol=1e-9)
     # Where they are already nothing is moved, and nothing has to be fitted anew.
     there = start.rest.copy()
     there[:, columns] = wanted if records == 2 else found[0]
-    best = place_of(unknowns, there)
+    best = unknowns.place_of(there)
     assert likeliest_instants(unknowns, best, slip, gram) is best
 
 

@@ -43,7 +43,8 @@ def fitted_curve() -> Any:
     bounds = np.full(len(z), np.inf)
     # A descent ends before it is there; the mean is where a last step would lead.
     place = Place(z + 0.1 * RANDOM.standard_normal(len(z)), np.zeros((1, 0)), np.zeros((1, 0)), np.zeros((1, 0)))
-    mode = SimpleNamespace(place=place, unknowns=SimpleNamespace(lower=-bounds, upper=bounds))
+    unknowns = SimpleNamespace(lower=-bounds, upper=bounds, local_of=lambda place: place.z)
+    mode = SimpleNamespace(place=place, unknowns=unknowns)
     evidence = SimpleNamespace(spread=np.linalg.inv(precision), mean=z, mode=mode)
     fitted = SimpleNamespace(evidence=evidence, supermodel=None)
     return SimpleNamespace(probe=FrictionOfSpeed, knots=KNOTS, heights=SIZE * z[BASE:], walk=walk, fitted=fitted)
@@ -63,7 +64,6 @@ def test_a_law_costs_what_it_does_with_base_parameters_refitted(seed: int) -> No
 
 
 def test_base_parameters_are_where_they_cost_least_beside_a_law(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(relaxation, "local_of", lambda unknowns, place: place.z)
     monkeypatch.setattr(relaxation, "transferred", lambda supermodel, other, local: local)
     heights = RANDOM.standard_normal(len(KNOTS))
     values = np.interp(places_along(KNOTS), KNOTS, heights)
@@ -72,7 +72,6 @@ def test_base_parameters_are_where_they_cost_least_beside_a_law(monkeypatch: pyt
 
 
 def test_base_parameters_stay_beside_the_curve_itself_and_inside_their_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(relaxation, "local_of", lambda unknowns, place: place.z)
     monkeypatch.setattr(relaxation, "transferred", lambda supermodel, other, local: local)
     one = fitted_curve()
     values = np.interp(places_along(KNOTS), KNOTS, one.heights)

@@ -114,7 +114,7 @@ def test_what_slopes_predict_of_curves_is_found_once(
     found = identified(task)
     search, base = prepared_search(task, found, [], quiet, tmp_path)
     probes = predicted.PROBES[:2]
-    weigh = counted(monkeypatch, laplace_inference, "laplace")
+    weigh = counted(monkeypatch, laplace_inference.MarginalLikelihood, "of")
     looks = [predicted.look_at(search, base, found, tuple(PORTS), probes)]
     times = weigh.call_count
     assert times

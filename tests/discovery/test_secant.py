@@ -14,7 +14,7 @@ from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.problem.estimate.gauss_newton import MODE_TOLERANCE, mode
 from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arrowhead, local_grams
+from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
 from tests.problem.toys import NAMES, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -80,7 +80,7 @@ def test_a_mode_ends_with_slopes_of_its_own_place(seed: int, deviation: float) -
     of, bench = unknowns(), Bench(Linear.drawn(seed, TRUTH, scatter=0.3), CURVED)
     start = begun(of)._replace(eta=np.full((4, 1), deviation))
     found = mode(of, start, SecantGram(bench, COUNTS), np.array([0.02]))  # type: ignore[arg-type]
-    there = arrowhead(of, found.place, gram_of(bench.residuals))
+    there = Arrowhead.at(of, found.place, gram_of(bench.residuals))
     np.testing.assert_allclose(found.normal.shared, there.shared, rtol=1e-6)
     np.testing.assert_allclose(found.normal.pulls, there.pulls, rtol=1e-6, atol=1e-6)
 
@@ -103,7 +103,7 @@ def test_a_wrong_seed_leads_to_the_same_mode() -> None:
         seeds.append(other.slopes(local, columns, targets, COUNTS))
         return seeds[0].grams(None)
 
-    local_grams(unknowns(), begun(unknowns()), keep)
+    unknowns().local_grams(begun(unknowns()), keep)
     secant = SecantGram(bench, COUNTS, Seed(NAMES, seeds[0]))  # type: ignore[arg-type]
     found = found_with(secant)
     assert found.objective == pytest.approx(exact.objective, abs=MODE_TOLERANCE)
@@ -117,9 +117,9 @@ def test_a_seed_saves_the_simulations_it_stands_for() -> None:
         seeds.append(bench.slopes(local, columns[:2], targets[:, :2], COUNTS))
         return gram_of(bench.residuals)(local, columns, targets)
 
-    whole = local_grams(of, begun(of), keep)
+    whole = of.local_grams(begun(of), keep)
     bench.simulated = 0
-    grams = local_grams(of, begun(of), SecantGram(bench, COUNTS, Seed(NAMES[:2], seeds[0])))  # type: ignore[arg-type]
+    grams = of.local_grams(begun(of), SecantGram(bench, COUNTS, Seed(NAMES[:2], seeds[0])))  # type: ignore[arg-type]
     assert bench.simulated == 1 + 3
     np.testing.assert_allclose(grams, whole, rtol=1e-9, atol=1e-9)
 

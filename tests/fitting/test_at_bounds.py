@@ -15,9 +15,9 @@ from fibrefit.fitting.estimates import ErrorBars
 from fibrefit.fitting.misfit.at_bounds import AtBound, at_bounds, inside_bounds, pulls_of_gls, pulls_of_plain, with_ends
 from fibrefit.fitting.thresholds import CHANCE
 from fibrefit.fitting.uncertainty import Scores
-from fibrefit.problem.estimate.evidence import as_far_as_told, laplace
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arranged
-from fibrefit.problem.linear_model.unknowns import Place, fit_unknowns
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import Check
@@ -122,7 +122,7 @@ def test_a_value_that_no_record_sees_is_stopped_by_nothing() -> None:
 
 def likelihood(layout: Layout, values: np.ndarray, local: np.ndarray, left: list[np.ndarray]) -> Any:
     """A likelihood of white noise at a place, residuals of each record being known there."""
-    unknowns, columns = fit_unknowns(layout, values, np.full(2, 0.01)), slopes()
+    unknowns, columns = Unknowns.of_fit(layout, values, np.full(2, 0.01)), slopes()
     # A record may deviate to beyond a bound, the value that all share may not.
     logs = np.log(np.maximum(local, 1e-9) / np.where(unknowns.log, unknowns.reference, 1.0))
     coordinates = np.where(unknowns.log, logs, (local - unknowns.reference) / unknowns.scale)
@@ -134,8 +134,8 @@ def likelihood(layout: Layout, values: np.ndarray, local: np.ndarray, left: list
         rows = np.concatenate([columns * slope, residuals[:, None]], axis=1)
         grams.append(rows.T @ rows)
     sigma = np.full(len(unknowns.scattering), 0.08)
-    mode = PosteriorMode(unknowns, place, arranged(unknowns, np.stack(grams)), sigma, 0.0, 1)
-    evidence = as_far_as_told(laplace(mode))
+    mode = PosteriorMode(unknowns, place, Arrowhead.of(unknowns, np.stack(grams)), sigma, 0.0, 1)
+    evidence = MarginalLikelihood.of(mode).extended()
     return SimpleNamespace(evidence=evidence, seen=SimpleNamespace(problem=SimpleNamespace(layout=layout)))
 
 

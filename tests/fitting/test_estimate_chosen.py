@@ -139,16 +139,18 @@ def test_a_mode_that_is_crept_up_to_gets_further_rounds(
         asked.append(len(asked))
         reduction = promised[asked[-1]]
         place = SimpleNamespace(predicted_reduction=reduction, place=None, sigma=None)
-        return None if reduction is None else SimpleNamespace(mode=place, number=asked[-1])
+        return (
+            None if reduction is None else SimpleNamespace(mode=place, number=asked[-1], posterior_roots=lambda: None)
+        )
 
     monkeypatch.setattr(gls, "_laplace_evidence", evidence)
     monkeypatch.setattr(gls, "_estimate", lambda bars, evidence, seen, noise: evidence.number)
-    monkeypatch.setattr(gls, "local_of", lambda *of: None)
-    for name in ("noise_of_residuals", "whitening_of", "roots_of_posterior"):
+    for name in ("noise_of_residuals", "whitening_of"):
         monkeypatch.setattr(gls, name, lambda *of: ())
     seen: Any = SimpleNamespace(raw=1, problem=None, residuals=lambda *of: [None])
     seen.residuals_with_noise_power = lambda *of: None
     seen.through = lambda whitening: seen
-    found: Any = gls._at_mode(None, None, None, seen)  # type: ignore[arg-type]
+    unknowns: Any = SimpleNamespace(local_of=lambda place: None)
+    found: Any = gls._at_mode(None, unknowns, None, seen)  # type: ignore[arg-type]
     assert (found, len(asked)) == (stands, rounds)
     assert 0.01 <= ROUGHLY < 0.2

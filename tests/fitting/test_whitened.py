@@ -177,7 +177,7 @@ def test_where_both_estimates_part_the_plain_one_stands(
     hausman_test = Check(
         name="the estimates agree", passed=False, statistic=1e-6, threshold=1e-3, quantity="Hausman test"
     )
-    monkeypatch.setattr(last_step, "hausman_check", lambda names, found: hausman_test)
+    monkeypatch.setattr(last_step.HausmanTest, "check", lambda found, names: hausman_test)
     again = identify(task, starts=1)
     assert again.estimator == "ordinary least squares"
     assert "(failed: Hausman test)" in estimator_sentence(again.why)

@@ -52,8 +52,6 @@ def test_where_errors_of_inputs_lead_nowhere_the_values_stay_and_nothing_has_con
     look.end, look.view = SimpleNamespace(place="end", predicted_reduction=0.01), "about it"
     view = SimpleNamespace(beforehand=None)
     for name, what in {
-        "fit_unknowns": None,
-        "place_of": None,
         "no_errors": {"drive": "none"},
         "_reactions": [None],
         "_values": "values",
@@ -65,6 +63,7 @@ def test_where_errors_of_inputs_lead_nowhere_the_values_stay_and_nothing_has_con
         "corrected": "corrected",
     }.items():
         monkeypatch.setattr(module, name, lambda *of, what=what, **more: what)
+    monkeypatch.setattr(module.Unknowns, "of_fit", lambda *of: SimpleNamespace(place_of=lambda local: None))
     layout = SimpleNamespace(size=1, local=lambda values: np.zeros((1, 1)), records=("drive.csv",))
     task: Any = SimpleNamespace(problem=SimpleNamespace(layout=layout))
     found = with_input_errors(task, {}, np.array([3.0]))

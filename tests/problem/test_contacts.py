@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting.checks import measured_at_once
-from fibrefit.problem.diagnose.motion import Motion, motion
-from fibrefit.problem.diagnose.newton import Lag, lag_in_contacts
+from fibrefit.problem.diagnose.motion import Motion
+from fibrefit.problem.diagnose.newton import Lag
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -38,7 +38,7 @@ def dropped() -> Dropped:
     values = np.array(task.start)
     for name, value in TRUE.items():
         values[task.problem.layout.free_names.index(name)] = value
-    return task, motion(task.problem, jnp.asarray(values)), values
+    return task, Motion.of(task.problem, jnp.asarray(values)), values
 
 
 def measured(dropped: Dropped, late: float = 0.0, noise: Noise | None = None, seed: int = 0) -> Task:
@@ -60,7 +60,7 @@ def measured(dropped: Dropped, late: float = 0.0, noise: Noise | None = None, se
 
 
 def found(dropped: Dropped, task: Task, moved: Motion | None = None) -> Lag:
-    lag = lag_in_contacts(task, dropped[2], moved or dropped[1])
+    lag = Lag.in_contacts(task, dropped[2], moved or dropped[1])
     assert lag is not None
     return lag
 
@@ -91,7 +91,7 @@ def test_it_does_not_hang_on_the_model_of_the_fibre(dropped: Dropped) -> None:
     names = task.problem.layout.free_names
     other[names.index("stiffness")] *= 0.7
     other[names.index("damping")] *= 3.0
-    lag = found(dropped, measured(dropped), motion(task.problem, jnp.asarray(other)))
+    lag = found(dropped, measured(dropped), Motion.of(task.problem, jnp.asarray(other)))
     assert abs(lag.late) < 1e-4
 
 
@@ -129,9 +129,9 @@ def test_a_contact_with_gaps_in_its_force_tells_nothing(dropped: Dropped, late: 
 @pytest.mark.parametrize("value", [np.nan, 0.0])
 def test_a_record_without_contacts_tells_nothing(dropped: Dropped, value: float) -> None:
     task = with_force(measured(dropped, 1e-3), lambda force: np.full(len(force), value))
-    assert lag_in_contacts(task, dropped[2], dropped[1]) is None
+    assert Lag.in_contacts(task, dropped[2], dropped[1]) is None
 
 
 def test_a_rig_that_nothing_falls_in_has_no_such_check() -> None:
     task = task_of(load_study(CONFIGS / "drive_series"))
-    assert lag_in_contacts(task, task.start, motion(task.problem, jnp.asarray(task.start))) is None
+    assert Lag.in_contacts(task, task.start, Motion.of(task.problem, jnp.asarray(task.start))) is None

@@ -12,7 +12,7 @@ import pytest
 from fibrefit.fitting.checks import falls_freely
 from fibrefit.problem.diagnose import newton
 from fibrefit.problem.diagnose.motion import SLACK, Motion
-from fibrefit.problem.diagnose.newton import gravity_in_flight
+from fibrefit.problem.diagnose.newton import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -95,7 +95,7 @@ def test_noise_is_told_as_the_error(dropped: Dropped, name: str) -> None:
     """The negative control: records without a fault pass, and gravity scatters by its error."""
     random, scores = np.random.default_rng(17), []
     for _ in range(DRAWS):
-        found = gravity_in_flight(
+        found = Gravity.in_flight(
             measured(dropped, drawn(dropped, NOISES[name], random), NOISES[name]), dropped[0].start, dropped[1]
         )
         assert found is not None
@@ -118,14 +118,14 @@ def test_another_clock_is_another_gravity(dropped: Dropped, pace: float) -> None
             positions[r, start:end] = np.interp(
                 middle + (own - middle) / pace, trace.times, positions[r, : len(trace.times)]
             )
-    found = gravity_in_flight(measured(dropped, positions, NOISES["white"]), task.start, moved)
+    found = Gravity.in_flight(measured(dropped, positions, NOISES["white"]), task.start, moved)
     assert found is not None
     assert found.excess == pytest.approx(pace**-2 - 1.0, rel=0.03)
     assert falls_freely(found).passed == (abs(pace - 1.0) < 0.0025)
 
 
 def test_a_larger_scale_is_a_larger_gravity(dropped: Dropped) -> None:
-    found = gravity_in_flight(
+    found = Gravity.in_flight(
         measured(dropped, 1.03 * readings(dropped), NOISES["white"]), dropped[0].start, dropped[1]
     )
     assert found is not None
@@ -140,7 +140,7 @@ def test_contacts_that_the_model_has_late_or_early_are_no_gravity(dropped: Dropp
     shifted = replace(
         moved, phase=np.roll(moved.phase, late, axis=1), states=moved_on, readings={"position": moved_on["position"]}
     )
-    found = gravity_in_flight(measured(dropped, readings(dropped), NOISES["white"]), task.start, shifted)
+    found = Gravity.in_flight(measured(dropped, readings(dropped), NOISES["white"]), task.start, shifted)
     assert found is not None
     assert abs(found.excess) < 2e-3
 
@@ -148,7 +148,7 @@ def test_contacts_that_the_model_has_late_or_early_are_no_gravity(dropped: Dropp
 def test_a_clock_in_the_model_counts_as_stated(dropped: Dropped) -> None:
     task, moved = dropped
     scaled = replace(moved, readings={"position": 1.03 * readings(dropped)})
-    found = gravity_in_flight(measured(dropped, 1.03 * readings(dropped), NOISES["white"]), task.start, scaled)
+    found = Gravity.in_flight(measured(dropped, 1.03 * readings(dropped), NOISES["white"]), task.start, scaled)
     assert found is not None
     assert abs(found.excess) < 1e-4
 
@@ -156,8 +156,8 @@ def test_a_clock_in_the_model_counts_as_stated(dropped: Dropped) -> None:
 def test_what_is_left_is_louder_than_the_rests(dropped: Dropped) -> None:
     """Noise ten times as loud in flight as at rest: the error is that of the flights."""
     loud = drawn(dropped, NOISES["white"].scaled(10.0), np.random.default_rng(3))
-    quiet = gravity_in_flight(measured(dropped, loud, NOISES["white"]), dropped[0].start, dropped[1])
-    known = gravity_in_flight(measured(dropped, loud, NOISES["white"].scaled(10.0)), dropped[0].start, dropped[1])
+    quiet = Gravity.in_flight(measured(dropped, loud, NOISES["white"]), dropped[0].start, dropped[1])
+    known = Gravity.in_flight(measured(dropped, loud, NOISES["white"].scaled(10.0)), dropped[0].start, dropped[1])
     assert quiet is not None
     assert known is not None
     assert quiet.error == pytest.approx(known.error, rel=0.1)
@@ -168,14 +168,14 @@ def test_flights_one_way_tell_nothing(dropped: Dropped) -> None:
     task, moved = dropped
     vertical = np.array([trace.conditions["inclination"] > 1.5 for trace in task.traces])[:, None]
     both = np.where(vertical, moved.phase, 0)
-    assert gravity_in_flight(task, task.start, replace(moved, phase=both)) is not None
+    assert Gravity.in_flight(task, task.start, replace(moved, phase=both)) is not None
     downwards = np.where(moved.states["speed"] > 0.03, both, 0)
     positions = measured(dropped, readings(dropped), NOISES["white"])
-    assert gravity_in_flight(positions, task.start, replace(moved, phase=downwards)) is None
+    assert Gravity.in_flight(positions, task.start, replace(moved, phase=downwards)) is None
     never = replace(moved, phase=np.zeros_like(moved.phase))
-    assert gravity_in_flight(task, task.start, never) is None
+    assert Gravity.in_flight(task, task.start, never) is None
     driven = task_of(load_study(CONFIGS / "guided_axis"))
-    assert gravity_in_flight(driven, driven.start, moved) is None
+    assert Gravity.in_flight(driven, driven.start, moved) is None
 
 
 def test_shortest_flights_are_left_out() -> None:

@@ -21,8 +21,8 @@ from fibrefit.problem.estimate.gauss_newton import (
     record_wise_start,
     step_within,
 )
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arrowhead
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns, local_of, penalty, place_of
+from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from tests.problem.toys import NAMES, Linear, begun, bounded, dense, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])
@@ -73,7 +73,7 @@ def test_where_slopes_are_no_numbers_nothing_is_predicted() -> None:
 def test_matrices_are_those_of_the_columns() -> None:
     of, linear = unknowns(), Linear.drawn(2, TRUTH)
     design, own = linear.design(of), 3
-    found = arrowhead(of, begun(of), linear.gram)
+    found = Arrowhead.at(of, begun(of), linear.gram)
     np.testing.assert_allclose(found.shared, design[:, :3].T @ design[:, :3], rtol=EXACT)
     for r in range(4):
         mine = design[:, 3 + r * own : 3 + (r + 1) * own]
@@ -251,14 +251,14 @@ def test_a_curved_model_ends_where_scipy_ends() -> None:
 
     def stacked(x: np.ndarray) -> np.ndarray:
         place = Place(x[:2], x[2:7, None], x[7:, None], start.rest)
-        return np.concatenate([residuals(local_of(of, place)).ravel(), x[:2], x[7:] / sigma])
+        return np.concatenate([residuals(of.local_of(place)).ravel(), x[:2], x[7:] / sigma])
 
     scipy = least_squares(stacked, np.concatenate([start.z, np.zeros(10)]), xtol=1e-15, ftol=1e-15, gtol=1e-12)
     assert found.objective == pytest.approx(2.0 * scipy.cost, rel=EXACT)
     np.testing.assert_allclose(unfolded_of(found), scipy.x, atol=1e-5)
     # What it says it ends with is what its values give.
     cost = np.sum(residuals(found.local) ** 2)
-    assert found.objective == pytest.approx(cost + penalty(of, found.place, sigma), rel=EXACT)
+    assert found.objective == pytest.approx(cost + of.penalty(found.place, sigma), rel=EXACT)
 
 
 def unfolded_of(found: PosteriorMode) -> np.ndarray:
@@ -269,20 +269,20 @@ def test_a_place_made_of_values_gives_them_back() -> None:
     of = unknowns((0, 1))
     random = np.random.default_rng(10)
     z = np.array([0.2, -0.4, 0.6])
-    local = local_of(of, Place(z, random.standard_normal((4, 2)), np.zeros((4, 2)), np.zeros((4, 5))))
+    local = of.local_of(Place(z, random.standard_normal((4, 2)), np.zeros((4, 2)), np.zeros((4, 5))))
     local[:, :2] *= np.exp(0.01 * random.standard_normal((4, 2)))
-    np.testing.assert_allclose(local_of(of, place_of(of, local)), local, rtol=1e-12)
+    np.testing.assert_allclose(of.local_of(of.place_of(local)), local, rtol=1e-12)
     # Deviations that are known are taken off, also where their mean is not nothing: the place is the one it was.
     eta = 0.1 * random.standard_normal((4, 2)) + 0.05
-    there = place_of(of, local)._replace(eta=eta)
-    again = place_of(of, local_of(of, there), eta)
+    there = of.place_of(local)._replace(eta=eta)
+    again = of.place_of(of.local_of(there), eta)
     np.testing.assert_allclose(again.z, there.z, atol=1e-12)
     np.testing.assert_array_equal(again.eta, eta)
     # Told the deviations, it takes them as they are.
-    told = place_of(of, local, np.zeros((4, 2)))
+    told = of.place_of(local, np.zeros((4, 2)))
     assert not told.eta.any()
     np.testing.assert_allclose(np.log(of.value(told.z)[:2]), np.log(local[:, :2]).mean(axis=0), rtol=1e-12)
-    outside = place_of(bounded(of, upper=(0, 0.1)), local)
+    outside = bounded(of, upper=(0, 0.1)).place_of(local)
     assert outside.z[0] == 0.1
 
 
@@ -315,13 +315,13 @@ def test_a_motion_that_is_lost_at_the_start_is_told_and_not_raised(lost: float) 
 @pytest.mark.parametrize("share", [1e-6, 1e-3, 0.1, 0.5, 0.8])
 def test_a_step_has_the_size_of_the_radius_and_is_predicted_to_gain_less_the_shorter_it_is(share: float) -> None:
     of, linear = unknowns(), Linear.drawn(11, TRUTH)
-    at = PosteriorMode(of, begun(of), arrowhead(of, begun(of), linear.gram), np.array([0.05]), np.inf, 1)
+    at = PosteriorMode(of, begun(of), Arrowhead.at(of, begun(of), linear.gram), np.array([0.05]), np.inf, 1)
     whole = step_within(at, 1e9)
     shorter = step_within(at, share * whole.size)
     assert shorter.size == pytest.approx(share * whole.size, rel=0.11)
     # Q along any way falls at most as it does at its start.
     assert 0.0 < shorter.predicted_reduction < min(whole.predicted_reduction, shorter.slope)
-    here = penalty(of, shorter.place, at.sigma) + np.sum(linear.residuals(local_of(of, shorter.place)) ** 2)
+    here = of.penalty(shorter.place, at.sigma) + np.sum(linear.residuals(of.local_of(shorter.place)) ** 2)
     assert at.objective - here == pytest.approx(shorter.predicted_reduction, rel=1e-4)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from fibrefit.problem.estimate.gls import hausman_at, hausman_test, hausman_with_input_errors
+from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
 from fibrefit.problem.statement.layout import Layout, Range, Slot
@@ -71,7 +71,7 @@ def test_both_estimates_are_those_of_dense_algebra(made: SimpleNamespace) -> Non
     belief = nothing_believed(made.layout)
     belief[0, 0], belief[0, -1] = 30.0, -4.0
     noise = (whitening, np.ones(2))
-    found = hausman_with_input_errors(made.layout, made.linear, seen(made.waves), noise, belief)
+    found = HausmanTest.with_input_errors(made.layout, made.linear, seen(made.waves), noise, belief)
     true, prior, pull = covariance_of(whitening, made.waves), belief[:-1, :-1], belief[:-1, -1]
     weighed = np.linalg.solve(true, columns)
     whitened = np.linalg.inv(columns.T @ weighed + prior)
@@ -80,7 +80,7 @@ def test_both_estimates_are_those_of_dense_algebra(made: SimpleNamespace) -> Non
     bread = np.linalg.inv(columns.T @ believed + prior)
     plain = bread @ (believed.T @ true @ believed + prior) @ bread
     step = -whitened @ (weighed.T @ made.offset + pull) + bread @ (believed.T @ made.offset + pull)
-    expected = hausman_test(step, plain, whitened)
+    expected = HausmanTest.of(step, plain, whitened)
     np.testing.assert_allclose(found.scores, expected.scores, rtol=EXACT, atol=EXACT)
     np.testing.assert_allclose(found.efficiency, expected.efficiency, rtol=EXACT)
     assert found.chance == pytest.approx(expected.chance, rel=1e-2)
@@ -88,7 +88,9 @@ def test_both_estimates_are_those_of_dense_algebra(made: SimpleNamespace) -> Non
 
 def test_under_white_noise_both_are_one(made: SimpleNamespace) -> None:
     noise = (whitenings()["white"], np.ones(2))
-    found = hausman_with_input_errors(made.layout, made.linear, seen(made.waves), noise, nothing_believed(made.layout))
+    found = HausmanTest.with_input_errors(
+        made.layout, made.linear, seen(made.waves), noise, nothing_believed(made.layout)
+    )
     np.testing.assert_allclose(found.efficiency, 1.0, rtol=EXACT)
     assert np.isnan(found.scores).all()
 
@@ -99,7 +101,9 @@ def test_what_errors_imitate_sets_off_no_alarm(made: SimpleNamespace) -> None:
     imitated = np.einsum("rw,rwn->rn", 10.0 * random.standard_normal((2, WAVES)), made.waves)
     linear = Linearised(imitated.reshape(2, 2, SAMPLES), made.linear.slopes)
     of = [
-        hausman_with_input_errors(made.layout, linear, seen(size * made.waves), noise, nothing_believed(made.layout))
+        HausmanTest.with_input_errors(
+            made.layout, linear, seen(size * made.waves), noise, nothing_believed(made.layout)
+        )
         for size in (10.0, 1e-6)
     ]
     assert of[0].chance > 0.05
@@ -120,9 +124,9 @@ def test_a_value_at_a_bound_is_held_in_both() -> None:
     beyond = noise - 0.2 * slopes[0, 0, :, 1]
     first = slopes[0, 0, :, 0]
     residual = (beyond - first * (first @ beyond) / (first @ first))[None, None]
-    stopped = hausman_at(both, Linearised(residual, slopes), whitening, None, None, np.array([True, False]))
-    known = hausman_at(alone, Linearised(residual, slopes[..., :1]), whitening, None)
+    stopped = HausmanTest.at(both, Linearised(residual, slopes), whitening, None, None, np.array([True, False]))
+    known = HausmanTest.at(alone, Linearised(residual, slopes[..., :1]), whitening, None)
     assert stopped.chance == pytest.approx(known.chance)
     assert stopped.scores[0] == pytest.approx(known.scores[0])
     assert np.isnan(stopped.scores[1])
-    assert stopped.chance > UNLIKELY > hausman_at(both, Linearised(residual, slopes), whitening, None).chance
+    assert stopped.chance > UNLIKELY > HausmanTest.at(both, Linearised(residual, slopes), whitening, None).chance

@@ -17,7 +17,7 @@ from fibrefit.problem.noise.likelihood import Likelihood, counted_in_part, likel
 from fibrefit.problem.noise.spectrum import MAINS, Noise
 from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
-from fibrefit.problem.posterior.prior import Density, priors_of
+from fibrefit.problem.posterior.prior import Density, Priors
 from fibrefit.problem.statement.observations import Steps, Trace, stack, step_residuals
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.task import Task
@@ -273,7 +273,7 @@ def test_gradient_is_that_of_differences(
 ) -> None:
     task, values = small
     model = choose_noise_model(task.problem, residual_noise, kind, heavy=heavy)
-    priors = priors_of(task.problem.layout, task.problem.model, values, {})
+    priors = Priors.of(task.problem.layout, task.problem.model, values, {})
     density = LogPosterior(task.problem, priors.density, Density.of(noise_priors(model.likelihood)), model.likelihood)
     noise = np.full(model.likelihood.size, 0.05)
     noise[2:] = np.log(8.0)

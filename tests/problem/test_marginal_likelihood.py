@@ -22,13 +22,11 @@ from fibrefit.problem.estimate.evidence import (
     UNIFORM_TO,
     MarginalLikelihood,
     _inside_bounds,
-    _over_grid,
     kept_inside,
-    laplace,
     laplace_evidence,
 )
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode, arrowhead
+from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
 from fibrefit.problem.linear_model.unknowns import RIGID, Unknowns
 from tests.problem.toys import SIZE, Linear, begun, bounded, unknowns
 
@@ -105,7 +103,9 @@ def test_where_it_was_linearised_does_not_matter_to_a_linear_model() -> None:
     """The negative control is a place at which nothing is at rest: a curved model would not agree."""
     of, linear = unknowns(), Linear.drawn(2, TRUTH, scatter=0.02, loud=10.0)
     place = begun(of)._replace(eta=np.full((4, 1), 0.03))
-    away = laplace(PosteriorMode(of, place, arrowhead(of, place, linear.gram), np.array([0.004]), np.inf, 1))
+    away = MarginalLikelihood.of(
+        PosteriorMode(of, place, Arrowhead.at(of, place, linear.gram), np.array([0.004]), np.inf, 1)
+    )
     found = weighed(linear, of)
     assert away.log == pytest.approx(found.log, abs=0.01)
     np.testing.assert_allclose(away.mean, found.mean, atol=1e-4)
@@ -116,7 +116,7 @@ def test_what_slopes_predict_and_no_step_brings_is_no_evidence() -> None:
     """Q with a kink: slopes say that it falls, and it rises wherever one goes."""
     of, linear = unknowns(()), Linear.drawn(2, TRUTH, loud=10.0)
     start = begun(of)
-    here = PosteriorMode(of, start, arrowhead(of, start, linear.gram), np.zeros(0), np.inf, 1)
+    here = PosteriorMode(of, start, Arrowhead.at(of, start, linear.gram), np.zeros(0), np.inf, 1)
 
     def kinked(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
         grams = linear.gram(local, columns, targets).copy()
@@ -185,24 +185,26 @@ def test_where_bounds_leave_nothing_a_model_is_impossible(away: float) -> None:
     shares = _inside_bounds(of, places, np.broadcast_to(np.eye(3), (2, 3, 3)))
     assert np.isneginf(shares[0])
     assert np.isfinite(shares[1])
-    found = _over_grid(cast(Any, None), np.zeros((2, 1)), shares, places, np.zeros((2, 3, 3)))
+    found = MarginalLikelihood._over_grid(cast(Any, None), np.zeros((2, 1)), shares, places, np.zeros((2, 3, 3)))
     assert found.log == shares[1]
     assert found.weight.tolist() == [0.0, 1.0]
-    nowhere = _over_grid(cast(Any, None), np.zeros((1, 1)), shares[:1], places[:1], np.zeros((1, 3, 3)))
+    nowhere = MarginalLikelihood._over_grid(
+        cast(Any, None), np.zeros((1, 1)), shares[:1], places[:1], np.zeros((1, 3, 3))
+    )
     assert np.isneginf(nowhere.log)
 
 
 @pytest.mark.parametrize("lost", [np.nan, np.inf])
 def test_where_a_motion_is_lost_there_is_no_evidence(lost: float) -> None:
     logs, places = np.array([np.nan, -3.0]), np.zeros((2, 3))
-    found = _over_grid(cast(Any, None), np.zeros((2, 1)), logs, places, np.zeros((2, 3, 3)))
+    found = MarginalLikelihood._over_grid(cast(Any, None), np.zeros((2, 1)), logs, places, np.zeros((2, 3, 3)))
     assert found.log == -3.0
     assert found.weight.tolist() == [0.0, 1.0]
     of, linear = unknowns(), Linear.drawn(2, TRUTH)
     place = begun(of)
-    normal = arrowhead(of, place, linear.gram)
+    normal = Arrowhead.at(of, place, linear.gram)
     normal = normal._replace(blocks=np.full_like(normal.blocks, lost), cost=np.inf)
-    assert np.isneginf(laplace(PosteriorMode(of, place, normal, np.zeros(1), np.inf, 1)).log)
+    assert np.isneginf(MarginalLikelihood.of(PosteriorMode(of, place, normal, np.zeros(1), np.inf, 1)).log)
 
 
 def _by_quadrature(linear: Linear, of: Unknowns, low: float, high: float) -> float:
@@ -288,8 +290,8 @@ def test_many_deviating_parameters_have_a_coarser_grid() -> None:
     of = replace(unknowns(()), log=np.ones(3, dtype=bool), reference=np.ones(3), scale=np.ones(3))
     many = replace(of, scattering=np.array([0, 1, 2, 0])[: MANY + 1])
     place = begun(many)
-    normal = arrowhead(many, place, lambda local, columns, targets: np.einsum("rij->rij", _grams(len(columns))))
-    found = laplace(PosteriorMode(many, place, normal, np.full(4, 0.004), np.inf, 1))
+    normal = Arrowhead.at(many, place, lambda local, columns, targets: np.einsum("rij->rij", _grams(len(columns))))
+    found = MarginalLikelihood.of(PosteriorMode(many, place, normal, np.full(4, 0.004), np.inf, 1))
     assert set(np.unique(found.grid)) == set(FEW_LEVELS)
     assert len(found.grid) == len(FEW_LEVELS) ** 4
 

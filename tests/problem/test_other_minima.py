@@ -15,8 +15,8 @@ from fibrefit.problem.estimate.gauss_newton import (
     costs_of,
     mode,
 )
-from fibrefit.problem.linear_model.normal_equations import Gram, PosteriorMode
-from fibrefit.problem.linear_model.unknowns import Place
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Gram, Place
 from tests.problem.toys import REFERENCE, Linear, begun, gram_of, unknowns
 
 TRUTH = np.array([0.3, -0.2, 0.5])

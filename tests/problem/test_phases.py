@@ -20,8 +20,6 @@ from fibrefit.problem.diagnose.motion import (
     Motion,
     _known,
     _phase,
-    motion,
-    motion_of_fit,
     moves,
 )
 from fibrefit.problem.statement.problem import Moved
@@ -42,7 +40,7 @@ MOST = 0.9
 
 def moved(folder: Path) -> tuple[Task, Motion]:
     task = task_of(load_study(folder))
-    return task, motion(task.problem, jnp.asarray(task.start))
+    return task, Motion.of(task.problem, jnp.asarray(task.start))
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +153,7 @@ def test_of_two_fibres_the_one_that_is_stretched_more_counts() -> None:
 
 def test_the_motion_behind_slopes_is_that_of_a_simulation_alone() -> None:
     task, alone = moved(DROPS)
-    beside = motion_of_fit(task.problem, np.asarray(task.problem.layout.local(np.asarray(task.start))))
+    beside = Motion.of_fit(task.problem, np.asarray(task.problem.layout.local(np.asarray(task.start))))
     assert (beside.phase == alone.phase).all()
     for one, other in ((beside.states, alone.states), (beside.readings, alone.readings)):
         assert one.keys() == other.keys()

@@ -9,14 +9,8 @@ import pytest
 from scipy.stats import norm, t
 
 from fibrefit.problem.estimate import evidence as weighing
-from fibrefit.problem.estimate.population import (
-    between,
-    covariance_of_all,
-    mixture_quantile,
-    quantiles,
-    roots_of_posterior,
-)
-from fibrefit.problem.linear_model.unknowns import Unknowns, place_of
+from fibrefit.problem.estimate.evidence import mixture_quantile
+from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.linear_model.view import spread_about
 
 RECORDS = 5
@@ -52,7 +46,7 @@ def weighed(logs: np.ndarray) -> weighing.MarginalLikelihood:
         return rows[:, :, None] * rows[:, None, :]
 
     of = unknowns(len(logs))
-    return weighing.laplace_evidence(of, place_of(of, np.ones((len(logs), 1))), gram)
+    return weighing.laplace_evidence(of, of.place_of(np.ones((len(logs), 1))), gram)
 
 
 def test_a_mixture_of_one_is_normal_and_of_two_lies_between() -> None:
@@ -67,35 +61,37 @@ def test_a_mixture_of_one_is_normal_and_of_two_lies_between() -> None:
 def test_an_interval_of_the_mean_of_five_records_is_that_of_student(sd: float) -> None:
     logs = sd * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])
     found = weighed(logs)
-    low, high = quantiles(found, 0)
+    low, high = found.interval_95(0)
     spread = logs.std(ddof=1) / np.sqrt(RECORDS)
     # Between the prior that leaves all degrees of freedom and that which takes one more.
     narrow, wide = (t.ppf(0.975, freedom) * spread * np.sqrt((RECORDS - 1) / freedom) for freedom in (4, 3))
     assert 0.93 * narrow < 0.5 * (high - low) < 1.07 * wide
     assert 0.5 * (high + low) == pytest.approx(logs.mean(), abs=0.02 * spread)
-    assert between(found)["stiffness"].interval_95[0] < sd < between(found)["stiffness"].interval_95[1]
-    assert between(found)["stiffness"].agree < 1e-6
+    assert (
+        found.between_records()["stiffness"].interval_95[0] < sd < found.between_records()["stiffness"].interval_95[1]
+    )
+    assert found.between_records()["stiffness"].agree < 1e-6
 
 
 def test_records_that_agree_are_said_to() -> None:
     found = weighed(ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]))
-    assert between(found)["stiffness"].sd == 0.0
-    assert not between(found)["stiffness"].found
-    low, high = quantiles(found, 0)
+    assert found.between_records()["stiffness"].sd == 0.0
+    assert not found.between_records()["stiffness"].found
+    low, high = found.interval_95(0)
     assert 0.5 * (high - low) == pytest.approx(norm.ppf(0.975) * ERROR / np.sqrt(RECORDS), rel=0.15)
-    np.testing.assert_allclose(covariance_of_all(found), found.spread, rtol=1e-3)
+    np.testing.assert_allclose(found.covariance_of_all(), found.spread, rtol=1e-3)
 
 
 def test_of_records_that_tell_nothing_the_prior_says_how_much_a_new_one_may_differ() -> None:
     """Half of it lies where they agree, and the median with it."""
     found = weighed(ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]))
     prior = np.exp(found.prior)
-    told = between(replace(found, weight=prior))["stiffness"]
+    told = replace(found, weight=prior).between_records()["stiffness"]
     assert told.agree == pytest.approx(0.5)
     assert told.sd == 0.0
     assert told.rms == pytest.approx(np.sqrt(prior @ found.grid[:, 0] ** 2 / prior.sum()))
     assert told.rms == pytest.approx(0.032, abs=0.001)
-    known = between(weighed(0.02 * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])))["stiffness"]
+    known = weighed(0.02 * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])).between_records()["stiffness"]
     assert known.sd < known.rms < known.interval_95[1]
 
 
@@ -103,7 +99,7 @@ def test_roots_of_the_posterior_are_those_of_its_covariance() -> None:
     """Of the values of each record: what is not known of the mean, and of each record's deviation from it."""
     for logs in (ERROR * np.array([-1.2, -0.4, 0.1, 0.3, 1.2]), 0.01 * np.array([-1.2, -0.4, 0.1, 0.3, 1.2])):
         found = weighed(logs)
-        roots, sigma = roots_of_posterior(found), found.mode.sigma[0]
+        roots, sigma = found.posterior_roots(), found.mode.sigma[0]
         variance = np.einsum("rck,rck->r", roots, roots)
         # Each record is told by its own reading and, as far as records agree, by the others.
         expected = ERROR**2 / RECORDS if sigma == 0.0 else ERROR**2

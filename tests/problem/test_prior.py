@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.posterior.prior import Density, Prior, default_prior, log_slope, priors_of
+from fibrefit.problem.posterior.prior import Density, Prior, Priors, default_prior, log_slope
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.report.sentences.posterior import prior_words
 from fibrefit.rigs.catalogue import RIGS
@@ -178,7 +178,7 @@ def test_priors_of_a_problem_name_their_source() -> None:
     slots += [Slot(p.name, p.unit, Range.of(p), shared=False) for p in rig.nuisances]
     layout = Layout(tuple(slots), ("one",))
     start = layout.pack({"stiffness": 2e4, "damping": 20.0, "friction": 3.0, "position_zero": 1e-4, "release": 0.1})
-    priors = priors_of(layout, Model(rig), start, {"friction": PriorSetting("normal", 3.0, 0.5)})
+    priors = Priors.of(layout, Model(rig), start, {"friction": PriorSetting("normal", 3.0, 0.5)})
     said = {n: (prior_words(p, u), p.source) for n, u, p in zip(priors.names, priors.units, priors.each, strict=True)}
     assert said["friction"] == ("normal, 3 +/- 0.5 N, within 0 to 1000 N", "study")
     assert said["damping"] == ("half-normal, sd 200 N s/m, within 0 to 1e+04 N s/m", "default")
@@ -188,7 +188,7 @@ def test_priors_of_a_problem_name_their_source() -> None:
 def test_draws_follow_the_priors() -> None:
     rig = RIGS["fibre_mass"]
     layout = Layout(tuple(Slot(p.name, p.unit, Range.of(p)) for p in rig.parameters), ("one",))
-    priors = priors_of(layout, Model(rig), np.array([2e4, 20.0, 3.0]), {})
+    priors = Priors.of(layout, Model(rig), np.array([2e4, 20.0, 3.0]), {})
     draws = priors.draw(np.random.default_rng(0), 20_000)
     for prior, column in zip(priors.each, draws.T, strict=True):
         assert scipy.stats.kstest(prior.cdf(column), "uniform").pvalue > 1e-3

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 from fibrefit.problem.estimate.evidence import grid_over, usual_axes
 from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import White
-from fibrefit.problem.posterior.log_posterior import Mixture, RandomEffects, drawn_deviations
+from fibrefit.problem.posterior.log_posterior import Mixture, RandomEffects
 
 RECORDS, SAMPLES, NUMBER = 3, 12, 2
 EXACT = 1e-9
@@ -69,7 +69,7 @@ def test_deviations_are_drawn_from_their_normal_law() -> None:
     )
     none = jnp.zeros((RECORDS, NUMBER))
     known = one.conditional(white(), jnp.asarray(residuals[:, None]), jnp.zeros(1), none)
-    drawn = np.stack([drawn_deviations(one, known, random) for _ in range(4000)])
+    drawn = np.stack([one.drawn(known, random) for _ in range(4000)])
     for r in range(RECORDS):
         precision = slopes[r].T @ slopes[r] + np.diag(np.asarray(one.sigma[0]) ** -2.0)
         middle = -np.linalg.solve(precision, slopes[r].T @ residuals[r])

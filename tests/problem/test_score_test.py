@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
-from fibrefit.problem.linear_model.normal_equations import ScoreTest, local_grams, score_test
+from fibrefit.problem.linear_model.normal_equations import ScoreTest
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from tests.problem.toys import gram_of, unknowns
 
@@ -45,8 +45,8 @@ def test_unknowns_give_way_to_a_direction_as_a_search_beside_it_says() -> None:
     lesser, place = _without_strength(whole), best(0.0)
     at = Place(place.z[:2], place.own, place.eta, rest)
     to = float(whole.value(np.array([0.0, 0.0, 0.02]))[2])
-    grams = local_grams(lesser, at, gram, (np.array([2]), np.array([to])))
-    test = score_test(lesser, at, grams, 1, SIGMA)
+    grams = lesser.local_grams(at, gram, (np.array([2]), np.array([to])))
+    test = ScoreTest.of(lesser, at, grams, 1, SIGMA)
     other = best(0.02)
     np.testing.assert_allclose(test.shared[0], (other.z - place.z)[:2], rtol=1e-3, atol=1e-7)
     own = np.concatenate([other.own - place.own, other.eta - place.eta], axis=1)

@@ -16,13 +16,10 @@ from fibrefit.problem.estimate.evidence import (
     MOST_POINTS,
     MarginalLikelihood,
     SigmaAxis,
-    as_finely_as_told,
     finest_step,
     grid_over,
-    laplace,
     usual_axes,
 )
-from fibrefit.problem.estimate.population import between, quantiles
 from tests.problem.test_population import weighed
 
 SDS = (0.008, 0.0095, 0.0113, 0.0135, 0.015)
@@ -36,7 +33,7 @@ def apart(records: int, sd: float) -> MarginalLikelihood:
 
 
 def half_width(found: MarginalLikelihood) -> float:
-    low, high = quantiles(found, 0)
+    low, high = found.interval_95(0)
     return 0.5 * (high - low)
 
 
@@ -47,12 +44,12 @@ def test_intervals_of_many_records_are_those_of_student_and_of_chi_square(record
     coarse = []
     for sd in SDS:
         found = apart(records, sd)
-        fine = as_finely_as_told(found)
+        fine = found.refined()
         coarse.append(half_width(found) / (student * sd))
         assert half_width(fine) / (student * sd) == pytest.approx(1.0, abs=0.06)
-        assert between(fine)["stiffness"].sd / sd == pytest.approx(1.0, abs=0.1)
+        assert fine.between_records()["stiffness"].sd / sd == pytest.approx(1.0, abs=0.1)
         # Ends are interpolated between levels; the prior to one percent is uniform.
-        np.testing.assert_allclose(between(fine)["stiffness"].interval_95, sd * ends, rtol=0.12)
+        np.testing.assert_allclose(fine.between_records()["stiffness"].interval_95, sd * ends, rtol=0.12)
         assert fine.log == found.log
         assert fine.weight.sum() == pytest.approx(1.0)
         assert len(fine.grid) < 20
@@ -111,7 +108,7 @@ def with_log_at(found: MarginalLikelihood, sigma: float, more: float) -> Margina
 def test_what_was_found_beside_what_slopes_predict_is_carried_on() -> None:
     """Less was found at 0.8 % than predicted: there and near it less is believed, and most where it was found."""
     found = apart(20, 0.0113)
-    usual, fine = as_finely_as_told(found), as_finely_as_told(with_log_at(found, 0.008, -3.0))
+    usual, fine = found.refined(), with_log_at(found, 0.008, -3.0).refined()
     levels = (0.008, 0.008 * np.sqrt(2.0), 0.016)
     found_there = [[float(one.logs[np.isclose(one.grid[:, 0], sd)][0]) for sd in levels] for one in (fine, usual)]
     np.testing.assert_allclose(np.subtract(*found_there), [-3.0, -1.5, 0.0], atol=1e-6)
@@ -119,12 +116,12 @@ def test_what_was_found_beside_what_slopes_predict_is_carried_on() -> None:
 
 def test_a_standard_deviation_that_led_nowhere_leaves_the_grid_as_it_is() -> None:
     told = with_log_at(apart(20, 0.0113), 0.008, -np.inf)
-    assert as_finely_as_told(told) is told
+    assert told.refined() is told
 
 
 @pytest.mark.parametrize("sd", [0.15, 0.3])
 def test_many_records_that_differ_by_more_are_told_as_finely(sd: float) -> None:
-    fine = as_finely_as_told(apart(50, sd))
+    fine = apart(50, sd).refined()
     assert half_width(fine) / (t.ppf(0.975, 49) * sd / np.sqrt(50)) == pytest.approx(1.0, abs=0.05)
     assert fine.grid.max() == 0.5
 
@@ -132,16 +129,18 @@ def test_many_records_that_differ_by_more_are_told_as_finely(sd: float) -> None:
 def test_a_grid_that_would_be_too_large_stays() -> None:
     found = apart(50, 0.0113)
     with patch.object(weighing, "MOST_POINTS", 3):
-        assert as_finely_as_told(found) is found
-    assert len(as_finely_as_told(found).grid) < MOST_POINTS
+        assert found.refined() is found
+    assert len(found.refined().grid) < MOST_POINTS
 
 
 def test_what_is_no_number_on_a_finer_grid_is_left() -> None:
     found = apart(50, 0.0113)
 
+    laplace = MarginalLikelihood.of
+
     def lost(*given: object) -> MarginalLikelihood:
         there = laplace(*given)  # type: ignore[arg-type]
         return replace(there, covariance=np.full_like(there.covariance, np.nan))
 
-    with patch.object(weighing, "laplace", lost):
-        assert as_finely_as_told(found) is found
+    with patch.object(MarginalLikelihood, "of", lost):
+        assert found.refined() is found

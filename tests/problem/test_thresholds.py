@@ -14,10 +14,10 @@ from fibrefit.problem import thresholds
 from fibrefit.problem.diagnose import channels, motion, newton
 from fibrefit.problem.diagnose.channels import roughness
 from fibrefit.problem.diagnose.motion import moves
-from fibrefit.problem.diagnose.newton import ForceBalance, balance_check
-from fibrefit.problem.estimate import evidence, gls, population
+from fibrefit.problem.diagnose.newton import ForceBalance
+from fibrefit.problem.estimate import evidence, gls
 from fibrefit.problem.estimate.evidence import FURTHER, grid_over, usual_axes
-from fibrefit.problem.estimate.gls import HausmanTest, hausman_check, hausman_test
+from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.formulate import traces
 from fibrefit.problem.inputs import corners, error_signals, smoothing
 from fibrefit.problem.linear_model import unknowns
@@ -35,7 +35,7 @@ from tests.brackets import thresholds as names_in
 
 def compared(share: float) -> bool:
     """Whether a difference is left unjudged where the better estimate saves so small a share of the variance."""
-    found = hausman_test(np.array([5.0]), np.array([[1.0]]), np.array([[1.0 - share]]))
+    found = HausmanTest.of(np.array([5.0]), np.array([[1.0]]), np.array([[1.0 - share]]))
     return not np.isfinite(found.scores).any()
 
 
@@ -302,19 +302,21 @@ def ending(told: float) -> evidence.MarginalLikelihood:
     logs = prior + np.where(last, np.log(told * (1.0 - share) / (1.0 - told * share)), 0.0)
     columns: Any = SimpleNamespace(names=("stiffness", "damping", "friction"), scattering=np.arange(3))
     mode: Any = SimpleNamespace(unknowns=columns)
-    return evidence._over_grid(mode, grid, logs, np.zeros((len(grid), 1)), np.zeros((len(grid), 1, 1)), axes)
+    return evidence.MarginalLikelihood._over_grid(
+        mode, grid, logs, np.zeros((len(grid), 1)), np.zeros((len(grid), 1, 1)), axes
+    )
 
 
 def within(told: float) -> bool:
     """Verdict on records that differ in their stiffness so."""
-    (check,) = population.differ_within(ending(told))
+    (check,) = ending(told).between_records_checks()
     assert check.facts["parameter"] == "stiffness"
     return check.passed
 
 
 CASES = (
-    Bracket("END_TOLD", evidence, lambda x: not evidence.beyond_levels(ending(x)), 1.5, 2.5),
-    Bracket("END_TOLD", population, within, 1.5, 2.5),
+    Bracket("END_TOLD", evidence, lambda x: not ending(x).beyond_levels, 1.5, 2.5),
+    Bracket("END_TOLD", evidence, within, 1.5, 2.5),
     Bracket("BESIDE_MAINS", spectrum, of_mains, 3.0, 6.0),
     Bracket("SHORTEST_LINE", spectrum, line_told, 0.14, 0.07),
     Bracket("FEW_MASKED", spectrum, told_though_masked, 0.04, 0.07),
@@ -345,7 +347,7 @@ CASES = (
     Bracket(
         "UNLIKELY",
         gls,
-        lambda x: hausman_check(("a",), HausmanTest(np.ones(1), 1.0 / x, np.ones(1))).passed,
+        lambda x: HausmanTest(np.ones(1), 1.0 / x, np.ones(1)).check(("a",)).passed,
         1 / 0.0013,
         1 / 0.0007,
     ),
@@ -354,7 +356,7 @@ CASES = (
     Bracket("CORNER", corners, cornered, 6.0, 4.0),
     Bracket("STANDING", newton, standing, 7e-4, 1.3e-3),
     Bracket("SLIGHT", gls, compared, 0.015, 0.025),
-    Bracket("BALANCE", newton, lambda x: balance_check(ForceBalance(1.0, x, 1.0 - x**2)).passed, 0.08, 0.12),
+    Bracket("BALANCE", newton, lambda x: ForceBalance(1.0, x, 1.0 - x**2).check().passed, 0.08, 0.12),
 )
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fibrefit.problem.linear_model.normal_equations import Gram
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns
+from fibrefit.problem.linear_model.unknowns import Gram, Place, Unknowns
 
 SIZE = 40
 """Samples of a record."""

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from fibrefit.fitting.result import Starts
 from fibrefit.plots import overview
-from fibrefit.problem.estimate.evidence import grid_over, usual_axes
-from fibrefit.problem.estimate.population import _level_at
+from fibrefit.problem.estimate.evidence import _level_at, grid_over, usual_axes
 from fibrefit.report.any import report_of
 from fibrefit.report.checks import MOST_NOTES, failures, notes_on_records, quantity_of
 from fibrefit.report.layout import WIDTH, shortened_names

@@ -11,7 +11,6 @@ import pytest
 from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.problem.estimate.evidence import FURTHER, LEVELS
-from fibrefit.problem.estimate.population import between, differ_within, quantiles
 from fibrefit.problem.linear_model.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
@@ -87,7 +86,7 @@ def posterior() -> Posterior:
 def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: readiness.Ready, posterior: Posterior) -> None:
     evidence = ready.deviations.evidence
     for index, name in enumerate(("stiffness", "damping", "friction")):
-        low, high = np.exp(quantiles(evidence, index)) * evidence.mode.unknowns.reference[index]
+        low, high = np.exp(evidence.interval_95(index)) * evidence.mode.unknowns.reference[index]
         found = posterior.marginals[name]
         assert found.interval[1] - found.interval[0] == pytest.approx(high - low, rel=WIDTH), name
         assert abs(found.median - 0.5 * (low + high)) < WIDTH * (high - low), name
@@ -96,7 +95,7 @@ def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: readiness.Re
 
 @pytest.mark.slow
 def test_how_much_they_differ_is_what_a_fit_says(ready: readiness.Ready, posterior: Posterior) -> None:
-    for name, expected in between(ready.deviations.evidence).items():
+    for name, expected in ready.deviations.evidence.between_records().items():
         found = posterior.between[name]
         assert found.agree == pytest.approx(expected.agree, abs=0.05), name
         assert found.sd == pytest.approx(expected.sd, rel=0.1, abs=1e-3), name
@@ -146,17 +145,17 @@ def test_records_that_differ_much_are_integrated_as_far_as_a_fit_goes(apart: Tas
     likely = np.asarray(effects.sigma)[int(np.argmax(told)), stiffness]
     assert 0.08 <= likely <= FURTHER[0]
     assert weight[np.argmax(effects.sigma[:, stiffness])] > 0.0
-    assert [check.identifier for check in differ_within(evidence)] == ["between_records"]
+    assert [check.identifier for check in evidence.between_records_checks()] == ["between_records"]
 
 
 @pytest.mark.slow
 def test_intervals_of_records_that_differ_much_are_those_of_a_fit(apart: Task) -> None:
     found = sample_posterior(apart, ChainStart(fitted(apart)), PosteriorRequest(settings=SETTINGS))
     evidence = prepared(apart).deviations.evidence
-    low, high = np.exp(quantiles(evidence, 0)) * evidence.mode.unknowns.reference[0]
+    low, high = np.exp(evidence.interval_95(0)) * evidence.mode.unknowns.reference[0]
     interval = found.marginals["stiffness"].interval
     assert interval[1] - interval[0] == pytest.approx(high - low, rel=WIDTH)
-    assert found.between["stiffness"].sd == pytest.approx(between(evidence)["stiffness"].sd, rel=0.1)
+    assert found.between["stiffness"].sd == pytest.approx(evidence.between_records()["stiffness"].sd, rel=0.1)
     assert found.between["stiffness"].interval_95[1] > LEVELS[-1]
     (check,) = (check for check in found.checks if check.identifier == "between_records")
     assert check.passed

@@ -13,7 +13,6 @@ import pytest
 
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.estimate.population import between, quantiles
 from fibrefit.problem.noise.whitening import innovations
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.task import Task
@@ -109,7 +108,7 @@ def test_records_that_are_alike_have_the_intervals_of_their_fit(alike: Driven) -
     assert ready.deviations is not None
     assert ready.deviations.evidence is not None
     assert not ready.deviations.found
-    assert min(one.agree for one in between(ready.deviations.evidence).values()) > 0.9
+    assert min(one.agree for one in ready.deviations.evidence.between_records().values()) > 0.9
     # What little weight large differences have is in the tails of two records, which widen a normal approximation.
     found = mode_of(ready, replace(ready.density, random_effects=None))
     middle, error = ready.target.values(found.centre[None])[0], spread(found, ready)
@@ -164,7 +163,7 @@ def test_intervals_of_records_that_differ_are_those_of_a_fit(apart: Driven, post
     weight = posterior.marginals["weight_mass"]
     assert abs(weight.mean - 3.096) < SURE * weight.sd
     for index, name in enumerate(SHARED):
-        low, high = np.exp(quantiles(evidence, index)) * evidence.mode.unknowns.reference[index]
+        low, high = np.exp(evidence.interval_95(index)) * evidence.mode.unknowns.reference[index]
         found = posterior.marginals[name]
         assert found.interval[1] - found.interval[0] == pytest.approx(high - low, rel=2.0 * WIDTH), name
         assert abs(found.median - 0.5 * (low + high)) < WIDTH * (high - low), name

@@ -20,7 +20,7 @@ from fibrefit.discovery.comparison import Comparison
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.laws.functions_of_speed import DampingSpeedExponent
-from fibrefit.problem.estimate.evidence import laplace
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.report.any import report_of
 from fibrefit.series.together import models
@@ -251,7 +251,7 @@ def test_what_the_others_say_without_a_record_is_where_they_lead_by_themselves(l
             found.search.inference.common_noise.whitened(found.law.supermodel),
             np.where(np.arange(len(LIFTS)) == r, 0, whole),
         )
-        alone = laplace(mode(at.unknowns, at.place, gram, at.sigma))
+        alone = MarginalLikelihood.of(mode(at.unknowns, at.place, gram, at.sigma))
         said = found.law.log - lawful.verdict.left_out["speed_law"].elpd[r]
         assert said == pytest.approx(alone.log, abs=0.5)
 

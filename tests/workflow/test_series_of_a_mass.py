@@ -11,7 +11,6 @@ import pytest
 from fibrefit.core.declarations import Parameter
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
-from fibrefit.problem.estimate.population import quantiles
 from fibrefit.series.population import population
 from fibrefit.series.together.laws import BY_EFFECT
 from fibrefit.series.together.verdict import LawCurve, OwnValues, Verdict
@@ -126,7 +125,7 @@ def test_an_interval_is_that_of_a_population_only_where_records_differ() -> None
     kinds = {name: one.interval_kind for name, one in differing.items()}
     assert kinds == {"stiffness": "population", "damping": "normal", "strength": "normal"}
     # As in a fit it is the mixture over all standard deviations between records, with tails wider than a normal one's.
-    low, high = (evidence.mode.unknowns.value(np.array([z, 0.0, 0.0]))[0] for z in quantiles(evidence, 0))
+    low, high = (evidence.mode.unknowns.value(np.array([z, 0.0, 0.0]))[0] for z in evidence.interval_95(0))
     assert differing["stiffness"].interval_95 == pytest.approx((low, high))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem, values_elsewhere
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals
@@ -126,7 +126,7 @@ def records_of(problem: Problem, local: np.ndarray, batch: Sequence[Choice]) -> 
     )
     of = lambda experiment, r: {name: np.asarray(each)[r] for name, each in experiment.conditions.items()}  # noqa: E731
     values = [
-        values_elsewhere(problem, local[choice.record], of(before, r), of(after, r), choice.conditions)
+        problem.values_elsewhere(local[choice.record], of(before, r), of(after, r), choice.conditions)
         for r, choice in enumerate(batch)
     ]
     return data._replace(experiment=after), np.stack(values)

@@ -26,17 +26,10 @@ from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, change_products, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import laplace, laplace_evidence
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import better_minima, mode
-from fibrefit.problem.linear_model.normal_equations import (
-    Gram,
-    PosteriorMode,
-    begun_at,
-    differences,
-    overdispersion_of_change,
-    overdispersion_of_scores,
-)
-from fibrefit.problem.linear_model.unknowns import Unknowns, place_of
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, overdispersion_of_change
+from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
 from fibrefit.problem.noise.rounding import same_noise
 from fibrefit.problem.noise.spectrum import Noise
 
@@ -121,7 +114,7 @@ class LaplaceInference:
 
         def fit() -> LaplaceFit:
             unknowns = self.unknowns(supermodel, effects)
-            start, gram = place_of(unknowns, local, eta), self.secant(supermodel)
+            start, gram = unknowns.place_of(local, eta), self.secant(supermodel)
             evidence = laplace_evidence(unknowns, start, gram, sigma, **descent(contains))
             return self.in_better_minima(LaplaceFit(effects, supermodel, evidence), contains)
 
@@ -157,8 +150,8 @@ class LaplaceInference:
         """Logarithm of the evidence that slopes predict of a parent with a curve on top of it, at given values."""
         unknowns = self.unknowns(supermodel, parent.effects, curve)
         found = parent.evidence.mode
-        place = place_of(unknowns, local, found.place.eta)
-        return laplace(begun_at(unknowns, place, gram, found.sigma)).log
+        place = unknowns.place_of(local, found.place.eta)
+        return MarginalLikelihood.of(PosteriorMode.at(unknowns, place, gram, found.sigma)).log
 
     def with_curve(
         self,
@@ -172,7 +165,7 @@ class LaplaceInference:
         """A parent with a curve on top of it, from given values."""
         unknowns = self.unknowns(supermodel, parent.effects, curve)
         found = parent.evidence.mode
-        start = place_of(unknowns, local, found.place.eta)
+        start = unknowns.place_of(local, found.place.eta)
         return LaplaceFit(
             (*parent.effects, probe),
             supermodel,
@@ -193,9 +186,9 @@ class LaplaceInference:
         mine = [supermodel.names.index(f"{one.name}.{each.name}") for one in added for each in one.parameters]
         local[:, mine] = strengthened(supermodel, fitted.local, added, SMALL)[:, mine]
         unknowns = self.unknowns(supermodel, fitted.effects)
-        place = place_of(unknowns, local, found.place.eta)
-        at = begun_at(unknowns, place, self.secant(supermodel), found.sigma)
-        return LaplaceFit(fitted.effects, supermodel, laplace(at))
+        place = unknowns.place_of(local, found.place.eta)
+        at = PosteriorMode.at(unknowns, place, self.secant(supermodel), found.sigma)
+        return LaplaceFit(fitted.effects, supermodel, MarginalLikelihood.of(at))
 
     def without_descent(
         self, supermodel: Supermodel, effects: tuple[type[Effect], ...], local: np.ndarray, parent: LaplaceFit
@@ -203,9 +196,9 @@ class LaplaceInference:
         """A hypothesis where it is, without a descent; no less probable than its parent with the effect at its null."""
         found = parent.evidence.mode
         unknowns = self.unknowns(supermodel, effects)
-        place = place_of(unknowns, local, np.zeros_like(found.place.eta))
-        at = begun_at(unknowns, place, self.secant(supermodel), found.sigma)
-        seen = LaplaceFit(effects, supermodel, laplace(at))
+        place = unknowns.place_of(local, np.zeros_like(found.place.eta))
+        at = PosteriorMode.at(unknowns, place, self.secant(supermodel), found.sigma)
+        seen = LaplaceFit(effects, supermodel, MarginalLikelihood.of(at))
         least = parent.log - PRICE * sum(len(effect.parameters) for effect in effects if effect not in parent.effects)
         return seen if seen.log > least else seen.with_log(least)
 
@@ -216,7 +209,7 @@ class LaplaceInference:
         effects, found = (*parent.effects, *added), parent.evidence.mode
         local = transferred(supermodel, parent.supermodel, parent.local)
         unknowns = self.unknowns(supermodel, effects)
-        place, old = place_of(unknowns, local, found.place.eta), parent.evidence
+        place, old = unknowns.place_of(local, found.place.eta), parent.evidence
         size = len(unknowns.shared)
         blank = np.full((len(old.grid), size), np.nan)
         covariance = np.full((len(old.grid), size, size), np.nan)
@@ -237,7 +230,7 @@ class LaplaceInference:
             # without them, with what is shared where it was, may meet other bounces: of a driven series it ended 29
             # nats below.
             gram, sigma = self.secant(parent.supermodel), np.zeros_like(found.sigma)
-            evidence = laplace(mode(found.unknowns, found.place, gram, sigma, **descent()))
+            evidence = MarginalLikelihood.of(mode(found.unknowns, found.place, gram, sigma, **descent()))
             # Slopes there say that records do differ: what counts of the place is how probable it is if they do not.
             return replace(parent, evidence=replace(evidence, log=evidence.log_if(sigma)))
 
@@ -249,8 +242,8 @@ class LaplaceInference:
         """A parent with an effect at its null, and products there."""
         unknowns = self.unknowns(supermodel, (*parent.effects, effect))
         found, gram = parent.evidence.mode, self.secant(supermodel, slopes)
-        place = place_of(unknowns, transferred(supermodel, parent.supermodel, parent.local), found.place.eta)
-        return begun_at(unknowns, place, gram, found.sigma), gram
+        place = unknowns.place_of(transferred(supermodel, parent.supermodel, parent.local), found.place.eta)
+        return PosteriorMode.at(unknowns, place, gram, found.sigma), gram
 
     def slopes(self, parent: LaplaceFit) -> Seed:
         """Residuals of a parent at its mode and their changes along its unknowns.
@@ -258,7 +251,7 @@ class LaplaceInference:
         A candidate at its null is its parent: all candidates share these, and only what is new is simulated.
         """
         found = parent.evidence.mode
-        at, seen = differences(found.unknowns, found.place), self.common_noise.whitened(parent.supermodel)
+        at, seen = found.unknowns.differences(found.place), self.common_noise.whitened(parent.supermodel)
         return Seed(found.unknowns.names, seen.slopes(at.local, at.columns, at.targets, self.context.whole))
 
     def warm_started_without(self, fitted: LaplaceFit, kept: tuple[type[Effect], ...]) -> LaplaceFit:
@@ -267,7 +260,7 @@ class LaplaceInference:
 
         def begin() -> LaplaceFit:
             unknowns = self.unknowns(fitted.supermodel, kept)
-            start = place_of(unknowns, _without(fitted, kept), found.place.eta)
+            start = unknowns.place_of(_without(fitted, kept), found.place.eta)
             evidence = laplace_evidence(unknowns, start, self.secant(fitted.supermodel), found.sigma, **warm_start())
             return LaplaceFit(kept, fitted.supermodel, evidence)
 
@@ -289,7 +282,7 @@ class LaplaceInference:
         gram = self.secant(fitted.supermodel)
         gone, at = _gone(fitted, kept), fitted
         for share in continuation_steps():
-            start = place_of(unknowns, strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
+            start = unknowns.place_of(strengthened(at.supermodel, at.local, gone, share), at.evidence.mode.place.eta)
             evidence = laplace_evidence(unknowns, start, gram, at.evidence.mode.sigma, **warm_start())
             at = replace(at, evidence=evidence)
             gram.renew()
@@ -320,7 +313,7 @@ class LaplaceInference:
         return remaining_noise(self.common_noise, fitted, self.context.whole)
 
     def overdispersion(self, parent: LaplaceFit, fitted: LaplaceFit, names: Iterable[str]) -> float:
-        """Overdispersion of the scores, at least 1, see `overdispersion_of_scores`; a gain counts for as much less.
+        """Overdispersion of the scores, at least 1, see `PosteriorMode.overdispersion`; a gain counts for as much less.
 
         Parameters
         ----------
@@ -332,10 +325,10 @@ class LaplaceInference:
         """
         found = fitted.evidence.mode
         unknowns, supermodel = found.unknowns, self.common_noise.whitened(fitted.supermodel)
-        at = differences(unknowns, found.place)
+        at = unknowns.differences(found.place)
         parts = stretch_products(supermodel, at.local, at.columns, at.targets, self.context.whole)
         covariance = fitted.evidence.covariance[int(np.argmax(fitted.evidence.weight))]
-        ratio = overdispersion_of_scores(found, parts, at.per_unit(parts.sum(axis=1)), covariance)
+        ratio = found.overdispersion(parts, at.per_unit(parts.sum(axis=1)), covariance)
         index = [unknowns.names.index(name) for name in names]
         before = transferred(fitted.supermodel, parent.supermodel, parent.local, _without(fitted, parent.effects))
         change = change_products(supermodel, fitted.local, before, self.context.whole)

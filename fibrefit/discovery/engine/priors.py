@@ -13,7 +13,7 @@ from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import VANISHES
 from fibrefit.laws.law import Effect
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns, prior_of
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.statement.layout import Slot
 
 BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
@@ -120,10 +120,22 @@ def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Ite
     if reference is not None:
         if declared.lower >= 0.0 and reference > VANISHES * abs(typical) and (slot.belief is None or slot.belief.log):
             limits = [max(-FURTHEST, _log(low / reference)), min(FURTHEST, _log(high / reference))]
-            return True, reference, 1.0, *prior_of(slot.belief, True, reference, 1.0, (0.0, BASE_SD)), *limits
+            return (
+                True,
+                reference,
+                1.0,
+                *(slot.belief.of_coordinate(True, reference, 1.0) if slot.belief else (0.0, BASE_SD)),
+                *limits,
+            )
         size = max(abs(typical), abs(reference))
         limits = [(low - reference) / size, (high - reference) / size]
-        return False, reference, size, *prior_of(slot.belief, False, reference, size, (0.0, BASE_SD)), *limits
+        return (
+            False,
+            reference,
+            size,
+            *(slot.belief.of_coordinate(False, reference, size) if slot.belief else (0.0, BASE_SD)),
+            *limits,
+        )
     spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
     if spans:
         return True, typical, 1.0, 0.0, SHAPE_SD, _log(low / typical), _log(high / typical)

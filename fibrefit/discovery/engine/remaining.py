@@ -15,8 +15,6 @@ import numpy as np
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
-from fibrefit.problem.estimate.population import roots_of_posterior
-from fibrefit.problem.linear_model.normal_equations import differences
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, beyond_inputs, drawn_about, spread_about
 from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
 from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
@@ -91,8 +89,8 @@ def changes_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray
     times = supermodel.problem.observations.experiment.times
     if not found.steps:
         return np.zeros((0, len(times), len(common_noise.noise), times.shape[1]))
-    roots = roots_of_posterior(fitted.evidence)
-    local, columns, targets, _ = differences(found.unknowns, found.place)
+    roots = fitted.evidence.posterior_roots()
+    local, columns, targets, _ = found.unknowns.differences(found.place)
     rows = np.asarray(supermodel.rows(local, columns, targets, counts))[:, 1 : 1 + len(columns)]
     change = targets - local[:, columns]
     along = np.einsum("rit,rik->rkt", rows / np.where(change != 0.0, change, 1.0)[:, :, None], roots)

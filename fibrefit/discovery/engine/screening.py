@@ -15,8 +15,8 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.linear_model.normal_equations import Gram, ScoreTest
-from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, STEADY_SIZE, Place, Unknowns, local_of
+from fibrefit.problem.linear_model.normal_equations import ScoreTest
+from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, STEADY_SIZE, Gram, Place, Unknowns
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
@@ -271,7 +271,7 @@ def likeliest_instants(unknowns: Unknowns, place: Place, effect: type[Effect], g
 
 def _own_eliminated(unknowns: Unknowns, place: Place, gram: Gram) -> np.ndarray:
     """What each record costs ``(n_record,)`` with its own values where slopes see them; infinite of a lost motion."""
-    local, number = local_of(unknowns, place), len(unknowns.each)
+    local, number = unknowns.local_of(place), len(unknowns.each)
     steps = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE) * unknowns.size
     products = gram(local, unknowns.each, local[:, unknowns.each] + np.where(unknowns.free, steps, 0.0))
     sound = np.asarray(np.isfinite(products).all(axis=(1, 2)))

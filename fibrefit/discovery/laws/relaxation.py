@@ -19,7 +19,6 @@ from fibrefit.discovery.curves.free_form import FittedCurve
 from fibrefit.discovery.engine.candidates import transferred
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.laws.forms import Quadratic
-from fibrefit.problem.linear_model.unknowns import local_of
 
 UNSEEN = 1e-10
 """Share of the largest eigenvalue below which a direction of the heights is rounding."""
@@ -77,4 +76,4 @@ def beside(curve: FittedCurve, values: np.ndarray, supermodel: Supermodel) -> np
     z[:-n] = found.mean[:-n] + spread[:-n, -n:] @ away
     unknowns = found.mode.unknowns
     z = np.clip(z, unknowns.lower, unknowns.upper)
-    return transferred(supermodel, curve.fitted.supermodel, local_of(unknowns, place._replace(z=z)))
+    return transferred(supermodel, curve.fitted.supermodel, unknowns.local_of(place._replace(z=z)))

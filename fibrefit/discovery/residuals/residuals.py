@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.diagnose.motion import ResidualSet, motion
+from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 
@@ -24,7 +24,7 @@ def residual_set_at(problem: Problem, values: np.ndarray, noise: Mapping[str, No
     values : (n_free,) or, where records differ, (n_record, n_local) in SI units
     noise : mapping of channel to Noise
     """
-    moved, data = motion(problem, values), problem.observations
+    moved, data = Motion.of(problem, values), problem.observations
     channels = problem.model.rig.channels
     residuals = np.stack(
         [np.asarray(data.weight[c]) * (moved.readings[c] - np.asarray(data.measured[c])) for c in channels], axis=1

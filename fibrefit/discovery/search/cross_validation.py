@@ -27,9 +27,9 @@ from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
-from fibrefit.problem.linear_model.normal_equations import arranged, local_grams
+from fibrefit.problem.linear_model.normal_equations import Arrowhead
 from fibrefit.study.summaries.discovery import HeldOut
 
 REFIT_STEPS = 15
@@ -72,7 +72,7 @@ def left_out(search: Search, found: LaplaceFit, tell: Callable[[float], None] = 
 def _known(search: Search, found: LaplaceFit) -> tuple[np.ndarray, float]:
     """Matrices of all records at the mode of a model, and its evidence of them."""
     at, seen = found.evidence.mode, search.inference.common_noise.whitened(found.supermodel)
-    grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
+    grams = at.unknowns.local_grams(at.place, lambda one, of, to: seen.grams(one, of, to, search.context.whole))
     return grams, _evidence(search.inference, found, grams, np.ones(len(grams), dtype=bool)).log
 
 
@@ -95,9 +95,9 @@ def _evidence(
     The matrices of these at the mode of all tell where they lead; only what these predict much of is followed.
     """
     at = found.evidence.mode
-    start = replace(at, normal=arranged(at.unknowns, grams * kept[:, None, None]))
+    start = replace(at, normal=Arrowhead.of(at.unknowns, grams * kept[:, None, None]))
     gram = SecantGram(inference.common_noise.whitened(found.supermodel), np.where(kept, inference.context.whole, 0))
-    return laplace(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
+    return MarginalLikelihood.of(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
 
 
 def gap_of_record(search: Search, supermodel: Supermodel, local: np.ndarray, record: int) -> float:

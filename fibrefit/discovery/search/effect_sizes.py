@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.newton import unexplained_share
+from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.study.summaries.discovery import Weight
 
 
@@ -120,9 +120,9 @@ def _distance(effect: type[Effect], values: Mapping[str, float], errors: Mapping
 
 def _share_of_signal(search: Search, best: Hypothesis, other: Without) -> tuple[float, str]:
     """What an effect explains over what was measured, both rms, and of what."""
-    lacking, remaining = (unexplained_share(*own_task(search.task, one)) for one in (other.lesser, best))
+    lacking, remaining = (ForceBalance.of(*own_task(search.task, one)) for one in (other.lesser, best))
     if lacking is not None and remaining is not None:
-        return float(np.sqrt(max(lacking**2 - remaining**2, 0.0))), "force"
+        return float(np.sqrt(max(lacking.share**2 - remaining.share**2, 0.0))), "force"
     return float(np.sqrt(max(other.gain, 0.0) / _loudness(search))), "readings"
 
 

@@ -19,9 +19,8 @@ from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import laplace_evidence, most_probable_sigma
+from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.linear_model.unknowns import place_of
 
 
 def extended(
@@ -50,7 +49,7 @@ def extended(
     effects, how = (*parent.effects, effect), descent(found.objective)
     if stands_for_differences(effect) and found.sigma.any():
         at, gram = inference.absent_beside(parent, supermodel, effect, slopes)
-        evidence = laplace_evidence(at.unknowns, at, gram, most_probable_sigma(at), **how)
+        evidence = laplace_evidence(at.unknowns, at, gram, MarginalLikelihood.of(at).most_probable_sigma, **how)
         return LaplaceFit(effects, supermodel, evidence)
     local = transferred(supermodel, parent.supermodel, parent.local)
     unknowns = inference.unknowns(supermodel, effects)
@@ -58,7 +57,7 @@ def extended(
     def followed(values: dict[str, float]) -> LaplaceFit:
         for name, value in values.items():
             local[:, supermodel.names.index(name)] = value
-        start = accompanied(unknowns, place_of(unknowns, local, found.place.eta), prediction)
+        start = accompanied(unknowns, unknowns.place_of(local, found.place.eta), prediction)
         gram = inference.secant(supermodel, slopes)
         if effect.sudden:
             # Slopes along an instant are those of a few samples about it: a step meant for all else leads astray.

@@ -20,8 +20,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.laws.families import family_of, instants_of
 from fibrefit.laws.law import INSTANTS, Effect
-from fibrefit.problem.linear_model.normal_equations import local_grams, score_test
-from fibrefit.problem.linear_model.unknowns import place_of
+from fibrefit.problem.linear_model.normal_equations import ScoreTest
 
 
 def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain]) -> bool:
@@ -65,10 +64,10 @@ def predicted_recurrence(screen: Screen, supermodel: Supermodel, effect: type[Ef
     def products(instants: np.ndarray) -> np.ndarray:
         local = base.copy()
         local[:, columns] = instants[: len(columns)]
-        return local_grams(unknowns, place_of(unknowns, local, found.place.eta), gram, further)
+        return unknowns.local_grams(unknowns.place_of(local, found.place.eta), gram, further)
 
     def gain(grams: np.ndarray) -> float:
-        return float(score_test(unknowns, found.place, grams, 1, found.sigma).gain[0])
+        return float(ScoreTest.of(unknowns, found.place, grams, 1, found.sigma).gain[0])
 
     # An effect may have fewer instants than there are records: those beyond them say nothing of any.
     looked = np.repeat(np.array(INSTANTS)[:, None], len(base), axis=1)

@@ -28,9 +28,9 @@ from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import laplace
-from fibrefit.problem.linear_model.normal_equations import Gram, local_grams, score_test
-from fibrefit.problem.linear_model.unknowns import Unknowns, coordinate_steps, place_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem.linear_model.normal_equations import ScoreTest
+from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
 
 
 class Elsewhere(NamedTuple):
@@ -108,7 +108,7 @@ class Screen:
         best = {effect: best_of(some or [nothing], rings(effect)) for effect, some in found.items()}
         for effect in filter(stands_for_differences, effects if parent.evidence.mode.sigma.any() else ()):
             # Of the standard deviations of the others, smaller without that record, a score test says nothing.
-            at_null = laplace(self.inference.absent_beside(parent, supermodel, effect, self.slopes)[0])
+            at_null = MarginalLikelihood.of(self.inference.absent_beside(parent, supermodel, effect, self.slopes)[0])
             predicted = LaplaceFit((*parent.effects, effect), supermodel, at_null)
             best[effect] = best[effect]._replace(gain=predicted.log - parent.log)
         return best
@@ -122,10 +122,10 @@ class Screen:
         ]
         unknowns, found = self.unknowns(supermodel), self.parent.evidence.mode
         columns = np.array([supermodel.names.index(name) for _, name, _ in ways])
-        place = place_of(unknowns, local, found.place.eta)
+        place = unknowns.place_of(local, found.place.eta)
         values = np.array([slightly(supermodel, *way) for way in ways])
-        grams = local_grams(unknowns, place, gram, (columns, values))
-        test = score_test(unknowns, place, grams, len(columns), found.sigma)
+        grams = unknowns.local_grams(place, gram, (columns, values))
+        test = ScoreTest.of(unknowns, place, grams, len(columns), found.sigma)
         shares = -test.score / np.where(test.information > 0.0, test.information, np.inf)
         # A frequency is what it is or another: no place where records ask for the opposite leads to it.
         opposite = np.array([supermodel.declared[name].unit == "Hz" for _, name, _ in ways]) & (shares <= 0.0)
@@ -177,7 +177,7 @@ class Screen:
 def per_unit(fitted: LaplaceFit, slopes: Seed) -> Seed:
     """Slopes of a model, see `LaplaceInference.slopes`, per unit of its coordinates."""
     found = fitted.evidence.mode
-    return Seed(slopes.names, slopes.slopes.scaled(1.0 / coordinate_steps(found.unknowns, found.place)))
+    return Seed(slopes.names, slopes.slopes.scaled(1.0 / found.unknowns.coordinate_steps(found.place)))
 
 
 def _of_the_same(*seeds: Seed) -> list[Slopes]:

@@ -32,7 +32,7 @@ from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import ROUGHLY_THERE, Effort, mode
 from fibrefit.problem.formulate.formulate import first_size
-from fibrefit.problem.linear_model.unknowns import fit_unknowns, free_values, place_of, places_of
+from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.statement.layout import Layout, Range
 from fibrefit.problem.statement.problem import Problem
@@ -207,9 +207,9 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
     What a contact teaches times the next. None where a horizon leaves twice what noise may be: the whole leaves more.
     """
     layout, nothing = problem.layout, np.zeros(0)
-    unknowns = fit_unknowns(layout, start, np.full(layout.size, np.inf))
-    place = place_of(unknowns, layout.local(start))
-    unknowns = unknowns.holding(places_of(layout, unknowns)[0][held], place.z)
+    unknowns = Unknowns.of_fit(layout, start, np.full(layout.size, np.inf))
+    place = unknowns.place_of(layout.local(start))
+    unknowns = unknowns.holding(unknowns.places_in(layout)[0][held], place.z)
     for counts in way:
         samples = float(counts.sum()) * len(problem.model.rig.channels)
         effort = Effort(patience=PATIENCE_PER_HORIZON, worthless=LOUDEST**2 * samples)
@@ -217,7 +217,7 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
         if not end.normal.cost <= (2.0 * LOUDEST) ** 2 * samples:
             return None
         place = end.place
-    return free_values(layout, unknowns, unknowns.value(place.z), place.own)
+    return unknowns.free_values(layout, unknowns.value(place.z), place.own)
 
 
 def _left(problem: Problem, values: np.ndarray) -> tuple[float, float]:

@@ -17,8 +17,7 @@ from fibrefit.fitting.estimates import GlsEstimate
 from fibrefit.fitting.result import Estimate
 from fibrefit.fitting.thresholds import CHANCE
 from fibrefit.fitting.uncertainty import Scores
-from fibrefit.problem.estimate.evidence import laplace
-from fibrefit.problem.linear_model.unknowns import places_of
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.problem import Problem
@@ -114,11 +113,11 @@ def pulls_of_gls(gls: GlsEstimate) -> np.ndarray:
     endless = np.full(len(found.unknowns.shared), np.inf)
     unbounded = replace(found, unknowns=replace(found.unknowns, lower=-endless, upper=endless))
     with np.errstate(all="ignore"):
-        free = laplace(unbounded, gls.evidence.axes)
+        free = MarginalLikelihood.of(unbounded, gls.evidence.axes)
         shared = _over(free.mean - gls.evidence.mean, np.sqrt(np.diag(free.spread)))
     # Of a strength whose typical value lies below its null the coordinate falls as it rises.
     shared = shared * np.sign(found.unknowns.slope(found.place.z))
-    places, pulls = places_of(layout, found.unknowns)[0], np.zeros(layout.size)
+    places, pulls = found.unknowns.places_in(layout)[0], np.zeros(layout.size)
     pulls[layout.shared_places] = shared[places[layout.shared_places]]
     return pulls
 

@@ -33,8 +33,8 @@ from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, InputErrors, corrected, expanded, no_errors
 from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights, samples_about
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode, begun_at
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns, fit_unknowns, free_values, place_of
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
@@ -108,8 +108,8 @@ def with_input_errors(
         Readings linearised near there by somebody else, with what is known of the errors beforehand.
     """
     problem, layout = task.problem, task.problem.layout
-    unknowns = fit_unknowns(layout, values, np.full(layout.size, np.inf))
-    place = place_of(unknowns, np.asarray(layout.local(values)))
+    unknowns = Unknowns.of_fit(layout, values, np.full(layout.size, np.inf))
+    place = unknowns.place_of(np.asarray(layout.local(values)))
     waves, roots = no_errors(known) if coefficients is None else coefficients, None
     looks: list[_Look] = []
     beforehand: View | None = None
@@ -371,13 +371,13 @@ def _descended(problem: Problem, unknowns: Unknowns, place: Place, view: View) -
     gram, nothing = view.gram(unknowns), np.zeros(0)
     number = float(counted(problem, _weighted(view).downweight).sum())
     with beyond_limits():  # the first of these is without an alternative, and all are short
-        begun = begun_at(unknowns, place, gram, nothing)
+        begun = PosteriorMode.at(unknowns, place, gram, nothing)
         enough = max(REDUCTION_TOLERANCE, COARSE * (begun.normal.cost - number))
         return mode(unknowns, begun, gram, nothing, enough)
 
 
 def _values(unknowns: Unknowns, problem: Problem, place: Place) -> np.ndarray:
-    return free_values(problem.layout, unknowns, unknowns.value(place.z), place.own)
+    return unknowns.free_values(problem.layout, unknowns.value(place.z), place.own)
 
 
 def noise_left(task: Task, found: WithInputErrors) -> np.ndarray:

@@ -51,35 +51,35 @@ class Motion:
     sliding: np.ndarray | None = None
     driven: np.ndarray | None = None
 
+    @classmethod
+    def of(cls, problem: Problem, values: np.ndarray | jax.Array) -> Motion:
+        """Simulated motion of all records at `values` ``(n_free,)`` or ``(n_record, n_local)`` in SI units."""
+        local = np.asarray(values if np.ndim(values) == 2 else problem.layout.local(jnp.asarray(values)))
+        return cls._of_moved(problem, local, problem.moved_at(local))
 
-def motion(problem: Problem, values: np.ndarray | jax.Array) -> Motion:
-    """Simulated motion of all records at `values` ``(n_free,)`` or ``(n_record, n_local)`` in SI units."""
-    local = np.asarray(values if np.ndim(values) == 2 else problem.layout.local(jnp.asarray(values)))
-    return _motion(problem, local, problem.moved_at(local))
+    @classmethod
+    def of_fit(cls, problem: Problem, local: np.ndarray) -> Motion:
+        """The same at their own values ``(n_record, n_local)``, by the program a fit has compiled for its slopes."""
+        local = np.asarray(local)
+        return cls._of_moved(problem, local, problem.followed(local)[1])
 
-
-def motion_of_fit(problem: Problem, local: np.ndarray) -> Motion:
-    """The same at their own values ``(n_record, n_local)``, by the program that a fit has compiled for its slopes."""
-    local = np.asarray(local)
-    return _motion(problem, local, problem.followed(local)[1])
-
-
-def _motion(problem: Problem, local: np.ndarray, moved: Moved) -> Motion:
-    moved = jax.tree.map(np.asarray, moved)
-    experiment, modes, known = problem.observations.experiment, moved.modes, _known(moved)
-    times = np.asarray(experiment.times)
-    held = np.zeros(times.shape, dtype=bool)
-    if "release" in problem.layout.names:
-        held = times < local[:, [problem.layout.names.index("release")]]
-    driven = sliding = None
-    if "drive" in experiment.inputs:
-        driven = moves(np.asarray(experiment.inputs["drive"].slopes), times)
-    if hasattr(modes, "guide"):
-        sliding = np.where(held, 0, np.sign(modes.guide))
-        # The time beyond the end of a record holds no motion.
-        sliding = np.where(np.arange(times.shape[1]) < np.asarray(experiment.count)[:, None], sliding, 0)
-    phase = np.where(held, HELD, _phase(modes, known, sliding, driven))
-    return Motion(phase, known, moved.trouble, moved.channels, sliding, driven)
+    @classmethod
+    def _of_moved(cls, problem: Problem, local: np.ndarray, moved: Moved) -> Motion:
+        moved = jax.tree.map(np.asarray, moved)
+        experiment, modes, known = problem.observations.experiment, moved.modes, _known(moved)
+        times = np.asarray(experiment.times)
+        held = np.zeros(times.shape, dtype=bool)
+        if "release" in problem.layout.names:
+            held = times < local[:, [problem.layout.names.index("release")]]
+        driven = sliding = None
+        if "drive" in experiment.inputs:
+            driven = moves(np.asarray(experiment.inputs["drive"].slopes), times)
+        if hasattr(modes, "guide"):
+            sliding = np.where(held, 0, np.sign(modes.guide))
+            # The time beyond the end of a record holds no motion.
+            sliding = np.where(np.arange(times.shape[1]) < np.asarray(experiment.count)[:, None], sliding, 0)
+        phase = np.where(held, HELD, _phase(modes, known, sliding, driven))
+        return cls(phase, known, moved.trouble, moved.channels, sliding, driven)
 
 
 def moves(rates: np.ndarray, times: np.ndarray) -> np.ndarray:

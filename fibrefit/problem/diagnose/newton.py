@@ -161,6 +161,35 @@ class Gravity(NamedTuple):
     excess: float
     error: float
 
+    @classmethod
+    def in_flight(cls, task: Task, values: np.ndarray, motion: Motion) -> Gravity | None:
+        """Gravity by the positions measured while the fibre is slack; None where no weight flies in both directions.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+        motion : Motion
+            At these values.
+
+        Law
+        ---
+        Positions of a flight are ``a + b t + γ g t² / 2 - (f ∬ sign(v) + c ∬ v) / m``, with friction that is constant
+        or grows with the speed and the same f and c in all of them. Least squares of what was measured, over least
+        squares of what was simulated: a clock or a scale that is in the model counts as stated. The error is that of
+        noise with the spectrum of the rests, or as loud as what is left where that is louder.
+        """
+        rig = task.problem.model.rig
+        if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
+            return None
+        local = np.asarray(task.problem.layout.local(np.asarray(values)))
+        flights = _measured(task, motion)
+        measured, simulated = _fitted(task, local, flights), _fitted(task, local, _simulated(task, motion))
+        if measured is None or simulated is None:
+            return None
+        places = [(flight.record, flight.samples[flight.seen]) for flight in flights]
+        error, ratio = error_of_sum(task, places, measured.weights[0], measured.left), float(simulated.sizes[0])
+        return cls(float(measured.sizes[0]) / ratio - 1.0, error / ratio)
+
 
 class _Flight(NamedTuple):
     """One flight: its record, its samples, their positions, NaN where they do not count, and speeds."""
@@ -174,35 +203,6 @@ class _Flight(NamedTuple):
     def seen(self) -> np.ndarray:
         """Samples that count."""
         return np.isfinite(self.position)
-
-
-def gravity_in_flight(task: Task, values: np.ndarray, motion: Motion) -> Gravity | None:
-    """Gravity by the positions measured while the fibre is slack; None where no weight flies in both directions.
-
-    Parameters
-    ----------
-    values : (n_free,) in SI units
-    motion : Motion
-        At these values.
-
-    Law
-    ---
-    Positions of a flight are ``a + b t + γ g t² / 2 - (f ∬ sign(v) + c ∬ v) / m``, with friction that is constant or
-    grows with the speed and the same f and c in all of them. Least squares of what was measured, over least squares of
-    what was simulated: a clock or a scale that is in the model counts as stated. The error is that of noise with the
-    spectrum of the rests, or as loud as what is left where that is louder.
-    """
-    rig = task.problem.model.rig
-    if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
-        return None
-    local = np.asarray(task.problem.layout.local(np.asarray(values)))
-    flights = _measured(task, motion)
-    measured, simulated = _fitted(task, local, flights), _fitted(task, local, _simulated(task, motion))
-    if measured is None or simulated is None:
-        return None
-    places = [(flight.record, flight.samples[flight.seen]) for flight in flights]
-    error, ratio = error_of_sum(task, places, measured.weights[0], measured.left), float(simulated.sizes[0])
-    return Gravity(float(measured.sizes[0]) / ratio - 1.0, error / ratio)
 
 
 def _measured(task: Task, motion: Motion) -> list[_Flight]:
@@ -280,6 +280,42 @@ class Lag(NamedTuple):
     late: float
     error: float
 
+    @classmethod
+    def in_contacts(cls, task: Task, values: np.ndarray, motion: Motion) -> Lag | None:
+        """Delay of the measured force; None where nothing falls, or no contact was measured whole.
+
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+        motion : Motion
+            At these values.
+
+        Law
+        ---
+        Positions of a contact are ``a + b t + c t² - s ∬ F / m - τ ∫ F / m - f ∬ sign(v) / m``, with the same s and τ
+        in all of them, and friction f as it was found. The delay is τ / s; a wrong mass, scale or zero of the force is
+        in s or c. What the simulated readings say by the same law is taken off: a delay that is in the model counts as
+        stated.
+        """
+        rig = task.problem.model.rig
+        if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
+            return None
+        local = np.asarray(task.problem.layout.local(np.asarray(values)))
+        contacts = _contacts(task)
+
+        def measured(r: int) -> tuple[np.ndarray, np.ndarray]:
+            return measured_positions(task, r), task.traces[r].channels[FORCE]
+
+        def simulated(r: int) -> tuple[np.ndarray, np.ndarray]:
+            n = len(task.traces[r].times)
+            return tuple(np.asarray(motion.readings[name])[r, :n] for name in (POSITION, FORCE))  # type: ignore[return-value]
+
+        found, expected = (_delay(task, local, contacts, signals) for signals in (measured, simulated))
+        if found is None or expected is None:
+            return None
+        places = [(contact.record, contact.samples[contact.seen]) for contact in contacts]
+        return cls(found.late - expected.late, error_of_sum(task, places, found.weights, found.left))
+
 
 class _Contact(NamedTuple):
     """One contact: its record, its samples, and those of them ``(n_sample,)`` whose position counts."""
@@ -308,41 +344,6 @@ class _Signals(NamedTuple):
     def of(cls, trace: Trace, position: np.ndarray, force: np.ndarray) -> _Signals:
         """With the direction of the motion that the positions tell."""
         return cls(position, force, np.sign(derivative(position, trace.times, TURNED, 1)))
-
-
-def lag_in_contacts(task: Task, values: np.ndarray, motion: Motion) -> Lag | None:
-    """Delay of the measured force; None where nothing falls, or no contact was measured whole.
-
-    Parameters
-    ----------
-    values : (n_free,) in SI units
-    motion : Motion
-        At these values.
-
-    Law
-    ---
-    Positions of a contact are ``a + b t + c t² - s ∬ F / m - τ ∫ F / m - f ∬ sign(v) / m``, with the same s and τ in
-    all of them, and friction f as it was found. The delay is τ / s; a wrong mass, scale or zero of the force is in s
-    or c. What the simulated readings say by the same law is taken off: a delay that is in the model counts as stated.
-    """
-    rig = task.problem.model.rig
-    if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
-        return None
-    local = np.asarray(task.problem.layout.local(np.asarray(values)))
-    contacts = _contacts(task)
-
-    def measured(r: int) -> tuple[np.ndarray, np.ndarray]:
-        return measured_positions(task, r), task.traces[r].channels[FORCE]
-
-    def simulated(r: int) -> tuple[np.ndarray, np.ndarray]:
-        n = len(task.traces[r].times)
-        return tuple(np.asarray(motion.readings[name])[r, :n] for name in (POSITION, FORCE))  # type: ignore[return-value]
-
-    found, expected = (_delay(task, local, contacts, signals) for signals in (measured, simulated))
-    if found is None or expected is None:
-        return None
-    places = [(contact.record, contact.samples[contact.seen]) for contact in contacts]
-    return Lag(found.late - expected.late, error_of_sum(task, places, found.weights, found.left))
 
 
 def _contacts(task: Task) -> list[_Contact]:
@@ -416,42 +417,35 @@ class ForceBalance(NamedTuple):
     share: float
     explained: float
 
+    @classmethod
+    def of(cls, task: Task, values: np.ndarray) -> ForceBalance | None:
+        """What is not explained of a driving force; None for a rig that no force drives.
 
-def balance_check(found: ForceBalance) -> Check:
-    """Whether the measured force is the one that the measured motion asks for."""
-    return Check(
-        name="the force is the one the motion asks for",
-        passed=found.share <= BALANCE,
-        statistic=found.share,
-        threshold=BALANCE,
-        identifier="force_balance",
-        quantity="force balance (inverse dynamics)",
-        facts={"below": FORCES},
-    )
+        Parameters
+        ----------
+        values : (n_free,) in SI units
+        """
+        if task.problem.model.rig.anchor is None:
+            return None
+        local = np.asarray(task.problem.layout.local(np.asarray(values)))
+        parts = [_residual(task, trace, local[r], r) for r, trace in enumerate(task.traces)]
+        count = sum(len(missing) for missing, _ in parts)
+        missing = sum(float(np.sum(missing**2)) for missing, _ in parts)
+        whole = sum(float(np.sum(force**2)) for _, force in parts)
+        varied = sum(float(np.sum((force - force.mean()) ** 2)) for _, force in parts)
+        return cls(np.sqrt(missing / count), np.sqrt(missing / whole), 1.0 - missing / varied)
 
-
-def force_balance(task: Task, values: np.ndarray) -> ForceBalance | None:
-    """What is not explained of a driving force; None for a rig that no force drives.
-
-    Parameters
-    ----------
-    values : (n_free,) in SI units
-    """
-    if task.problem.model.rig.anchor is None:
-        return None
-    local = np.asarray(task.problem.layout.local(np.asarray(values)))
-    parts = [_residual(task, trace, local[r], r) for r, trace in enumerate(task.traces)]
-    count = sum(len(missing) for missing, _ in parts)
-    missing = sum(float(np.sum(missing**2)) for missing, _ in parts)
-    whole = sum(float(np.sum(force**2)) for _, force in parts)
-    varied = sum(float(np.sum((force - force.mean()) ** 2)) for _, force in parts)
-    return ForceBalance(np.sqrt(missing / count), np.sqrt(missing / whole), 1.0 - missing / varied)
-
-
-def unexplained_share(task: Task, values: np.ndarray) -> float | None:
-    """What is not explained of a driving force over that force, both rms; None for a rig that no force drives."""
-    found = force_balance(task, values)
-    return None if found is None else found.share
+    def check(self) -> Check:
+        """Whether the measured force is the one that the measured motion asks for."""
+        return Check(
+            name="the force is the one the motion asks for",
+            passed=self.share <= BALANCE,
+            statistic=self.share,
+            threshold=BALANCE,
+            identifier="force_balance",
+            quantity="force balance (inverse dynamics)",
+            facts={"below": FORCES},
+        )
 
 
 def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple[np.ndarray, np.ndarray]:

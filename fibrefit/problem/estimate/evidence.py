@@ -1,5 +1,9 @@
 """How probable the records are under a model: Laplace's approximation, summed over how much records may differ.
 
+The sum tells of the values that records share, and of their differences, as well. Few records tell little of how much
+they differ. The posterior of a shared value is therefore a mixture of normal ones, a narrow one for each small standard
+deviation and a wide one for each large one: its tails are as heavy as those of Student's distribution.
+
 Law
 ---
 At the mode, ``ln Z(sigma) = -Q / 2 - ln det H / 2 + ln det P / 2`` with H the matrix of second derivatives and P that
@@ -30,20 +34,23 @@ from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 from fibrefit.problem.estimate.gauss_newton import EVERYTHING, FIRST_SIGMA, MODE_TOLERANCE, Effort, mode
-from fibrefit.problem.linear_model.normal_equations import Gram, PosteriorMode, eliminated
-from fibrefit.problem.linear_model.unknowns import RIGID, Place, Unknowns, own_precision
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode, eliminated
+from fibrefit.problem.linear_model.unknowns import RIGID, Gram, Place, Unknowns
 from fibrefit.problem.statement.layout import RAN_AWAY
-from fibrefit.problem.statement.matrices import inverses, log_determinant, solved
+from fibrefit.problem.statement.matrices import equilibrated, inverses, log_determinant, scale_of, solved
 from fibrefit.problem.thresholds import END_TOLD
+from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.results import BetweenRecordsSummary
 
 LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
 FEW_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
 """The same where many parameters deviate."""
 FURTHER = (0.2, 0.5)
-"""Levels beyond the last one, of parameters that the records of a fit make differ by that: see `end_told`."""
+"""Levels beyond the last one, of parameters that the records of a fit make differ by that: see `last_level_ratios`."""
 MANY = 3
 """Parameters that may deviate at the most for the finer of these levels."""
 AGREE = 0.5
@@ -58,6 +65,15 @@ WEIGHS, WEIGHTLESS = 1e-4, 1e-7
 """Weight of a level as a share of the largest: that which its cells are halved for, and that below which it goes."""
 MOST_POINTS = 40_000
 """Points of a grid that is halved no further."""
+ROUNDS = 4
+NOWHERE = -100.0
+"""Nats of a point that is left out of a grid, where that goes on to another."""
+INSIDE_95 = (0.025, 0.975)
+HALVINGS = 60
+FARTHEST = 12.0
+"""Distance in standard deviations at which quantiles are looked for."""
+LIGHT = 1e-4
+"""Weight on the grid, as a share of the largest, below which a point is left out of covariances."""
 
 
 @dataclass(frozen=True)
@@ -167,11 +183,6 @@ def finest_step(records: int) -> float:
     return WIDEST_STEP / float(np.sqrt(2.0 * max(records - 1, 1)))
 
 
-ROUNDS = 4
-NOWHERE = -100.0
-"""Nats of a point that is left out of a grid, where that goes on to another."""
-
-
 @dataclass(frozen=True)
 class MarginalLikelihood:
     """Marginal likelihood of a model, and what the records say of their differences.
@@ -204,10 +215,62 @@ class MarginalLikelihood:
     covariance: np.ndarray
     axes: tuple[SigmaAxis, ...] = ()
 
+    @classmethod
+    @RAN_AWAY
+    def of(cls, found: PosteriorMode, axes: Sequence[SigmaAxis] | None = None) -> MarginalLikelihood:
+        """From the matrices at a mode; none where a motion is lost, of which there are no numbers.
+
+        Parameters
+        ----------
+        axes : sequence of SigmaAxis, optional
+            Of the grid; that on which models are compared, if not given.
+        """
+        unknowns, place, normal = found.unknowns, found.place, found.normal
+        axes = usual_axes(len(unknowns.scattering)) if axes is None else tuple(axes)
+        grid, prior = grid_over(axes)
+        n = len(unknowns.each)
+        # Deviations are counted from zero, so that none of them is large beside a small standard deviation.
+        eta = np.concatenate([np.zeros((len(place.eta), n)), place.eta], axis=1)
+        pulls = normal.pulls - np.einsum("rij,rj->ri", normal.blocks, eta)
+        pull = normal.pull - np.einsum("rij,rj->i", normal.cross, eta)
+        cost = normal.cost - 2.0 * np.sum(normal.pulls * eta) + np.einsum("ri,rij,rj->", eta, normal.blocks, eta)
+        shared, away = normal.shared + unknowns.precision, place.z - unknowns.mean
+        pull, cost = pull + unknowns.precision @ away, cost + float(away @ unknowns.precision @ away)
+        precision = unknowns.own_precision(grid)
+        blocks = normal.blocks + (precision[:, :, None] * np.eye(precision.shape[1]))[:, None]
+        schur, right = eliminated(shared, normal.cross, blocks, pull, pulls)
+        inverse = inverses(schur)
+        dz = -np.einsum("gij,gj->gi", inverse, right)
+        own = solved(blocks, np.broadcast_to(pulls, blocks.shape[:-1])[..., None])[..., 0]
+        lowest = cost + np.einsum("gi,gi->g", right, dz) - np.einsum("ri,gri->g", pulls, own)
+        log = -0.5 * (lowest + found.unmet) - 0.5 * (log_determinant(schur) + log_determinant(blocks).sum(axis=-1))
+        log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
+        inside = kept_inside(unknowns, place.z + dz, inverse)
+        log = log + 0.5 * float(log_determinant(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
+        return cls._over_grid(found, grid, log + prior, inside, inverse, axes)
+
+    @classmethod
+    def _over_grid(
+        cls, found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray,
+        axes: tuple[SigmaAxis, ...] = (),
+    ) -> MarginalLikelihood:  # fmt: skip
+        logs = np.where(np.isnan(logs), -np.inf, logs)
+        peak = logs.max()
+        if np.isneginf(peak):
+            return cls(found, peak, grid, logs, np.full(len(grid), 1.0 / len(grid)), z, covariance, axes)
+        weight = np.exp(logs - peak)
+        whole = float(peak + np.log(weight.sum()))
+        return cls(found, whole, grid, logs, weight / weight.sum(), z, covariance, axes)
+
     @property
     def prior(self) -> np.ndarray:
         """Logarithms of the probabilities beforehand of the points of the grid, ``(n_grid,)``."""
         return grid_over(self.axes)[1]
+
+    @property
+    def most_probable_sigma(self) -> np.ndarray:
+        """Standard deviations between records ``(n_scattering,)`` that are most probable."""
+        return np.asarray(self.grid[int(np.argmax(self.weight))])
 
     @property
     def mean(self) -> np.ndarray:
@@ -220,18 +283,185 @@ class MarginalLikelihood:
         away = self.z - self.mean
         return np.einsum("g,gij->ij", self.weight, self.covariance) + np.einsum("g,gi,gj->ij", self.weight, away, away)
 
-    def log_if(self, sigma: np.ndarray) -> float:
-        """Logarithm of the marginal likelihood at a point ``(n_scattering,)`` of the grid, its prior included."""
-        return float(self.logs[np.all(self.grid == sigma, axis=1)][0])
-
     def agree(self, index: int) -> float:
         """Probability that the records agree in a parameter that may deviate."""
         return float(self.weight[self.grid[:, index] == 0.0].sum())
+
+    def log_if(self, sigma: np.ndarray) -> float:
+        """Logarithm of the marginal likelihood at a point ``(n_scattering,)`` of the grid, its prior included."""
+        return float(self.logs[np.all(self.grid == sigma, axis=1)][0])
 
     def levels(self, index: int) -> tuple[np.ndarray, np.ndarray]:
         """Standard deviations ``(n_level,)`` of one parameter between records, and their probabilities."""
         levels = np.unique(self.grid[:, index])
         return levels, np.array([self.weight[self.grid[:, index] == level].sum() for level in levels])
+
+    def _as_seen(self, seen: Mapping[int, MarginalLikelihood], most: float = np.inf) -> MarginalLikelihood:
+        """Evidence in which what was found at standard deviations stands in place of what others predict of them.
+
+        Parameters
+        ----------
+        seen : mapping of int to MarginalLikelihood
+            By place in the grid.
+        most : float
+            A prediction of more than that does not count: the best found, where predictions failed time and again.
+        """
+        logs = np.where(self.logs > most, -np.inf, self.logs)
+        z, covariance = self.z.copy(), self.covariance.copy()
+        for i, there in seen.items():
+            logs[i], z[i], covariance[i] = there.logs[i], there.z[i], there.covariance[i]
+        return self._over_grid(self.mode, self.grid, logs, z, covariance, self.axes)
+
+    @property
+    def last_level_ratios(self) -> np.ndarray:
+        """How many times as probable as beforehand records make the last level of each parameter, ``(n_scattering,)``.
+
+        Where they say nothing that is one, however much the prior leaves there.
+        """
+        grid = self.grid
+        prior, last = np.exp(self.prior), grid == grid.max(axis=0)
+        return np.asarray(self.weight @ last / (prior @ last))
+
+    @property
+    def beyond_levels(self) -> list[int]:
+        """Parameters, of those that may deviate, in which records may well differ by more than the grid goes to."""
+        return np.flatnonzero(self.last_level_ratios > END_TOLD).tolist()
+
+    def extended(self) -> MarginalLikelihood:
+        """The evidence at the same mode over a grid that goes on where records may well differ by more than it goes to.
+
+        As it is where they do not. Its logarithm stays that over the grid that all models have alike.
+        """
+        further = self.beyond_levels
+        axes = usual_axes(len(self.axes), further)
+        return self._weighed_over(axes, self._unforeseen(), self) if further else self
+
+    def refined(self) -> MarginalLikelihood:
+        """The evidence at the same mode over a grid as fine as so many records tell how much they differ.
+
+        As far as `extended` goes. Its logarithm stays that over the grid that all models have alike. Where slopes at
+        the mode promised more than was found, what they promise between the points of the grid is not asked.
+        """
+        found, step, unforeseen = self.extended(), finest_step(len(self.mode.place.eta)), self._unforeseen()
+        while not np.isneginf(self.logs).any():
+            axes = tuple(axis.halved(found.levels(i)[1], step) for i, axis in enumerate(found.axes))
+            same = all(one is other for one, other in zip(axes, found.axes, strict=True))
+            if same or np.prod([len(axis.levels) for axis in axes]) > MOST_POINTS:
+                return found
+            finer = self._weighed_over(axes, unforeseen, found)
+            if finer is found:
+                return found
+            found = finer
+        return found
+
+    def _weighed_over(
+        self, axes: Sequence[SigmaAxis], unforeseen: np.ndarray, otherwise: MarginalLikelihood
+    ) -> MarginalLikelihood:
+        """Evidence over another grid, what was found at points of its own carried on; `otherwise` if none."""
+        wide = MarginalLikelihood.of(self.mode, axes)
+        logs = wide.logs + _carried_on(unforeseen, self.axes, axes)
+        found = replace(self._over_grid(wide.mode, wide.grid, logs, wide.z, wide.covariance, wide.axes), log=self.log)
+        return found if np.isfinite(found.spread).all() else otherwise
+
+    def _unforeseen(self) -> np.ndarray:
+        """What was found at points of the grid over what slopes at the mode predict, in nats, ``(n_grid,)``."""
+        with np.errstate(invalid="ignore"):
+            beyond = self.logs - MarginalLikelihood.of(self.mode, self.axes).logs
+        return np.maximum(np.nan_to_num(beyond, nan=0.0, neginf=NOWHERE), NOWHERE)
+
+    def between_records(self) -> dict[str, BetweenRecordsSummary]:
+        """Standard deviations between records of all parameters that may deviate, by name."""
+        unknowns, found = self.mode.unknowns, {}
+        for index, column in enumerate(unknowns.scattering):
+            levels, weight = self.levels(index)
+            low, middle, high = (_level_at(levels, weight, share) for share in (INSIDE_95[0], 0.5, INSIDE_95[1]))
+            found[unknowns.names[column]] = BetweenRecordsSummary(
+                sd=middle,
+                interval_95=(low, high),
+                agree=self.agree(index),
+                rms=float(np.sqrt(weight @ levels**2 / weight.sum())),
+            )
+        return found
+
+    def between_records_checks(self) -> list[Check]:
+        """Whether the records differ by no more than is looked for at the most; nothing where nobody has to ask."""
+        further = further_in(self.axes)
+        if not further:
+            return []
+        told, unknowns = self.last_level_ratios, self.mode.unknowns
+        worst = max(further, key=lambda index: float(told[index]))
+        name = unknowns.names[unknowns.scattering[worst]]
+        return [
+            Check(
+                name="records differ by no more than is looked for",
+                passed=bool(told[worst] <= END_TOLD),
+                statistic=float(told[worst]),
+                threshold=END_TOLD,
+                identifier="between_records",
+                quantity="difference between records",
+                facts={"parameter": name, "between": self.between_records()[name], "most": FURTHER[-1]},
+            )
+        ]
+
+    def interval_95(self, index: int) -> tuple[float, ...]:
+        """Ends of the 95 % interval of one shared coordinate over all standard deviations between records."""
+        middles, error = self.z[:, index], np.sqrt(np.maximum(self.covariance[:, index, index], 0.0))
+        return tuple(mixture_quantile(self.weight, middles, error, share) for share in INSIDE_95)
+
+    def covariance_of_all(self) -> np.ndarray:
+        """Covariance of shared coordinates and, record after record, of each one's own, for all standard deviations.
+
+        Returns
+        -------
+        (n_shared + n_record * n_each,) * 2
+            Of coordinates, and of own values in units of their sizes.
+        """
+        mode = self.mode
+        unknowns, normal = mode.unknowns, mode.normal
+        n, each, records = len(unknowns.shared), len(unknowns.each), len(normal.blocks)
+        total = np.zeros((n + records * each,) * 2)
+        kept = self.weight > LIGHT * self.weight.max()
+        weight = self.weight[kept] / self.weight[kept].sum()
+        mean = weight @ self.z[kept]
+        for share, sigma, z, shared in zip(weight, self.grid[kept], self.z[kept], self.covariance[kept], strict=True):
+            blocks = normal.blocks + np.diag(unknowns.own_precision(sigma))
+            inverse = inverses(blocks)[:, :each]
+            own = inverse[:, :, :each]
+            # How a record's best own values move with the shared ones.
+            follow = -np.einsum("rij,rkj->rik", inverse, normal.cross).reshape(records * each, n)
+            whole = np.concatenate([np.eye(n), follow])
+            away = whole @ (z - mean)
+            part = whole @ shared @ whole.T + np.outer(away, away)
+            for r in range(records):
+                here = slice(n + r * each, n + (r + 1) * each)
+                part[here, here] += own[r]
+            total += share * part
+        return total
+
+    def posterior_roots(self) -> np.ndarray:
+        """Independent directions in which the values of each record may be off, a standard deviation each.
+
+        At the most probable standard deviations between records.
+
+        Returns
+        -------
+        (n_record, n_column, n_root)
+            Of the values in `Unknowns.columns`, in SI units; their outer products add up to the covariance.
+        """
+        mode, best = self.mode, int(np.argmax(self.weight))
+        unknowns, normal, place = mode.unknowns, mode.normal, mode.place
+        n, each, deviating = len(unknowns.shared), len(unknowns.each), len(unknowns.scattering)
+        blocks = normal.blocks + np.diag(unknowns.own_precision(self.grid[best]))
+        inverse = inverses(blocks)
+        inverse[unknowns.fixed_own] = 0.0
+        onto = np.zeros((n + each, each + deviating))
+        onto[unknowns.own, np.arange(each + deviating)] = 1.0
+        # A record's own values follow the shared ones, and are off by themselves.
+        follow = np.eye(n + each, n) - onto @ inverse @ np.swapaxes(normal.cross, 1, 2)
+        roots = np.concatenate([follow @ _root_of(self.covariance[best]), onto @ _root_of(inverse)], axis=-1)
+        z = unknowns.shared_coordinates(place)
+        unit = np.concatenate([unknowns.slope(z), np.broadcast_to(unknowns.size, (len(blocks), each))], axis=1)
+        return roots * unit[:, :, None]
 
 
 def laplace_evidence(
@@ -258,98 +488,23 @@ def laplace_evidence(
     seen: dict[int, MarginalLikelihood] = {}
     for _ in range(ROUNDS):
         found = mode(unknowns, at, gram, sigma, tolerance, effort)
-        evidence = laplace(found)
+        evidence = MarginalLikelihood.of(found)
         here = np.flatnonzero(np.all(evidence.grid == sigma, axis=1)).tolist()
         if found.objective > effort.worthless and seen:
             break  # other standard deviations led away from what was found
         if found.objective > effort.worthless:
             # Nothing is looked for from here: what it predicts of other standard deviations is no find, and far from a
             # minimum it may be anything.
-            return _as_seen(evidence, {}, max((float(evidence.logs[i]) for i in here), default=np.inf))
+            return evidence._as_seen({}, max((float(evidence.logs[i]) for i in here), default=np.inf))
         seen |= dict.fromkeys(here, evidence)
-        evidence = _as_seen(evidence, seen)
+        evidence = evidence._as_seen(seen)
         best = int(np.argmax(evidence.weight))
         if best in seen:
-            return _as_seen(seen[best], seen, float(seen[best].logs[best]))
+            return seen[best]._as_seen(seen, float(seen[best].logs[best]))
         # Standard deviations are priors: what the records say of a place stays what it was.
         at, sigma = found, evidence.grid[best]
     best = max(seen, key=lambda i: float(seen[i].logs[i]))
-    return _as_seen(seen[best], seen, float(seen[best].logs[best]))
-
-
-def _as_seen(
-    evidence: MarginalLikelihood, seen: Mapping[int, MarginalLikelihood], most: float = np.inf
-) -> MarginalLikelihood:
-    """Evidence in which what was found at standard deviations stands in place of what others predict of them.
-
-    Parameters
-    ----------
-    seen : mapping of int to MarginalLikelihood
-        By place in the grid.
-    most : float
-        A prediction of more than that does not count: the best that was found, where predictions failed time and again.
-    """
-    logs = np.where(evidence.logs > most, -np.inf, evidence.logs)
-    z, covariance = evidence.z.copy(), evidence.covariance.copy()
-    for i, there in seen.items():
-        logs[i], z[i], covariance[i] = there.logs[i], there.z[i], there.covariance[i]
-    return _over_grid(evidence.mode, evidence.grid, logs, z, covariance, evidence.axes)
-
-
-def most_probable_sigma(found: PosteriorMode) -> np.ndarray:
-    """Standard deviations between records ``(n_scattering,)`` that slopes at a place say are most probable."""
-    evidence = laplace(found)
-    return np.asarray(evidence.grid[int(np.argmax(evidence.weight))])
-
-
-@RAN_AWAY
-def laplace(found: PosteriorMode, axes: Sequence[SigmaAxis] | None = None) -> MarginalLikelihood:
-    """MarginalLikelihood from the matrices at a mode; none where a motion is lost, of which there are no numbers.
-
-    Parameters
-    ----------
-    axes : sequence of SigmaAxis, optional
-        Of the grid; that on which models are compared, if not given.
-    """
-    unknowns, place, normal = found.unknowns, found.place, found.normal
-    axes = usual_axes(len(unknowns.scattering)) if axes is None else tuple(axes)
-    grid, prior = grid_over(axes)
-    n = len(unknowns.each)
-    # Deviations are counted from zero, so that none of them is large beside a small standard deviation.
-    eta = np.concatenate([np.zeros((len(place.eta), n)), place.eta], axis=1)
-    pulls = normal.pulls - np.einsum("rij,rj->ri", normal.blocks, eta)
-    pull = normal.pull - np.einsum("rij,rj->i", normal.cross, eta)
-    cost = normal.cost - 2.0 * np.sum(normal.pulls * eta) + np.einsum("ri,rij,rj->", eta, normal.blocks, eta)
-    shared, away = normal.shared + unknowns.precision, place.z - unknowns.mean
-    pull, cost = pull + unknowns.precision @ away, cost + float(away @ unknowns.precision @ away)
-    precision = own_precision(unknowns, grid)
-    blocks = normal.blocks + (precision[:, :, None] * np.eye(precision.shape[1]))[:, None]
-    schur, right = eliminated(shared, normal.cross, blocks, pull, pulls)
-    inverse = inverses(schur)
-    dz = -np.einsum("gij,gj->gi", inverse, right)
-    lowest = (
-        cost
-        + np.einsum("gi,gi->g", right, dz)
-        - np.einsum("ri,gri->g", pulls, solved(blocks, np.broadcast_to(pulls, blocks.shape[:-1])[..., None])[..., 0])
-    )
-    log = -0.5 * (lowest + found.unmet) - 0.5 * (log_determinant(schur) + log_determinant(blocks).sum(axis=-1))
-    log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
-    inside = kept_inside(unknowns, place.z + dz, inverse)
-    log = log + 0.5 * float(log_determinant(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
-    return _over_grid(found, grid, log + prior, inside, inverse, axes)
-
-
-def _over_grid(
-    found: PosteriorMode, grid: np.ndarray, logs: np.ndarray, z: np.ndarray, covariance: np.ndarray,
-    axes: tuple[SigmaAxis, ...] = (),
-) -> MarginalLikelihood:  # fmt: skip
-    logs = np.where(np.isnan(logs), -np.inf, logs)
-    peak = logs.max()
-    if np.isneginf(peak):
-        return MarginalLikelihood(found, peak, grid, logs, np.full(len(grid), 1.0 / len(grid)), z, covariance, axes)
-    weight = np.exp(logs - peak)
-    whole = float(peak + np.log(weight.sum()))
-    return MarginalLikelihood(found, whole, grid, logs, weight / weight.sum(), z, covariance, axes)
+    return seen[best]._as_seen(seen, float(seen[best].logs[best]))
 
 
 def kept_inside(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -407,67 +562,6 @@ def _log_share(below: np.ndarray, above: np.ndarray) -> np.ndarray:
     return np.asarray(whole + np.log(-np.expm1(beyond)))
 
 
-def end_told(evidence: MarginalLikelihood) -> np.ndarray:
-    """How many times as probable as beforehand records make the last level of each parameter, ``(n_scattering,)``.
-
-    Where they say nothing that is one, however much the prior leaves there.
-    """
-    grid = evidence.grid
-    prior, last = np.exp(evidence.prior), grid == grid.max(axis=0)
-    return np.asarray(evidence.weight @ last / (prior @ last))
-
-
-def beyond_levels(evidence: MarginalLikelihood) -> list[int]:
-    """Parameters, of those that may deviate, in which records may well differ by more than the grid goes to."""
-    return np.flatnonzero(end_told(evidence) > END_TOLD).tolist()
-
-
-def as_far_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
-    """The evidence at the same mode over a grid that goes on where records may well differ by more than it goes to.
-
-    As it is where they do not. Its logarithm stays that over the grid that all models have alike.
-    """
-    further = beyond_levels(evidence)
-    axes = usual_axes(len(evidence.axes), further)
-    return _weighed_over(axes, evidence, _unforeseen(evidence), evidence) if further else evidence
-
-
-def as_finely_as_told(evidence: MarginalLikelihood) -> MarginalLikelihood:
-    """The evidence at the same mode over a grid as fine as so many records tell how much they differ.
-
-    As far as `as_far_as_told` goes. Its logarithm stays that over the grid that all models have alike. Where slopes at
-    the mode promised more than was found, what they promise between the points of the grid is not asked.
-    """
-    found, step, unforeseen = as_far_as_told(evidence), finest_step(len(evidence.mode.place.eta)), _unforeseen(evidence)
-    while not np.isneginf(evidence.logs).any():
-        axes = tuple(axis.halved(found.levels(i)[1], step) for i, axis in enumerate(found.axes))
-        same = all(one is other for one, other in zip(axes, found.axes, strict=True))
-        if same or np.prod([len(axis.levels) for axis in axes]) > MOST_POINTS:
-            return found
-        finer = _weighed_over(axes, evidence, unforeseen, found)
-        if finer is found:
-            return found
-        found = finer
-    return found
-
-
-def _weighed_over(
-    axes: Sequence[SigmaAxis], evidence: MarginalLikelihood, unforeseen: np.ndarray, otherwise: MarginalLikelihood
-) -> MarginalLikelihood:
-    """Evidence at its mode over another grid, what was found at points of its own carried on; `otherwise` if none."""
-    wide = laplace(evidence.mode, axes)
-    logs = wide.logs + _carried_on(unforeseen, evidence.axes, axes)
-    found = replace(_over_grid(wide.mode, wide.grid, logs, wide.z, wide.covariance, wide.axes), log=evidence.log)
-    return found if np.isfinite(found.spread).all() else otherwise
-
-
-def _unforeseen(evidence: MarginalLikelihood) -> np.ndarray:
-    """What was found at points of the grid over what slopes at the mode predict, in nats, ``(n_grid,)``."""
-    with np.errstate(invalid="ignore"):
-        beyond = evidence.logs - laplace(evidence.mode, evidence.axes).logs
-    return np.maximum(np.nan_to_num(beyond, nan=0.0, neginf=NOWHERE), NOWHERE)
-
-
 def _carried_on(values: np.ndarray, axes: Sequence[SigmaAxis], to: Sequence[SigmaAxis]) -> np.ndarray:
     """Values at the points of a grid at those of another, linear in the logarithm of each standard deviation."""
     from scipy.interpolate import RegularGridInterpolator
@@ -481,3 +575,37 @@ def _carried_on(values: np.ndarray, axes: Sequence[SigmaAxis], to: Sequence[Sigm
     ]
     between = RegularGridInterpolator(places, values.reshape([len(place) for place in places]))
     return np.asarray(between(np.stack([at.ravel() for at in np.meshgrid(*there, indexing="ij")], axis=1)))
+
+
+def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
+    """Quantile of a standard deviation: zero with the weight of the first level, log-uniform around each other one.
+
+    None is larger than the last level, where the prior ends.
+    """
+    logs = np.log(levels[1:])
+    middles = 0.5 * (logs[1:] + logs[:-1])
+    edges = np.concatenate([[1.5 * logs[0] - 0.5 * logs[1]], middles, logs[-1:]])
+    cumulated = np.cumsum(weight) / weight.sum()
+    return 0.0 if share <= cumulated[0] else float(np.exp(np.interp(share, cumulated, edges)))
+
+
+def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, share: float) -> float:
+    """Quantile of a mixture of normal distributions, ``(n,)`` each."""
+    used = weight > 0.0
+    weight, middle, error = weight[used], middle[used], np.maximum(error[used], 1e-300)
+    if len(weight) == 1:
+        return float(middle[0] + error[0] * ndtri(share))
+    low, high = float((middle - FARTHEST * error).min()), float((middle + FARTHEST * error).max())
+    for _ in range(HALVINGS):
+        here = 0.5 * (low + high)
+        below = weight @ ndtr((here - middle) / error) < share * weight.sum()
+        low, high = (here, high) if below else (low, here)
+    return 0.5 * (low + high)
+
+
+def _root_of(covariance: np.ndarray) -> np.ndarray:
+    """Square roots of covariance matrices ``(..., n, n)``; of one that is none, as where a motion is lost, nothing."""
+    covariance = np.where(np.isfinite(covariance).all(axis=(-2, -1), keepdims=True), covariance, 0.0)
+    unit = scale_of(covariance)
+    value, vector = np.linalg.eigh(equilibrated(covariance, unit))
+    return unit[..., None] * vector * np.sqrt(np.maximum(value, 0.0))[..., None, :]

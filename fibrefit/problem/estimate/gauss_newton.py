@@ -26,17 +26,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.linear_model.normal_equations import (
-    Arrowhead,
-    Corrected,
-    Gram,
-    PosteriorMode,
-    arrowhead,
-    begun_at,
-    eliminated,
-    with_priors,
-)
-from fibrefit.problem.linear_model.unknowns import RIGID, Place, Unknowns, local_of, place_of, shared_coordinates
+from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode, eliminated
+from fibrefit.problem.linear_model.unknowns import RIGID, Corrected, Gram, Place, Unknowns
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.statement.layout import RAN_AWAY
 from fibrefit.problem.statement.matrices import equilibrated, solved
@@ -120,7 +111,7 @@ def mode(
         found = replace(start, sigma=sigma, predicted_reduction=np.inf, steps=1)
     else:
         place = start._replace(z=np.clip(start.z, unknowns.lower, unknowns.upper))
-        found = begun_at(unknowns, place, gram, sigma)
+        found = PosteriorMode.at(unknowns, place, gram, sigma)
     corrected = gram if isinstance(gram, Corrected) else None
     exact = corrected is None or isinstance(start, PosteriorMode) or corrected.exact
     radius, step, lowest = np.inf, None, list[float]()
@@ -132,7 +123,7 @@ def mode(
         if arrived and exact:
             break
         if not arrived:
-            there = arrowhead(unknowns, step.place, gram)
+            there = Arrowhead.at(unknowns, step.place, gram)
             moved = replace(found, place=step.place, normal=there, steps=found.steps + 1)
             fall = found.objective - moved.objective
             if np.isfinite(fall) and fall > 0.0:
@@ -160,7 +151,7 @@ def _again(found: PosteriorMode, gram: Gram) -> PosteriorMode:
     """The same place with all slopes simulated there."""
     if isinstance(gram, Corrected):
         gram.renew()
-    return replace(found, normal=arrowhead(found.unknowns, found.place, gram), steps=found.steps + 1)
+    return replace(found, normal=Arrowhead.at(found.unknowns, found.place, gram), steps=found.steps + 1)
 
 
 LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
@@ -228,7 +219,7 @@ def step_within(found: PosteriorMode, radius: float) -> DampedStep:
 def _trial(found: PosteriorMode, damping: float) -> DampedStep:
     """A damped step inside the bounds."""
     unknowns, place = found.unknowns, found.place
-    whole = with_priors(unknowns, place, found.normal, found.sigma)
+    whole = found.normal.with_priors(unknowns, place, found.sigma)
     stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
     free = ~stuck & (np.diag(whole.shared) > 0.0)
     held = np.zeros(len(place.z))
@@ -306,7 +297,7 @@ def record_wise_start(unknowns: Unknowns, places: Sequence[Place], seen: View, h
         found.append(end)
     best = np.argmin([end.normal.costs for end in found], axis=0)
     local = np.stack([found[i].local[r] for r, i in enumerate(best)])
-    found.append(mode(unknowns, place_of(unknowns, local), seen.gram(unknowns), sigma, ROUGHLY_THERE))
+    found.append(mode(unknowns, unknowns.place_of(local), seen.gram(unknowns), sigma, ROUGHLY_THERE))
     return _lowest(found).place
 
 
@@ -362,9 +353,9 @@ def beyond_the_parabola(found: PosteriorMode, gram: Gram) -> np.ndarray:
     which = np.repeat(differing, 2)
     steps = np.maximum(found.sigma[which], FIRST_SIGMA) * np.tile([1.0, -1.0], differing.size)
     columns = unknowns.scattering[which]
-    z = shared_coordinates(unknowns, place)
+    z = unknowns.shared_coordinates(place)
     targets = np.stack([_moved(unknowns, z, *side) for side in zip(columns, steps, strict=True)], axis=1)
-    grams = gram(local_of(unknowns, place), unknowns.shared[columns], targets)
+    grams = gram(unknowns.local_of(place), unknowns.shared[columns], targets)
     rise = np.einsum("rii->ri", grams)[:, :-1] + 2.0 * grams[:, :-1, -1]
     mine = len(unknowns.each) + which
     predicted = normal.blocks[:, mine, mine] * steps**2 + 2.0 * normal.pulls[:, mine] * steps

@@ -299,7 +299,7 @@ def _refuse_unknown_scale(
     study: Study, model: Model, settings: Mapping[str, ParameterSetting], traces: Sequence[Trace]
 ) -> None:
     """Refuse a free decay without a known mass, or what a rig has in its place: it tells values per unit of it only."""
-    if not (name := model.rig.per_unit_of) or settings[name].fixed or belief_of(settings[name]):
+    if not (name := model.rig.per_unit_of) or settings[name].fixed or Belief.of(settings[name]):
         return
     if len({trace.conditions.get(f"added_{name}", 0.0) for trace in traces}) == 1:
         (declared,) = (parameter for parameter in model.rig.parameters if parameter.name == name)
@@ -308,26 +308,15 @@ def _refuse_unknown_scale(
         raise StudyError(str(study.source), f"a free decay, and a {name} that is not held", f"the {declared.doc}", do)
 
 
-def belief_of(setting: ParameterSetting) -> Belief | None:
-    """What a fit believes of a parameter beforehand: a normal density that the study states, or a log-normal one.
-
-    An even density says nothing within its limits, and a value that each record has for itself is left to its record.
-    """
-    stated = setting.prior
-    if stated is None or setting.fixed or not setting.shared or stated.kind in ("uniform", "log_uniform"):
-        return None
-    return Belief(stated.centre, stated.spread, stated.kind == "log_normal")
-
-
 def _well_known(settings: Mapping[str, ParameterSetting]) -> set[str]:
     """Parameters of which it is believed beforehand that no scale of the records is off by a factor because of them."""
-    beliefs = {name: belief_of(setting) for name, setting in settings.items()}
+    beliefs = {name: Belief.of(setting) for name, setting in settings.items()}
     return {name for name, belief in beliefs.items() if belief is not None and rules_out_a_factor(belief.relative)}
 
 
 def _begun(setting: ParameterSetting) -> float | None:
     """Value that a search begins with: the one stated, or the centre of what is believed."""
-    belief = belief_of(setting)
+    belief = Belief.of(setting)
     inside = belief is not None and belief.relative < CENTRED
     return belief.centre if setting.initial is None and inside and belief is not None else setting.initial
 
@@ -338,7 +327,7 @@ def _slot(parameter: Parameter, setting: ParameterSetting, spoken_for: bool = Fa
     fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
     if spoken_for and setting.initial is None:
         fixed = (0.0,)
-    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed, belief_of(setting))
+    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed, Belief.of(setting))
 
 
 def _start(
@@ -365,7 +354,7 @@ def _spread(
     declared: Mapping[str, Parameter], settings: Mapping[str, ParameterSetting], starting: Starting
 ) -> dict[str, float]:
     found = {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
-    beliefs = {name: belief_of(settings[name]) for name in found}
+    beliefs = {name: Belief.of(settings[name]) for name in found}
     return found | {name: min(found[name], 1.0 + 2.0 * b.relative) for name, b in beliefs.items() if b is not None}
 
 

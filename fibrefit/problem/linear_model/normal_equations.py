@@ -1,5 +1,7 @@
 """The arrowhead normal equations about a place, the score test of further directions, and the sandwich variance.
 
+Derived in `fibrefit.problem.linear_model`.
+
 Source
 ------
 Schur complement: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973). Score test: Rao, Proc. Camb. Phil. Soc. 44 (1948).
@@ -8,60 +10,13 @@ Sandwich variance: White, Econometrica 50 (1982).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.linear_model.unknowns import (
-    Place,
-    Unknowns,
-    coordinate_steps,
-    held_places,
-    local_of,
-    own_precision,
-    penalty,
-    shared_coordinates,
-)
+from fibrefit.problem.linear_model.unknowns import Gram, Place, Unknowns
 from fibrefit.problem.statement.matrices import solved
-
-Gram = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""Products ``(n_record, n_column + 1, n_column + 1)`` of the changes of all residuals, and of the residuals, when the
-columns ``(n_column,)`` of local values ``(n_record, n_local)`` go to targets ``(n_record, n_column)``."""
-
-
-@runtime_checkable
-class Corrected(Protocol):
-    """A `Gram` whose slopes are not always simulated; `exact` tells whether those of the last products were."""
-
-    exact: bool
-
-    def renew(self) -> None:
-        """Have all slopes simulated where products are needed next."""
-
-
-def eliminated(
-    shared: np.ndarray, cross: np.ndarray, blocks: np.ndarray, pull: np.ndarray, pulls: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Normal matrix ``(..., n_shared, n_shared)`` and pull without the records' own unknowns (Schur complement).
-
-    Parameters
-    ----------
-    shared : (n_shared, n_shared)
-    cross : (n_record, n_shared, n_own)
-    blocks : (..., n_record, n_own, n_own)
-    pull : (n_shared,)
-    pulls : (n_record, n_own)
-    """
-    if not blocks.shape[-1]:
-        return np.broadcast_to(shared, (*blocks.shape[:-3], *shared.shape)), np.broadcast_to(
-            pull, (*blocks.shape[:-3], *pull.shape)
-        )
-    right = np.concatenate([np.swapaxes(cross, -1, -2), pulls[..., None]], axis=-1)
-    share = solved(blocks, np.broadcast_to(right, (*blocks.shape[:-2], *right.shape[-2:])))
-    whole = np.einsum("rij,...rjk->...ik", cross, share)
-    return shared - whole[..., :-1], pull - whole[..., -1]
 
 
 class Arrowhead(NamedTuple):
@@ -87,6 +42,38 @@ class Arrowhead(NamedTuple):
     pulls: np.ndarray
     cost: float
     costs: np.ndarray
+
+    @classmethod
+    def of(cls, unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
+        """From products ``(n_record, n_column + 1, n_column + 1)``, sorted into shared ones and each record's own."""
+        n, mine, fixed = len(unknowns.shared), unknowns.own, unknowns.fixed_own
+        pulls = np.where(fixed, 0.0, grams[:, mine, -1])
+        blocks = np.where(fixed[:, :, None] | fixed[:, None, :], np.eye(len(mine)), grams[:, mine[:, None], mine])
+        cross = np.where(fixed[:, None, :], 0.0, grams[:, :n][:, :, mine])
+        # Where slopes are no numbers a record is lost, as it is where its motion is.
+        costs = np.where(np.isfinite(grams).all(axis=(1, 2)), grams[:, -1, -1], np.inf)
+        whole = grams[:, :n].sum(axis=0)
+        return cls(whole[:, :n], cross, blocks, whole[:, -1], pulls, float(costs.sum()), costs)
+
+    @classmethod
+    def at(cls, unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
+        """About a place."""
+        return cls.of(unknowns, unknowns.local_grams(place, gram))
+
+    def with_priors(self, unknowns: Unknowns, place: Place, sigma: np.ndarray) -> Arrowhead:
+        """Normal equations of Q about a place, from those of the residuals; the costs stay those of the residuals.
+
+        Parameters
+        ----------
+        sigma : (n_scattering,)
+        """
+        precision = unknowns.own_precision(sigma)
+        return self._replace(
+            shared=self.shared + unknowns.precision,
+            blocks=self.blocks + np.diag(precision),
+            pull=self.pull + unknowns.precision @ (place.z - unknowns.mean),
+            pulls=self.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision,
+        )
 
 
 @dataclass(frozen=True)
@@ -115,10 +102,15 @@ class PosteriorMode:
     steps: int
     unmet: float = 0.0
 
+    @classmethod
+    def at(cls, unknowns: Unknowns, place: Place, gram: Gram, sigma: np.ndarray) -> PosteriorMode:
+        """Where a descent begins, or none is made, under standard deviations between records ``(n_scattering,)``."""
+        return cls(unknowns, place, Arrowhead.at(unknowns, place, gram), sigma, np.inf, 1)
+
     @property
     def local(self) -> np.ndarray:
         """Values of each record, ``(n_record, n_local)`` in SI units."""
-        return local_of(self.unknowns, self.place)
+        return self.unknowns.local_of(self.place)
 
     @property
     def values(self) -> np.ndarray:
@@ -128,102 +120,32 @@ class PosteriorMode:
     @property
     def objective(self) -> float:
         """Q."""
-        return self.normal.cost + penalty(self.unknowns, self.place, self.sigma)
+        return self.normal.cost + self.unknowns.penalty(self.place, self.sigma)
 
+    def overdispersion(self, products: np.ndarray, grams: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+        """Sandwich variance of each shared value over the one it is taken to have, ``(n_shared,)``.
 
-def arrowhead(unknowns: Unknowns, place: Place, gram: Gram) -> Arrowhead:
-    """Normal equations about a place."""
-    return arranged(unknowns, local_grams(unknowns, place, gram))
+        The sandwich variance is that by how scores of parts of the records scatter. It exceeds the other where
+        innovations are not what they are taken for: heavy tails, slopes that predict little, a wrong spectrum.
 
-
-def begun_at(unknowns: Unknowns, place: Place, gram: Gram, sigma: np.ndarray) -> PosteriorMode:
-    """Where a descent begins, or none is made, under standard deviations between records ``(n_scattering,)``."""
-    return PosteriorMode(unknowns, place, arrowhead(unknowns, place, gram), sigma, np.inf, 1)
-
-
-class Differences(NamedTuple):
-    """What slopes at a place are differences over; the parameters of a `Gram` first.
-
-    Parameters
-    ----------
-    local : (n_record, n_local) in SI units
-    columns : (n_column,) int
-    targets : (n_record, n_column) in SI units
-        Where the columns go.
-    rate : (n_record, n_column + 1)
-        Of changes per unit of the coordinates; one of the residuals, which come last.
-    """
-
-    local: np.ndarray
-    columns: np.ndarray
-    targets: np.ndarray
-    rate: np.ndarray
-
-    def per_unit(self, grams: np.ndarray) -> np.ndarray:
-        """Products ``(n_record, n_column + 1, n_column + 1)`` of changes, per unit of the coordinates."""
-        return grams * self.rate[:, :, None] * self.rate[:, None, :]
-
-
-def differences(unknowns: Unknowns, place: Place, further: tuple[np.ndarray, np.ndarray] | None = None) -> Differences:
-    """What slopes at a place are differences over.
-
-    Parameters
-    ----------
-    further : ((n_direction,) int, (n_direction,) in SI units), optional
-        Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
-    """
-    local, shared = local_of(unknowns, place), len(unknowns.shared)
-    columns, steps = unknowns.columns, coordinate_steps(unknowns, place)
-    there = unknowns.value(shared_coordinates(unknowns, place) + steps[:, :shared])
-    targets = np.concatenate([there, (place.own + steps[:, shared:]) * unknowns.size], axis=1)
-    rate = 1.0 / steps
-    if further is not None:
-        columns = np.concatenate([columns, further[0]])
-        targets = np.concatenate([targets, np.repeat(further[1][None], len(local), axis=0)], axis=1)
-    rate = np.concatenate([rate, np.ones((len(local), len(columns) - rate.shape[1] + 1))], axis=1)
-    return Differences(local, columns, targets, rate)
-
-
-def local_grams(
-    unknowns: Unknowns, place: Place, gram: Gram, further: tuple[np.ndarray, np.ndarray] | None = None
-) -> np.ndarray:
-    """Products of slopes and residuals of each record, per unit of its coordinates; residuals come last.
-
-    Parameters
-    ----------
-    further : ((n_direction,) int, (n_direction,) in SI units), optional
-        See `differences`.
-    """
-    at = differences(unknowns, place, further)
-    return at.per_unit(gram(at.local, at.columns, at.targets))
-
-
-def arranged(unknowns: Unknowns, grams: np.ndarray) -> Arrowhead:
-    """Products of slopes ``(n_record, n_column + 1, n_column + 1)`` sorted into shared ones and each record's own."""
-    n, mine, held = len(unknowns.shared), unknowns.own, held_places(unknowns)
-    pulls = np.where(held, 0.0, grams[:, mine, -1])
-    blocks = np.where(held[:, :, None] | held[:, None, :], np.eye(len(mine)), grams[:, mine[:, None], mine])
-    cross = np.where(held[:, None, :], 0.0, grams[:, :n][:, :, mine])
-    # Where slopes are no numbers a record is lost, as it is where its motion is.
-    costs = np.where(np.isfinite(grams).all(axis=(1, 2)), grams[:, -1, -1], np.inf)
-    whole = grams[:, :n].sum(axis=0)
-    return Arrowhead(whole[:, :n], cross, blocks, whole[:, -1], pulls, float(costs.sum()), costs)
-
-
-def with_priors(unknowns: Unknowns, place: Place, normal: Arrowhead, sigma: np.ndarray) -> Arrowhead:
-    """Normal equations of Q about a place, from those of the residuals; the costs stay those of the residuals.
-
-    Parameters
-    ----------
-    sigma : (n_scattering,)
-    """
-    precision = own_precision(unknowns, sigma)
-    return normal._replace(
-        shared=normal.shared + unknowns.precision,
-        blocks=normal.blocks + np.diag(precision),
-        pull=normal.pull + unknowns.precision @ (place.z - unknowns.mean),
-        pulls=normal.pulls + np.concatenate([np.zeros_like(place.own), place.eta], axis=1) * precision,
-    )
+        Parameters
+        ----------
+        products : (n_record, n_stretch, n_column + 1, n_column + 1)
+            Of changes and residuals within each stretch of a record, the residuals last.
+        grams : (n_record, n_column + 1, n_column + 1)
+            Their sums, per unit of the coordinates.
+        covariance : (n_shared, n_shared)
+        """
+        unknowns = self.unknowns
+        raw = np.sqrt(np.maximum(np.einsum("rsii->ri", products), 1e-300))
+        rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
+        scores = products[..., :-1, -1] * rate[:, None, :-1]
+        n, mine = len(unknowns.shared), unknowns.own
+        blocks = self.normal.blocks + np.diag(unknowns.own_precision(self.sigma))
+        share = solved(blocks, np.swapaxes(self.normal.cross, 1, 2))
+        own = np.where(unknowns.fixed_own[:, None], 0.0, scores[..., mine])
+        moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
+        return np.asarray(np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300))
 
 
 class ScoreTest(NamedTuple):
@@ -247,6 +169,38 @@ class ScoreTest(NamedTuple):
     shared: np.ndarray
     own: np.ndarray
 
+    @classmethod
+    def of(cls, unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray) -> ScoreTest:
+        """What slopes say of further directions.
+
+        Parameters
+        ----------
+        grams : (n_record, n_column + number + 1, n_column + number + 1)
+            From `Unknowns.local_grams`, with `number` further directions.
+        sigma : (n_scattering,)
+        """
+        first = len(unknowns.columns)
+        extra, last = np.arange(first, first + number), grams.shape[1] - 1
+        own = np.r_[np.arange(first), last]
+        normal = Arrowhead.of(unknowns, grams[:, own[:, None], own]).with_priors(unknowns, place, sigma)
+        n, mine = len(unknowns.shared), unknowns.own
+        right = np.where(unknowns.fixed_own[..., None], 0.0, grams[:, mine[:, None], extra])
+        # Each record's own unknowns first, then the shared ones.
+        share = solved(
+            normal.blocks, np.concatenate([np.swapaxes(normal.cross, 1, 2), right, normal.pulls[..., None]], axis=-1)
+        )
+        to_shared = np.einsum("rij,rjk->ik", normal.cross, share)
+        to_extra = np.einsum("rji,rjk->ik", right, share)
+        shared = normal.shared - to_shared[:, :n]
+        both = grams[:, :n][:, :, extra].sum(axis=0) - to_shared[:, n : n + number]
+        pull = normal.pull - to_shared[:, -1]
+        inside = solved(shared, np.concatenate([both, pull[:, None]], axis=-1))
+        whole = grams[:, extra[:, None], extra].sum(axis=0) - to_extra[:, n : n + number] - both.T @ inside[:, :-1]
+        score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]
+        # At a mode nothing pulls at the unknowns but the directions.
+        own = share[..., n : n + number] - np.einsum("rij,jk->rik", share[..., :n], inside[:, :-1])
+        return cls(score, np.diag(whole).copy(), whole, -inside[:, :-1].T, -np.moveaxis(own, 2, 0))
+
     @property
     def gain(self) -> np.ndarray:
         """What each is predicted to add to the log likelihood by itself; -inf where slopes say nothing of it."""
@@ -255,62 +209,27 @@ class ScoreTest(NamedTuple):
         return np.where((self.information > 0.0) & np.isfinite(gain), gain, -np.inf)
 
 
-def score_test(unknowns: Unknowns, place: Place, grams: np.ndarray, number: int, sigma: np.ndarray) -> ScoreTest:
-    """What slopes say of further directions.
+def eliminated(
+    shared: np.ndarray, cross: np.ndarray, blocks: np.ndarray, pull: np.ndarray, pulls: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal matrix ``(..., n_shared, n_shared)`` and pull without the records' own unknowns (Schur complement).
 
     Parameters
     ----------
-    grams : (n_record, n_column + number + 1, n_column + number + 1)
-        From `local_grams`, with `number` further directions.
-    sigma : (n_scattering,)
+    shared : (n_shared, n_shared)
+    cross : (n_record, n_shared, n_own)
+    blocks : (..., n_record, n_own, n_own)
+    pull : (n_shared,)
+    pulls : (n_record, n_own)
     """
-    first = len(unknowns.columns)
-    extra, last = np.arange(first, first + number), grams.shape[1] - 1
-    own = np.r_[np.arange(first), last]
-    normal = with_priors(unknowns, place, arranged(unknowns, grams[:, own[:, None], own]), sigma)
-    n, mine = len(unknowns.shared), unknowns.own
-    right = np.where(held_places(unknowns)[..., None], 0.0, grams[:, mine[:, None], extra])
-    # Each record's own unknowns first, then the shared ones.
-    share = solved(
-        normal.blocks, np.concatenate([np.swapaxes(normal.cross, 1, 2), right, normal.pulls[..., None]], axis=-1)
-    )
-    to_shared = np.einsum("rij,rjk->ik", normal.cross, share)
-    to_extra = np.einsum("rji,rjk->ik", right, share)
-    shared = normal.shared - to_shared[:, :n]
-    both = grams[:, :n][:, :, extra].sum(axis=0) - to_shared[:, n : n + number]
-    pull = normal.pull - to_shared[:, -1]
-    inside = solved(shared, np.concatenate([both, pull[:, None]], axis=-1))
-    whole = grams[:, extra[:, None], extra].sum(axis=0) - to_extra[:, n : n + number] - both.T @ inside[:, :-1]
-    score = grams[:, extra, -1].sum(axis=0) - to_extra[:, -1] - both.T @ inside[:, -1]
-    # At a mode nothing pulls at the unknowns but the directions.
-    own = share[..., n : n + number] - np.einsum("rij,jk->rik", share[..., :n], inside[:, :-1])
-    return ScoreTest(score, np.diag(whole).copy(), whole, -inside[:, :-1].T, -np.moveaxis(own, 2, 0))
-
-
-def overdispersion_of_scores(
-    found: PosteriorMode, products: np.ndarray, grams: np.ndarray, covariance: np.ndarray
-) -> np.ndarray:
-    """Variance of each shared value by how its scores scatter over the one it is taken to have, ``(n_shared,)``.
-
-    Parameters
-    ----------
-    found : PosteriorMode
-    products : (n_record, n_stretch, n_column + 1, n_column + 1)
-        Of changes and residuals within each stretch of a record, the residuals last.
-    grams : (n_record, n_column + 1, n_column + 1)
-        Their sums, per unit of the coordinates.
-    covariance : (n_shared, n_shared)
-    """
-    unknowns = found.unknowns
-    raw = np.sqrt(np.maximum(np.einsum("rsii->ri", products), 1e-300))
-    rate = np.sqrt(np.maximum(np.einsum("rii->ri", grams), 0.0)) / raw
-    scores = products[..., :-1, -1] * rate[:, None, :-1]
-    n, mine = len(unknowns.shared), unknowns.own
-    blocks = found.normal.blocks + np.diag(own_precision(unknowns, found.sigma))
-    share = solved(blocks, np.swapaxes(found.normal.cross, 1, 2))
-    own = np.where(held_places(unknowns)[:, None], 0.0, scores[..., mine])
-    moved = (scores[..., :n] - np.einsum("rsj,rji->rsi", own, share)) @ covariance
-    return np.asarray(np.sum(moved**2, axis=(0, 1)) / np.maximum(np.diag(covariance), 1e-300))
+    if not blocks.shape[-1]:
+        return np.broadcast_to(shared, (*blocks.shape[:-3], *shared.shape)), np.broadcast_to(
+            pull, (*blocks.shape[:-3], *pull.shape)
+        )
+    right = np.concatenate([np.swapaxes(cross, -1, -2), pulls[..., None]], axis=-1)
+    share = solved(blocks, np.broadcast_to(right, (*blocks.shape[:-2], *right.shape[-2:])))
+    whole = np.einsum("rij,...rjk->...ik", cross, share)
+    return shared - whole[..., :-1], pull - whole[..., -1]
 
 
 def overdispersion_of_change(products: np.ndarray) -> float:

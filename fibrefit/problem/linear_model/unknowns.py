@@ -2,25 +2,80 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from fibrefit.problem.statement.layout import Belief, Layout, Slot
+from fibrefit.problem.statement.layout import Layout, Slot
 from fibrefit.problem.thresholds import NOT_LOGARITHMIC
 
 DIFFERENCE_STEP = 1e-6
 """Difference step of a coordinate."""
-
-
 STEADY_SIZE = 0.01
 """Size below which a difference step no longer falls with its coordinate."""
-
-
 RIGID = 1e-7
 """Standard deviation that stands for no deviations at all."""
+FLAT = 1e3
+"""Standard deviation of the prior of a coordinate of which nothing is believed beforehand."""
+MOST = 5
+"""Parameters that may deviate at the most: those that are best known."""
+
+Gram = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""Products ``(n_record, n_column + 1, n_column + 1)`` of the changes of all residuals, and of the residuals, when the
+columns ``(n_column,)`` of local values ``(n_record, n_local)`` go to targets ``(n_record, n_column)``."""
+
+
+@runtime_checkable
+class Corrected(Protocol):
+    """A `Gram` whose slopes are not always simulated; `exact` tells whether those of the last products were."""
+
+    exact: bool
+
+    def renew(self) -> None:
+        """Have all slopes simulated where products are needed next."""
+
+
+class Place(NamedTuple):
+    """A set of unknowns.
+
+    Parameters
+    ----------
+    z : (n_shared,)
+    own : (n_record, n_each) in units of their sizes
+    eta : (n_record, n_scattering)
+    rest : (n_record, n_local) in SI units
+        Values that are held.
+    """
+
+    z: np.ndarray
+    own: np.ndarray
+    eta: np.ndarray
+    rest: np.ndarray
+
+
+class Differences(NamedTuple):
+    """What slopes at a place are differences over; the parameters of a `Gram` first.
+
+    Parameters
+    ----------
+    local : (n_record, n_local) in SI units
+    columns : (n_column,) int
+    targets : (n_record, n_column) in SI units
+        Where the columns go.
+    rate : (n_record, n_column + 1)
+        Of changes per unit of the coordinates; one of the residuals, which come last.
+    """
+
+    local: np.ndarray
+    columns: np.ndarray
+    targets: np.ndarray
+    rate: np.ndarray
+
+    def per_unit(self, grams: np.ndarray) -> np.ndarray:
+        """Products ``(n_record, n_column + 1, n_column + 1)`` of changes, per unit of the coordinates."""
+        return grams * self.rate[:, :, None] * self.rate[:, None, :]
 
 
 @dataclass(frozen=True)
@@ -36,7 +91,7 @@ class Unknowns:
     each : (n_each,) int
         Places of the values of each record's own.
     free : (n_record, n_each) bool
-        Which of those are unknown; the others are held.
+        Which of those are unknown; the others are fixed.
     scattering : (n_scattering,) int
         Places among the shared values, all logarithmic, of those that deviate from record to record.
     log : (n_shared,) bool
@@ -68,6 +123,51 @@ class Unknowns:
     upper: np.ndarray
     size: np.ndarray
     offset: np.ndarray | float = 0.0
+
+    @classmethod
+    def of_fit(cls, layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unknowns:
+        """What is unknown in a fit.
+
+        Parameters
+        ----------
+        values, errors : (n_free,) in SI units
+            From plain least squares.
+
+        Law
+        ---
+        The rig's own parameters are given by their logarithms, and deviate from record to record; effects, and values
+        with a prior, are the same in all records. Where there is but one record, nothing deviates.
+        """
+        entries = [(i, slot) for i, (slot, record) in enumerate(layout.entries) if record is None]
+        rows = [_row(slot, float(values[i]), float(errors[i])) for i, slot in entries]
+        log, reference, scale, lower, upper = (
+            np.array([row[i] for row in rows], dtype=kind) for i, kind in enumerate((bool, float, float, float, float))
+        )
+        places = {name: i for i, name in enumerate(layout.names)}
+        own = [slot for slot in layout.slots if slot.free and not slot.shared]
+        records = len(layout.records)
+        free = np.array([[slot.held(r) is None for slot in own] for r in range(records)], dtype=bool)
+        beliefs = [
+            slot.belief.of_coordinate(*row[:3]) if slot.belief else (0.0, FLAT)
+            for (_, slot), row in zip(entries, rows, strict=True)
+        ]
+        may = [k for k, (_, slot) in enumerate(entries) if log[k] and "." not in slot.name and slot.belief is None]
+        best = sorted(may, key=lambda k: float(errors[entries[k][0]] / values[entries[k][0]]))[:MOST]
+        return cls(
+            names=(*(slot.name for _, slot in entries), *(slot.name for slot in own)),
+            shared=np.array([places[slot.name] for _, slot in entries], dtype=int),
+            each=np.array([places[slot.name] for slot in own], dtype=int),
+            free=free.reshape(records, len(own)),
+            scattering=np.array(sorted(best) if records > 1 else [], dtype=int),
+            log=log,
+            reference=reference,
+            scale=scale,
+            mean=np.array([mean for mean, _ in beliefs]),
+            precision=np.diag([sd**-2.0 for _, sd in beliefs]),
+            lower=lower,
+            upper=upper,
+            size=np.array([slot.range.scale for slot in own], dtype=float),
+        )
 
     @property
     def columns(self) -> np.ndarray:
@@ -107,135 +207,122 @@ class Unknowns:
         """Change of values with their coordinates ``(n_shared,)``, in SI units."""
         return np.where(self.log, self.value(z) + self.offset, self.scale)
 
+    def place_of(self, local: np.ndarray, eta: np.ndarray | None = None) -> Place:
+        """Unknowns at given values.
 
-class Place(NamedTuple):
-    """A set of unknowns.
+        Parameters
+        ----------
+        local : (n_record, n_local) in SI units
+            The shared values are their means over the records, geometric where they are logarithmic.
+        eta : (n_record, n_scattering), optional
+            Deviations the values hold, whose mean need not be nothing; what the values themselves show by default.
+        """
+        z = self.coordinate(local[:, self.shared])
+        if eta is not None:
+            z[:, self.scattering] -= eta
+        middle = np.clip(z.mean(axis=0), self.lower, self.upper)
+        found = (z - middle)[:, self.scattering] if eta is None else eta
+        return Place(middle, local[:, self.each] / self.size, found, local.copy())
 
-    Parameters
-    ----------
-    z : (n_shared,)
-    own : (n_record, n_each) in units of their sizes
-    eta : (n_record, n_scattering)
-    rest : (n_record, n_local) in SI units
-        Values that are held.
-    """
+    def shared_coordinates(self, place: Place) -> np.ndarray:
+        """Coordinates ``(n_record, n_shared)`` of shared values in each record, its deviations among them."""
+        z = np.repeat(place.z[None], len(place.eta), axis=0)
+        z[:, self.scattering] += place.eta
+        return z
 
-    z: np.ndarray
-    own: np.ndarray
-    eta: np.ndarray
-    rest: np.ndarray
+    def local_of(self, place: Place) -> np.ndarray:
+        """Values of each record, ``(n_record, n_local)`` in SI units."""
+        local = place.rest.copy()
+        local[:, self.each] = place.own * self.size
+        local[:, self.shared] = self.value(self.shared_coordinates(place))
+        return local
 
+    def penalty(self, place: Place, sigma: np.ndarray) -> float:
+        """What the priors add to the sum of squares, under standard deviations between records ``(n_scattering,)``."""
+        deviation, away = place.eta / np.maximum(sigma, RIGID), place.z - self.mean
+        return float(np.sum(deviation**2) + away @ self.precision @ away)
 
-def place_of(unknowns: Unknowns, local: np.ndarray, eta: np.ndarray | None = None) -> Place:
-    """Unknowns at given values.
+    def coordinate_steps(self, place: Place) -> np.ndarray:
+        """What slopes are differences over, ``(n_record, n_column)`` in units of the coordinates: shared ones first."""
+        shared = np.where(self.log, DIFFERENCE_STEP, DIFFERENCE_STEP * np.maximum(np.abs(place.z), STEADY_SIZE))
+        own = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE)
+        return np.concatenate([np.repeat(shared[None], len(own), axis=0), own], axis=1)
 
-    Parameters
-    ----------
-    local : (n_record, n_local) in SI units
-        The shared values are their means over the records, geometric where they are logarithmic.
-    eta : (n_record, n_scattering), optional
-        Deviations the values hold, whose mean need not be nothing; what the values themselves show by default.
-    """
-    z = unknowns.coordinate(local[:, unknowns.shared])
-    if eta is not None:
-        z[:, unknowns.scattering] -= eta
-    middle = np.clip(z.mean(axis=0), unknowns.lower, unknowns.upper)
-    found = (z - middle)[:, unknowns.scattering] if eta is None else eta
-    return Place(middle, local[:, unknowns.each] / unknowns.size, found, local.copy())
+    def own_precision(self, sigma: np.ndarray) -> np.ndarray:
+        """What the priors add to the blocks of each record's own unknowns, ``(..., n_own)``: nothing but of deviations.
 
+        Parameters
+        ----------
+        sigma : (..., n_scattering)
+        """
+        nothing = np.zeros((*sigma.shape[:-1], len(self.each)))
+        return np.concatenate([nothing, np.maximum(sigma, RIGID) ** -2.0], axis=-1)
 
-def shared_coordinates(unknowns: Unknowns, place: Place) -> np.ndarray:
-    """Coordinates ``(n_record, n_shared)`` of shared values in each record, its deviations among them."""
-    z = np.repeat(place.z[None], len(place.eta), axis=0)
-    z[:, unknowns.scattering] += place.eta
-    return z
+    @property
+    def fixed_own(self) -> np.ndarray:
+        """Which of the records' own unknowns are fixed, ``(n_record, n_own)``; deviations never are."""
+        deviations = np.zeros((len(self.free), len(self.scattering)), dtype=bool)
+        return np.concatenate([~self.free, deviations], axis=1)
 
+    def differences(self, place: Place, further: tuple[np.ndarray, np.ndarray] | None = None) -> Differences:
+        """What slopes at a place are differences over.
 
-def local_of(unknowns: Unknowns, place: Place) -> np.ndarray:
-    """Values of each record, ``(n_record, n_local)`` in SI units."""
-    local = place.rest.copy()
-    local[:, unknowns.each] = place.own * unknowns.size
-    z = shared_coordinates(unknowns, place)
-    local[:, unknowns.shared] = unknowns.value(z)
-    return local
+        Parameters
+        ----------
+        further : ((n_direction,) int, (n_direction,) in SI units), optional
+            Columns after those of the unknowns, and where they go: as they are, not per unit of anything.
+        """
+        local, shared = self.local_of(place), len(self.shared)
+        columns, steps = self.columns, self.coordinate_steps(place)
+        there = self.value(self.shared_coordinates(place) + steps[:, :shared])
+        targets = np.concatenate([there, (place.own + steps[:, shared:]) * self.size], axis=1)
+        rate = 1.0 / steps
+        if further is not None:
+            columns = np.concatenate([columns, further[0]])
+            targets = np.concatenate([targets, np.repeat(further[1][None], len(local), axis=0)], axis=1)
+        rate = np.concatenate([rate, np.ones((len(local), len(columns) - rate.shape[1] + 1))], axis=1)
+        return Differences(local, columns, targets, rate)
 
+    def local_grams(self, place: Place, gram: Gram, further: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
+        """Products of slopes and residuals of each record, per unit of its coordinates; residuals come last.
 
-def penalty(unknowns: Unknowns, place: Place, sigma: np.ndarray) -> float:
-    """What the priors add to the sum of squares, under standard deviations between records ``(n_scattering,)``."""
-    deviation, away = place.eta / np.maximum(sigma, RIGID), place.z - unknowns.mean
-    return float(np.sum(deviation**2) + away @ unknowns.precision @ away)
+        Parameters
+        ----------
+        further : ((n_direction,) int, (n_direction,) in SI units), optional
+            See `differences`.
+        """
+        at = self.differences(place, further)
+        return at.per_unit(gram(at.local, at.columns, at.targets))
 
+    def free_values(self, layout: Layout, shared: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """Free values ``(n_free,)`` in SI units.
 
-def coordinate_steps(unknowns: Unknowns, place: Place) -> np.ndarray:
-    """What slopes are differences over, ``(n_record, n_column)`` in units of the coordinates: shared ones first."""
-    shared = np.where(unknowns.log, DIFFERENCE_STEP, DIFFERENCE_STEP * np.maximum(np.abs(place.z), STEADY_SIZE))
-    own = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE)
-    return np.concatenate([np.repeat(shared[None], len(own), axis=0), own], axis=1)
+        Parameters
+        ----------
+        shared : (n_shared,) in SI units
+        own : (n_record, n_each) in units of their sizes
+        """
+        places = {name: i for i, name in enumerate(self.names)}
+        found, number = np.empty(layout.size), len(self.shared)
+        for i, (slot, record) in enumerate(layout.entries):
+            place = places[slot.name]
+            found[i] = shared[place] if record is None else own[record, place - number] * self.size[place - number]
+        return found
 
+    def places_in(self, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+        """Places ``(n_free,)`` of the free values among shared coordinates and, record after record, own ones.
 
-def own_precision(unknowns: Unknowns, sigma: np.ndarray) -> np.ndarray:
-    """What the priors add to the blocks of each record's own unknowns, ``(..., n_own)``: nothing but of deviations.
-
-    Parameters
-    ----------
-    sigma : (..., n_scattering)
-    """
-    nothing = np.zeros((*sigma.shape[:-1], len(unknowns.each)))
-    return np.concatenate([nothing, np.maximum(sigma, RIGID) ** -2.0], axis=-1)
-
-
-def held_places(unknowns: Unknowns) -> np.ndarray:
-    """Which of the records' own unknowns are held, ``(n_record, n_own)``; deviations never are."""
-    deviations = np.zeros((len(unknowns.free), len(unknowns.scattering)), dtype=bool)
-    return np.concatenate([~unknowns.free, deviations], axis=1)
-
-
-FLAT = 1e3
-"""Standard deviation of the prior of a coordinate of which nothing is believed beforehand."""
-
-
-MOST = 5
-"""Parameters that may deviate at the most: those that are best known."""
-
-
-def fit_unknowns(layout: Layout, values: np.ndarray, errors: np.ndarray) -> Unknowns:
-    """What is unknown in a fit.
-
-    Parameters
-    ----------
-    values, errors : (n_free,) in SI units
-        From plain least squares.
-
-    Law
-    ---
-    The rig's own parameters are given by their logarithms, and deviate from record to record; effects, and values with
-    a prior, are the same in all records. Where there is but one record, nothing deviates.
-    """
-    entries = [(i, slot) for i, (slot, record) in enumerate(layout.entries) if record is None]
-    rows = [_row(slot, float(values[i]), float(errors[i])) for i, slot in entries]
-    log, reference, scale, lower, upper = (
-        np.array([row[i] for row in rows], dtype=kind) for i, kind in enumerate((bool, float, float, float, float))
-    )
-    places = {name: i for i, name in enumerate(layout.names)}
-    own = [slot for slot in layout.slots if slot.free and not slot.shared]
-    records = len(layout.records)
-    free = np.array([[slot.held(r) is None for slot in own] for r in range(records)], dtype=bool)
-    beliefs = [prior_of(slot.belief, *row[:3]) for (_, slot), row in zip(entries, rows, strict=True)]
-    return Unknowns(
-        names=(*(slot.name for _, slot in entries), *(slot.name for slot in own)),
-        shared=np.array([places[slot.name] for _, slot in entries], dtype=int),
-        each=np.array([places[slot.name] for slot in own], dtype=int),
-        free=free.reshape(records, len(own)),
-        scattering=_scattering(entries, log, values, errors) if records > 1 else np.zeros(0, dtype=int),
-        log=log,
-        reference=reference,
-        scale=scale,
-        mean=np.array([mean for mean, _ in beliefs]),
-        precision=np.diag([sd**-2.0 for _, sd in beliefs]),
-        lower=lower,
-        upper=upper,
-        size=np.array([slot.range.scale for slot in own], dtype=float),
-    )
+        Beside them what one unit of an own coordinate is in SI units, one for shared ones.
+        """
+        index = {name: i for i, name in enumerate(self.names)}
+        number, each = len(self.shared), len(self.each)
+        places, sizes = np.zeros(layout.size, dtype=int), np.ones(layout.size)
+        for i, (slot, record) in enumerate(layout.entries):
+            place = index[slot.name]
+            places[i] = place if record is None else place + record * each
+            if record is not None:
+                sizes[i] = self.size[place - number]
+        return places, sizes
 
 
 def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, float, float]:
@@ -248,61 +335,3 @@ def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, fl
         with np.errstate(divide="ignore"):
             return True, value, 1.0, float(np.log(max(limits.lower, 0.0) / value)), float(np.log(limits.upper / value))
     return False, value, limits.scale, (limits.lower - value) / limits.scale, (limits.upper - value) / limits.scale
-
-
-def prior_of(
-    belief: Belief | None, log: bool, reference: float, scale: float, otherwise: tuple[float, float] = (0.0, FLAT)
-) -> tuple[float, float]:
-    """Mean and standard deviation of the prior of a coordinate.
-
-    Parameters
-    ----------
-    log, reference, scale
-        Of the coordinate, see `Unknowns`; logarithmic only where a belief is.
-    otherwise : (float, float)
-        Where nothing is believed.
-    """
-    if belief is None:
-        return otherwise
-    if log:
-        return math.log(belief.centre / reference), belief.relative
-    return (belief.centre - reference) / scale, belief.spread * (belief.centre if belief.log else 1.0) / scale
-
-
-def _scattering(entries: list[tuple[int, Slot]], log: np.ndarray, values: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    may = [k for k, (_, slot) in enumerate(entries) if log[k] and "." not in slot.name and slot.belief is None]
-    places = [i for i, _ in entries]
-    best = sorted(may, key=lambda k: float(errors[places[k]] / values[places[k]]))[:MOST]
-    return np.array(sorted(best), dtype=int)
-
-
-def free_values(layout: Layout, unknowns: Unknowns, shared: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """Free values ``(n_free,)`` in SI units.
-
-    Parameters
-    ----------
-    shared : (n_shared,) in SI units
-    own : (n_record, n_each) in units of their sizes
-    """
-    places = {name: i for i, name in enumerate(unknowns.names)}
-    found, number = np.empty(layout.size), len(unknowns.shared)
-    for i, (slot, record) in enumerate(layout.entries):
-        place = places[slot.name]
-        found[i] = shared[place] if record is None else own[record, place - number] * unknowns.size[place - number]
-    return found
-
-
-def places_of(layout: Layout, unknowns: Unknowns) -> tuple[np.ndarray, np.ndarray]:
-    """Places ``(n_free,)`` of the free values among shared coordinates and, record after record, own ones; and sizes.
-
-    The second is what one unit of an own coordinate is in SI units, one for shared ones.
-    """
-    index = {name: i for i, name in enumerate(unknowns.names)}
-    number, each = len(unknowns.shared), len(unknowns.each)
-    places, sizes = np.zeros(layout.size, dtype=int), np.ones(layout.size)
-    for i, (slot, record) in enumerate(layout.entries):
-        place = index[slot.name]
-        places[i] = place if record is None else place + record * each
-        if record is not None:
-            sizes[i] = unknowns.size[place - number]
-    return places, sizes

@@ -13,8 +13,8 @@ from fibrefit.core.limits import check_time
 from fibrefit.core.programs import kept_program
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
-from fibrefit.problem.linear_model.normal_equations import Gram, PosteriorMode
-from fibrefit.problem.linear_model.unknowns import Unknowns
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
+from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.problem import Linearised, Problem
@@ -109,7 +109,7 @@ class View:
         ----------
         mode : PosteriorMode
         roots : (n_record, n_column, n_root) in SI units
-            Of the covariance of each record's values there, see `roots_of_posterior`.
+            Of the covariance of each record's values there, see `MarginalLikelihood.posterior_roots`.
 
         Source
         ------

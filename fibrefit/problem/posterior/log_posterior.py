@@ -241,16 +241,15 @@ class RandomEffects(eqx.Module):
                     matrix[j, k] = matrix[j, k] - factor * matrix[k, i]
         return gain, log_det
 
-
-def drawn_deviations(random_effects: RandomEffects, known: Conditional, random: np.random.Generator) -> np.ndarray:
-    """One draw of the deviations of all records, ``(n_record, n_scattering)``, from what is known of them."""
-    logs, pull, curvature = map(np.asarray, known)
-    weight = np.exp(logs - logs.max())
-    sigma = np.asarray(random_effects.sigma)[random.choice(len(weight), p=weight / weight.sum())]
-    matrix = sigma[:, None] * curvature * sigma + np.eye(len(sigma))
-    middle = -sigma * np.linalg.solve(matrix, (sigma * pull)[..., None])[..., 0]
-    root = np.linalg.cholesky(np.linalg.inv(matrix))
-    return middle + sigma * np.einsum("rij,rj->ri", root, random.standard_normal(middle.shape))
+    def drawn(self, known: Conditional, random: np.random.Generator) -> np.ndarray:
+        """One draw of the deviations of all records, ``(n_record, n_scattering)``, from what is known of them."""
+        logs, pull, curvature = map(np.asarray, known)
+        weight = np.exp(logs - logs.max())
+        sigma = np.asarray(self.sigma)[random.choice(len(weight), p=weight / weight.sum())]
+        matrix = sigma[:, None] * curvature * sigma + np.eye(len(sigma))
+        middle = -sigma * np.linalg.solve(matrix, (sigma * pull)[..., None])[..., 0]
+        root = np.linalg.cholesky(np.linalg.inv(matrix))
+        return middle + sigma * np.einsum("rij,rj->ri", root, random.standard_normal(middle.shape))
 
 
 LEVEL_SPREAD = 1.0

@@ -199,33 +199,34 @@ class Priors:
         shares = random.random((count, len(self.each)))
         return np.stack([prior.quantile(shares[:, i]) for i, prior in enumerate(self.each)], axis=1)
 
+    @classmethod
+    def of(cls, layout: Layout, model: Model, start: np.ndarray, stated: Mapping[str, PriorSetting | Prior]) -> Priors:
+        """The priors of a problem: those stated, defaults for the others.
 
-def priors_of(layout: Layout, model: Model, start: np.ndarray, stated: Mapping[str, PriorSetting | Prior]) -> Priors:
-    """The priors of a problem: those stated, defaults for the others.
+        Parameters
+        ----------
+        start : (n_free,) in SI units
+            What the data suggest; places in time and space, which have no zero of their own, get a wide prior around
+            it.
+        stated : mapping of name to Prior, or to what a study states
 
-    Parameters
-    ----------
-    start : (n_free,) in SI units
-        What the data suggest; places in time and space, which have no zero of their own, get a wide prior around it.
-    stated : mapping of name to Prior, or to what a study states
-
-    Raises
-    ------
-    StudyError
-        If a stated prior and the limits of its parameter have nothing in common.
-    """
-    declared = {parameter.name: parameter for parameter in model.parameters}
-    each = []
-    for (slot, _), value in zip(layout.entries, start, strict=True):
-        given = stated.get(slot.name)
-        if given is not None:
-            prior = given if isinstance(given, Prior) else Prior.of(given)
-        elif slot.name in declared:
-            prior = default_prior(declared[slot.name], slot.range)
-        else:
-            prior = Prior(False, float(value), WIDE_PRIOR * slot.range.scale, source="default")
-        each.append(prior.within(slot.range.lower, slot.range.upper, f"prior of {slot.name}"))
-    return Priors(layout.free_names, tuple(slot.unit for slot, _ in layout.entries), tuple(each))
+        Raises
+        ------
+        StudyError
+            If a stated prior and the limits of its parameter have nothing in common.
+        """
+        declared = {parameter.name: parameter for parameter in model.parameters}
+        each = []
+        for (slot, _), value in zip(layout.entries, start, strict=True):
+            given = stated.get(slot.name)
+            if given is not None:
+                prior = given if isinstance(given, Prior) else Prior.of(given)
+            elif slot.name in declared:
+                prior = default_prior(declared[slot.name], slot.range)
+            else:
+                prior = Prior(False, float(value), WIDE_PRIOR * slot.range.scale, source="default")
+            each.append(prior.within(slot.range.lower, slot.range.upper, f"prior of {slot.name}"))
+        return cls(layout.free_names, tuple(slot.unit for slot, _ in layout.entries), tuple(each))
 
 
 def default_prior(declared: Parameter, limits: Range) -> Prior:

@@ -11,13 +11,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.declarations import Parameter
+
+if TYPE_CHECKING:  # its module needs pydantic, which this one does not
+    from fibrefit.study.parameters import ParameterSetting
 
 RAN_AWAY = np.errstate(over="ignore", invalid="ignore")
 """Decorates products of slopes: of a motion that ran away they are not finite, and not believed where they are used."""
@@ -142,6 +145,18 @@ class Belief:
     spread: float
     log: bool = False
 
+    @classmethod
+    def of(cls, setting: ParameterSetting) -> Belief | None:
+        """What a fit believes of a parameter beforehand: a normal density that the study states, or a log-normal one.
+
+        An even density says nothing within its limits, and a value that each record has for itself is left to its
+        record.
+        """
+        stated = setting.prior
+        if stated is None or setting.fixed or not setting.shared or stated.kind in ("uniform", "log_uniform"):
+            return None
+        return cls(stated.centre, stated.spread, stated.kind == "log_normal")
+
     def residual(self, value: Any) -> Any:
         """Distance of a value ``()`` from the centre in standard deviations; NumPy or JAX."""
         if self.log:
@@ -151,6 +166,18 @@ class Belief:
     def slope(self, value: Any) -> Any:
         """Change of the residual with the value ``()``, per SI unit; NumPy or JAX."""
         return (1.0 / value if self.log else 1.0) / self.spread
+
+    def of_coordinate(self, log: bool, reference: float, scale: float) -> tuple[float, float]:
+        """Mean and standard deviation on a coordinate, see `Unknowns`; logarithmic only where the belief is.
+
+        Parameters
+        ----------
+        log : bool
+        reference, scale : float, in SI units
+        """
+        if log:
+            return math.log(self.centre / reference), self.relative
+        return (self.centre - reference) / scale, self.spread * (self.centre if self.log else 1.0) / scale
 
     @property
     def relative(self) -> float:

@@ -330,6 +330,46 @@ class Problem(eqx.Module):
         share = jnp.sqrt(1.0 + (plain / limit) ** 2)
         return plain * jnp.sqrt(2.0 / (share + 1.0))
 
+    def values_elsewhere(
+        self, row: np.ndarray, before: Mapping[str, Any], after: Mapping[str, Any], chosen: Mapping[str, float]
+    ) -> np.ndarray:
+        """Values of a record at hand as they are in a further one like it, taken under other conditions.
+
+        A condition that is a value of each record is the one that is chosen, and the start is that of a rig at rest.
+
+        Parameters
+        ----------
+        row : (n_local,) in SI units
+            Of the record at hand.
+        before, after : mapping of str to float, in SI units
+            Conditions of that record as stated, and of the further one.
+        chosen : mapping of str to float, in SI units
+            Those conditions of the further one that are chosen.
+
+        Returns
+        -------
+        (n_local,) in SI units
+        """
+
+        def at_rest(values: np.ndarray, stated: Mapping[str, Any]) -> Mapping[str, float]:
+            """Nuisances by which the rig would start at rest under the conditions that a model has in a record."""
+            if (planned := self.model.rig.planned) is None:
+                return {}
+            named = dict(zip(self.layout.names, values, strict=True))
+            return planned(corrected_conditions(dict(stated), named, self.model.laws(named)))
+
+        names, values = self.layout.names, row.copy()
+        started = at_rest(row, before)
+        for name, value in chosen.items():
+            if name in names:
+                values[names.index(name)] = value
+        for name, value in at_rest(values, after).items():
+            if name in names:
+                j = names.index(name)
+                limits = self.layout.slots[j].range
+                values[j] = np.clip(values[j] + value - started[name], limits.lower, limits.upper)
+        return values
+
 
 class _Remembered(NamedTuple):
     """A problem, the bytes of a place ``(n_record, n_local)``, and what was found there."""
@@ -367,46 +407,3 @@ def gram_root(gram: Any) -> Any:
     scale = xp.where(scale > 0.0, scale, 1.0)
     values, vectors = xp.linalg.eigh(gram / (scale[:, None] * scale))
     return xp.sqrt(xp.maximum(values, 0.0))[:, None] * vectors.T * scale
-
-
-def values_elsewhere(
-    problem: Problem, row: np.ndarray, before: Mapping[str, Any], after: Mapping[str, Any], chosen: Mapping[str, float]
-) -> np.ndarray:
-    """Values of a record at hand as they are in a further one like it.
-
-    A condition that is a value of each record is the one that is chosen, and the start is that of a rig at rest.
-
-    Parameters
-    ----------
-    problem : Problem
-    row : (n_local,) in SI units
-        Of the record at hand.
-    before, after : mapping of str to float, in SI units
-        Conditions of that record as stated, and of the further one.
-    chosen : mapping of str to float, in SI units
-        Those conditions of the further one that are chosen.
-
-    Returns
-    -------
-    (n_local,) in SI units
-    """
-    names, values = problem.layout.names, row.copy()
-    started = _at_rest(problem, row, before)
-    for name, value in chosen.items():
-        if name in names:
-            values[names.index(name)] = value
-    for name, value in _at_rest(problem, values, after).items():
-        if name in names:
-            j = names.index(name)
-            limits = problem.layout.slots[j].range
-            values[j] = np.clip(values[j] + value - started[name], limits.lower, limits.upper)
-    return values
-
-
-def _at_rest(problem: Problem, row: np.ndarray, stated: Mapping[str, Any]) -> Mapping[str, float]:
-    """Nuisances by which the rig would start at rest under the conditions that a model has in a record."""
-    if (planned := problem.model.rig.planned) is None:
-        return {}
-    values = dict(zip(problem.layout.names, row, strict=True))
-    laws = problem.model.laws(values)
-    return planned(corrected_conditions(dict(stated), values, laws))

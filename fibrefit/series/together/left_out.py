@@ -9,7 +9,7 @@ import numpy as np
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.cross_validation import LeftOut, gap_of_record
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.linear_model.normal_equations import arranged, local_grams
+from fibrefit.problem.linear_model.normal_equations import Arrowhead
 from fibrefit.series.together.models import own_evidence
 
 
@@ -18,11 +18,11 @@ def own_left_out(search: Search, own: LaplaceFit) -> LeftOut:
     at, whole = own.evidence.mode, search.context.whole
     places, number = at.unknowns.shared[at.unknowns.scattering], len(own.local)
     seen = search.inference.common_noise.whitened(own.supermodel)
-    grams = local_grams(at.unknowns, at.place, lambda one, of, to: seen.grams(one, of, to, whole))
+    grams = at.unknowns.local_grams(at.place, lambda one, of, to: seen.grams(one, of, to, whole))
 
     def said(kept: np.ndarray) -> float:
         place = at.place._replace(eta=np.where(kept[:, None], at.place.eta, 0.0))
-        normal = arranged(at.unknowns, grams * kept[:, None, None])
+        normal = Arrowhead.of(at.unknowns, grams * kept[:, None, None])
         return own_evidence(replace(at, place=place, normal=normal)).log
 
     gaps, elpd = [], []

@@ -28,10 +28,10 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace
+from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode
-from fibrefit.problem.linear_model.unknowns import Unknowns, own_precision, place_of
+from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.task import Task
 from fibrefit.series.thresholds import MOST_LAWS, PREFERRED, SIMPLER_LAW
 from fibrefit.series.together.laws import laws_on
@@ -221,7 +221,7 @@ def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> 
     endless = np.full_like(unknowns.lower, np.inf)
     free = replace(unknowns, lower=-endless, upper=endless)
     eta = free.coordinate(local[:, unknowns.shared])[:, held]
-    start = place_of(unknowns, local, eta)
+    start = unknowns.place_of(local, eta)
     start = start._replace(z=np.where(np.isin(np.arange(len(endless)), held), 0.0, start.z))
     found = mode(unknowns, start, search.inference.secant(supermodel), np.full(len(held), BASE_SD))
     return LaplaceFit((), supermodel, own_evidence(found))
@@ -257,7 +257,7 @@ def own_evidence(found: PosteriorMode) -> MarginalLikelihood:
     found : PosteriorMode
         With the standard deviations of the deviations, which are known.
     """
-    there = laplace(_with_own_parameters(found))
+    there = MarginalLikelihood.of(_with_own_parameters(found))
     rest, size = others_shared(found.unknowns), len(found.unknowns.shared)
     z, covariance = found.place.z.copy()[None], np.zeros((1, size, size))
     z[:, rest] = there.z
@@ -279,7 +279,7 @@ def _with_own_parameters(found: PosteriorMode) -> PosteriorMode:
     unknowns, place, normal = found.unknowns, found.place, found.normal
     rest, deviating = others_shared(unknowns), unknowns.scattering
     names = [unknowns.names[i] for i in (*rest, *range(len(unknowns.shared), len(unknowns.names)), *deviating)]
-    precision = own_precision(unknowns, found.sigma)
+    precision = unknowns.own_precision(found.sigma)
     believed = np.sum((place.eta / found.sigma) ** 2, axis=1)
     return replace(
         found,

@@ -15,7 +15,7 @@ from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
 from fibrefit.fitting.evaluate import evaluate
 from fibrefit.fitting.predictive import Freedom, freedom_of, predictive_slopes, predictive_variance
-from fibrefit.problem.diagnose.newton import force_balance
+from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
@@ -116,7 +116,7 @@ def predict_study(
     tell("simulating", 0.7)
     seen = evaluate(held.task, held.task.problem, held.local)
     tell("predictive band", 0.8)
-    force, (parts, freedom) = force_balance(held.task, held.task.start), _expected(task, held, known)
+    force, (parts, freedom) = ForceBalance.of(held.task, held.task.start), _expected(task, held, known)
     return Prediction(study, records, known, held, seen, force, parts, freedom, time.perf_counter() - began)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
-from fibrefit.problem.posterior.prior import priors_of
+from fibrefit.problem.posterior.prior import Priors
 from fibrefit.problem.task import Task
 from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
@@ -320,7 +320,7 @@ def _stated(study: Study, task: Task) -> dict[str, PriorSetting]:
     """Priors of the study, seen to be possible before any long work."""
     settings = study.settings({parameter.name: parameter for parameter in task.problem.model.parameters})
     stated = {name: setting.prior for name, setting in settings.items() if setting.prior is not None}
-    priors_of(task.problem.layout, task.problem.model, task.start, stated)
+    Priors.of(task.problem.layout, task.problem.model, task.start, stated)
     return stated
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.fitting.estimates import interval_of_shared, kind_of_interval
-from fibrefit.problem.estimate.population import between
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.series.together.laws import BY_EFFECT, parameter_of
 from fibrefit.series.together.verdict import LawCurve, Verdict
@@ -45,7 +44,7 @@ def parameters_of(model: LaplaceFit) -> dict[str, ParameterSummary]:
     """Shared values of a model with their errors."""
     units = {name: declared.unit for name, declared in model.supermodel.declared.items()}
     limits = {slot.name: slot.range for slot in model.supermodel.problem.layout.slots}
-    errors, differ = model.errors, between(model.evidence)
+    errors, differ = model.errors, model.evidence.between_records()
     found = {}
     for index, (name, value) in enumerate(model.shared.items()):
         low, high = interval_of_shared(model.evidence, index)
