@@ -12,6 +12,7 @@ import numpy as np
 from fibrefit.core import units as registry
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError
+from fibrefit.core.formatting import format_number
 from fibrefit.core.limits import LARGEST_SIZE
 from fibrefit.core.paths import shown_path
 from fibrefit.records.clock.base import TimeBase
@@ -216,7 +217,7 @@ def _against_header(
         return {}
     if "time" in ask([replace(base, time=base.time * rate / stated, rate=stated) for base in timed]):
         return {}
-    got = f'the rate given is {registry.format_number(rate, 7)} Hz, and the file says "{raw.facts.quoted}"'
+    got = f'the rate given is {format_number(rate, 7)} Hz, and the file says "{raw.facts.quoted}"'
     return {"time": DataError(where, got, "one rate", "Leave the rate out, or correct what the file says.")}
 
 

@@ -14,6 +14,7 @@ from fibrefit.core import limits
 from fibrefit.core import units as registry
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, as_one
+from fibrefit.core.formatting import format_number
 from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
@@ -324,7 +325,7 @@ def _rates(base: TimeBase) -> str:
     rates = _rates_by_unit(base)
     likely = _likely(base)
     other = next(unit for unit in rates if unit != likely)
-    first, second = (f"{registry.format_number(rates[unit], 6)} Hz" for unit in (likely, other))
+    first, second = (f"{format_number(rates[unit], 6)} Hz" for unit in (likely, other))
     return f'"{likely}" ({first}) or "{other}" ({second})'
 
 
@@ -350,7 +351,7 @@ def _how_read(table: Table, kept: Mapping[str, Column], group: int) -> list[str]
     for number, other in enumerate(table.times):
         slower = [column.header for column in table.columns if column.group == number != group]
         if slower:
-            said.append(f"Left out, sampled at {registry.format_number(other.rate, 6)} Hz: {', '.join(slower)}.")
+            said.append(f"Left out, sampled at {format_number(other.rate, 6)} Hz: {', '.join(slower)}.")
     return said
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from fibrefit.core import units as registry
 from fibrefit.core.errors import DataError
+from fibrefit.core.formatting import format_number, format_quantity
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.bearing import LASTING, MISTAKEN_TIMES, NEWEST, OF_ROWS
 from fibrefit.records.columns.raw import Annotation, Raw
@@ -64,12 +65,12 @@ def wrong_times(raw: Raw, bases: Sequence[TimeBase], where: str, mark: str) -> d
         lasting = float(present[-1] - present[0]) + 1.0 / base.rate if base.unit is not None and present.size else 0.0
         one = contradicted_length(raw.annotations, lasting, mark) if lasting > 0 else None
         if one is not None:
-            got = f'"{one.text.strip()[:60]}", and the record lasts {registry.format_quantity(lasting, "s", 6)}'
+            got = f'"{one.text.strip()[:60]}", and the record lasts {format_quantity(lasting, "s", 6)}'
             do = 'Say which it is: time = "ms" under [units], or sampling_rate = "2 kHz" under [files].'
             return {"time": DataError(f"{where}, {one.place}", got, "one length of the record", do)}
         ratio = (raw.facts.rate or 0.0) / base.rate if base.header is not None and base.unit is not None else 0.0
         if any(abs(ratio / kept - 1.0) < CONTRADICTS for kept in (2, 4, 5, 10)):  # rows left out
-            got = f'"{raw.facts.quoted}", and "{base.header}" has {registry.format_number(base.rate, 7)} Hz'
+            got = f'"{raw.facts.quoted}", and "{base.header}" has {format_number(base.rate, 7)} Hz'
             do = f'Say what one is worth: time = {{ column = "{base.header}", scale = "1" }} under [channels].'
             return {"time": DataError(where, got, "one rate", do)}
     return {}
