@@ -49,7 +49,7 @@ def members() -> Iterator[tuple[str, Any]]:
                 yield f"{name}.{member}", function
 
 
-OF_MANY_FITS = ("batch", "discover", "distinguish", "plan", "predict", "sample", "series_of", "sweep")
+LONG = ("batch", "discover", "distinguish", "plan", "predict", "read_batch", "sample", "series_of", "simulate", "sweep")
 """Functions whose examples take longer than those of all others together."""
 OTHER_NAMES = ("confuse",)
 """The same functions by a name they had before."""
@@ -78,7 +78,7 @@ def carried_out(tests: list[doctest.DocTest], folder: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=pytest.mark.slow) if name in OF_MANY_FITS else name
+        pytest.param(name, marks=pytest.mark.slow) if name in LONG else name
         for name in fibrefit.__all__
         if name not in OTHER_NAMES
     ],

@@ -101,8 +101,13 @@ def test_programs_are_taken_from_a_folder_of_our_own_only(
 STREAMS = {"stdin": "<&-", "stdout": ">&-", "stderr": "2>&-"}
 
 
-@pytest.mark.parametrize("closed", [("stdin",), ("stdout",), ("stderr",), tuple(STREAMS)], ids=" ".join)
-@pytest.mark.parametrize("words", ["inspect series", "inspect series --json", "--help", "fit none --json"])
+ONE_OR_ALL = [("stdin",), ("stdout",), ("stderr",), tuple(STREAMS)]
+CLOSED = [(closed, words) for words in ("--help", "fit none --json") for closed in ONE_OR_ALL]
+
+
+@pytest.mark.parametrize(
+    ("closed", "words"), [*CLOSED, (("stdout",), "inspect series"), (tuple(STREAMS), "inspect series --json")]
+)
 def test_streams_that_were_closed_before_the_start(
     tmp_path: Path, series: Path, closed: tuple[str, ...], words: str
 ) -> None:

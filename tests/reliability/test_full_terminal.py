@@ -37,7 +37,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "glossary": ("glossary",),
     "doctor": ("doctor",),
 }
-SHORT = ("init", "inspect", "effects")
+SHORT = ("init", "effects")
 """Those that belong to the fast part."""
 
 

@@ -15,7 +15,7 @@ from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
 from fibrefit.store.lock import lock_file
 
-PAIRS = 6
+PAIRS = 3
 
 WRITER = """
 import sys

@@ -55,6 +55,7 @@ def test_the_records_of_a_study_are_counted_together(tmp_path: Path) -> None:
         simulate(load_study(planned(tmp_path, ("one", "2 kHz", half), ("two", "2 kHz", half))))
 
 
+@pytest.mark.slow  # how files are called is tested in core
 def test_records_of_one_name_in_several_folders_do_not_replace_each_other(tmp_path: Path) -> None:
     """Nor do those whose names differ only behind a point, or in capitals."""
     names = ["monday/drop", "tuesday/drop", "drop_1.5", "drop_1.7", "Last", "last"]

@@ -226,20 +226,18 @@ def test_a_number_stays(cell: str) -> None:
 DIGITS = "9" * 5001
 
 
+BARE = (DIGITS, f"0x{'f' * 5001}", f"-{DIGITS}", f"1e{DIGITS}")
+QUOTED = (f'"{DIGITS} kg"', '"1e300 kg"', '"1e-300 kg"', '"1e400 kg"')
+OTHER_KEYS = ("rig.masses_per_fibre", "parameters.stiffness.initial", "name")
+
+
 @pytest.mark.parametrize(
-    "mass",
+    ("key", "mass"),
     [
-        DIGITS,
-        f"0x{'f' * 5001}",
-        f'"{DIGITS} kg"',
-        '"1e300 kg"',
-        '"1e-300 kg"',
-        '"1e400 kg"',
-        f"-{DIGITS}",
-        f"1e{DIGITS}",
+        *(("rig.weight_mass", mass) for mass in (*BARE, *QUOTED)),
+        *((key, mass) for key in OTHER_KEYS for mass in (BARE[1], QUOTED[0], QUOTED[1])),
     ],
 )
-@pytest.mark.parametrize("key", ["rig.weight_mass", "rig.masses_per_fibre", "parameters.stiffness.initial", "name"])
 def test_numbers_that_are_none_are_refused(fibrefit: Run, mass: str, key: str) -> None:
     fibrefit("init", "study")
     file = Path("study/study.toml")

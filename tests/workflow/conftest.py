@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import pytest
+from statsmodels.stats import multitest
 
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.fit import Fit, fit_study
 from tests.fitting import made
+
+
+@pytest.fixture(scope="session", autouse=True)
+def seldom_collected() -> Iterator[None]:
+    """Holm's correction of statsmodels looks for garbage each time: half a second where many programs are compiled."""
+    correct = multitest.multipletests
+
+    def without(*given: Any, **how: Any) -> Any:
+        with patch("gc.collect"):
+            return correct(*given, **how)
+
+    with patch.object(multitest, "multipletests", without):
+        yield
 
 
 @pytest.fixture(scope="session")

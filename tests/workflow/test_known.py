@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -141,9 +142,8 @@ def constant_found(folder: Path) -> Study:
     return load_study(made.study(folder, made.LIFTS[:1]).source, ['rig.weight_mass="3.1 +/- 0.05 kg"'])
 
 
-def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) -> None:
-    """Of a fit as of a posterior; each record has a lift and a release of its own, which are not."""
-    study, found = constant_found(tmp_path), {**made.TRUTH, "weight_mass": made.MASS}
+def constant_known(study: Study, found: dict[str, float]) -> Iterator[Known]:
+    """What is known of values that were found by a fit, and by a posterior."""
     units = {"stiffness": "N/m", "damping": "N s/m", "friction": "N", "weight_mass": "kg"}
     fitted = FIT.model_copy(
         update={
@@ -156,19 +156,44 @@ def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) 
         "parameter": Variable(np.array(list(found), dtype=object), ("parameter",)),
         "covariance": Variable(covariance, ("parameter", "parameter_2")),
     }
-    known = known_of(fitted, {"estimate": estimate}, study, "the fit")
+    yield known_of(fitted, {"estimate": estimate}, study, "the fit")
     shared = {name: of_posterior(value, units[name]) for name, value in found.items()}
     drawn = EACH.model_copy(update={"parameters": shared, "records": {}})
     draws = {name: Variable(value * np.array([[0.99, 1.01]]), ("chain", "draw")) for name, value in found.items()}
-    for one in (known, known_of(drawn, {"posterior": draws}, study, "the posterior")):
-        assert {name: told.value for name, told in one.parameters.items()} == found
-        assert one.names == tuple(found)
+    yield known_of(drawn, {"posterior": draws}, study, "the posterior")
+
+
+FOUND = {**made.TRUTH, "weight_mass": made.MASS}
+
+
+def test_a_constant_of_the_rig_that_was_found_is_known(tmp_path: Path) -> None:
+    """Of a fit as of a posterior; each record has a lift and a release of its own, which are not."""
+    study = constant_found(tmp_path)
+    for one in constant_known(study, FOUND):
+        assert {name: told.value for name, told in one.parameters.items()} == FOUND
+        assert one.names == tuple(FOUND)
+        assert _with_values(study, one).parameters["weight_mass"].initial == f"{made.MASS} kg"
+
+
+@pytest.mark.slow
+def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) -> None:
+    study = constant_found(tmp_path)
     made.write(tmp_path, made.records(made.LIFTS[:1]))
-    predicted = predict_study(known, study)
+    predicted = predict_study(next(constant_known(study, FOUND)), study)
     assert predicted.summary().parameters["weight_mass"].value == made.MASS
     assert predicted.parts["values"].max() > 0.0
 
 
+def test_a_posterior_says_what_its_model_left(tmp_path: Path) -> None:
+    """One of before does not."""
+    gap = Gap(**{c: ChannelGap.beside(n, 1.5 * n, UNITS[c]) for c, n in NOISE.items()})
+    study = holding(tmp_path)
+    assert known_of(EACH, DRAWS, study, "posterior").gaps == {}
+    gaps = known_of(EACH.model_copy(update={"gap": gap}), DRAWS, study, "posterior").gaps
+    assert {channel: one.rms for channel, one in gaps.items()} == {c: pytest.approx(1.5 * n) for c, n in NOISE.items()}
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("told", "verdict"), [(True, "holds"), (False, "does_not_hold")])
 def test_what_a_model_lacked_in_a_posterior_may_be_missing_in_new_records(
     tmp_path: Path, told: bool, verdict: str

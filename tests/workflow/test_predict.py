@@ -17,13 +17,19 @@ from fibrefit.core.errors import DataError, StudyError, UsageError
 from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.store import read_result, read_summary, write_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.results import PredictedChannel, PredictionSummary
+from fibrefit.study.summaries.results import ChannelGap, PredictedChannel, PredictionSummary
 from fibrefit.study.summaries.series import BatchSummary
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.draw import draw_result
 from fibrefit.workflow.prediction.files import _says
 from fibrefit.workflow.prediction.known import known_from
-from fibrefit.workflow.prediction.predict import Prediction, _refuse_other_constants, _with_values, predict_study
+from fibrefit.workflow.prediction.predict import (
+    Prediction,
+    _lacking,
+    _refuse_other_constants,
+    _with_values,
+    predict_study,
+)
 from tests.fitting import made
 from tests.workflow import axis
 
@@ -94,16 +100,17 @@ def test_records_of_the_fit_are_known_in_every_part_and_when_they_are_gone(
     place = Path(shutil.copytree(folder, tmp_path / "again"))
     again = load_study(place)
     parts = [place / record.file for record in again.records]
-    again = again.model_copy(update={"records": again.records[:1]})
     found = fit.predict(again)
-    own = again.records[0].model_copy(update={"file": "new.csv", "parts": (again.records[0].file,)})
-    continued = replace(found, study=again.model_copy(update={"records": (own,)}))
+    own = [
+        record.model_copy(update={"file": f"new_{record.file}", "parts": (record.file,)}) for record in again.records
+    ]
+    continued = replace(found, study=again.model_copy(update={"records": tuple(own)}))
     for file in parts:
         file.unlink()
     for one in (found, continued):
         assert one.verdict == "not_trusted"
         (check,) = (check for check in one.summary().checks if check.identifier == "new_records")
-        assert check.facts["records"] == (one.study.records[0].label,)
+        assert check.facts["records"] == tuple(record.label for record in one.study.records)
 
 
 def test_a_force_that_nothing_is_known_of_is_not_said_to_be_as_predicted(predicted: Prediction) -> None:
@@ -113,6 +120,18 @@ def test_a_force_that_nothing_is_known_of_is_not_said_to_be_as_predicted(predict
     told = pushed.summary()
     assert {check.identifier: check.statistic for check in told.checks} == before
     assert (told.channels["force"].rms, told.channels["force"].expected) == (3.0, None)
+
+
+def test_what_a_model_lacked_may_be_missing_in_new_records(predicted: Prediction) -> None:
+    """It left 1.5 times the noise of its own records."""
+    channels = predicted.summary().channels
+    gaps = {name: ChannelGap.beside(one, 1.5 * one, channels[name].unit) for name, one in made.NOISE.items()}
+    known = replace(predicted.known, gaps=gaps)
+    told = replace(predicted, known=known).summary().channels
+    for channel, noise in made.NOISE.items():
+        assert told[channel].fit_rms == pytest.approx(1.5 * noise)
+        assert _lacking(known, channel) == pytest.approx((1.5**2 - 1.0) * noise**2)
+    assert _lacking(replace(known, gaps={}), "force") == 0.0
 
 
 def test_a_value_a_rounding_error_beyond_its_range_is_predicted_with(predicted: Prediction) -> None:
