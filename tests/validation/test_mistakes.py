@@ -13,6 +13,7 @@ import pytest
 pytest.importorskip("numba", reason="the second simulator is compiled with numba: install the extra `bench`")
 
 from tests.independent.laws import DRIVE, DROP
+from tests.independent.make import write_study
 from tests.independent.series import Plan, drop_plan
 from tests.validation.mistakes import MISTAKES, Mistaken, as_said, exchanged, heavier, mistakes
 from tests.validation.tables import append, read
@@ -88,12 +89,15 @@ def test_one_channel_is_logged_with_the_wrong_sign(tmp_path: Path) -> None:
     for number, case in enumerate(itertools.islice(mistakes("made here", "sign"), 8)):
         channel, place = case.turned
         found.add((channel, place is None))
-        case.write(tmp_path / str(number))
-        for i, record in enumerate(case.make()[0].records):
-            file = np.genfromtxt(tmp_path / str(number) / record.name, delimiter=",", names=True)
-            (column,) = (name for name in file.dtype.names or () if name.startswith(channel))
+        series, _ = case.make()
+        write_study(series, tmp_path / str(number))
+        for i, record in enumerate(series.records):
+            with (tmp_path / str(number) / record.name).open(encoding="utf-8") as file:
+                heads = next(file).split(",")
+                (column,) = (at for at, head in enumerate(heads) if head.startswith(channel))
+                readings = np.loadtxt(file, delimiter=",", usecols=column)
             clean = getattr(record.clean, channel)
-            assert (np.corrcoef(file[column], clean)[0, 1] < 0.0) == (place in (None, i)), (case.name, record.name)
+            assert (np.corrcoef(readings, clean)[0, 1] < 0.0) == (place in (None, i)), (case.name, record.name)
         assert case.told == f"Check the sign of the {channel}:"
     assert len(found) > 2
 
