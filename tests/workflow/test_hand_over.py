@@ -17,7 +17,7 @@ from fibrefit.store.csv_text import csv_text
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.workflow.fit import Fit
-from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult, StoredSimulation
+from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult
 from tests.study.test_summaries import EXAMPLES
 
 COLUMNS = ["name", "record", "value", "std_error", "low", "high", "unit"]
@@ -178,15 +178,7 @@ def test_a_path_does_where_a_study_does(folder: Path, study: Study) -> None:
     np.testing.assert_array_equal(by_path.readings["force"], by_study.readings["force"])
 
 
-def test_simulations_and_inspections_are_read_again(folder: Path, tmp_path: Path) -> None:
-    fibrefit.simulate(folder).save(tmp_path / "simulated")
-    simulated = fibrefit.load_result(tmp_path / "simulated")
-    assert isinstance(simulated, StoredSimulation)
-    assert set(simulated.to_dataframe().columns) == {"record", "time [s]", "force [N]", "position [mm]"}
-    made = fibrefit.simulate(folder)
-    assert list(made.to_dataframe().columns) == list(simulated.to_dataframe().columns)
-    assert len(made.to_dataframe()) == len(simulated.to_dataframe())
-    assert len(repr(made).splitlines()) == 2
+def test_inspections_are_read_again(folder: Path, tmp_path: Path) -> None:
     seen = fibrefit.inspect(folder)
     assert seen.to_dataframe()["si"].tolist() == ["N", "m"] * len(seen.seen)
     assert not seen.refusals
@@ -196,7 +188,7 @@ def test_simulations_and_inspections_are_read_again(folder: Path, tmp_path: Path
     pd.testing.assert_frame_equal(inspected.to_dataframe(), seen.to_dataframe(), check_dtype=False)
     assert inspected.report() == seen.report()
     assert inspected.document() == json.loads(seen.content())
-    assert len(repr(inspected).splitlines()) == len(repr(simulated).splitlines()) == len(repr(seen).splitlines()) == 2
+    assert len(repr(inspected).splitlines()) == len(repr(seen).splitlines()) == 2
 
 
 def test_a_file_that_is_not_understood_is_told_and_not_raised(tmp_path: Path) -> None:

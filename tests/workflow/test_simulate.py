@@ -93,6 +93,16 @@ def test_a_saved_simulation_is_drawn_again_as_it_was(stated: Study, tmp_path: Pa
         draw_result(out)
 
 
+def test_a_saved_simulation_is_the_same_table(stated: Study, tmp_path: Path) -> None:
+    simulation = simulate_study(stated)
+    again = load_result(simulation.save(tmp_path / "out"))
+    assert isinstance(again, StoredSimulation)
+    assert set(again.to_dataframe().columns) == {"record", "time [s]", "force [N]", "position [mm]"}
+    assert list(simulation.to_dataframe().columns) == list(again.to_dataframe().columns)
+    assert len(simulation.to_dataframe()) == len(again.to_dataframe())
+    assert len(repr(simulation).splitlines()) == len(repr(again).splitlines()) == 2
+
+
 def test_a_saved_simulation_calls_its_records_as_the_study_does(stated: Study, tmp_path: Path) -> None:
     """In its order, by names of which a file's name keeps only a part."""
     called = ("run/1: 5 mm", "a run before it")
