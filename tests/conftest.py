@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -27,6 +28,13 @@ GARBAGE = (100_000, 50, 50)
 def pytest_addoption(parser: pytest.Parser) -> None:
     """``--longest``, by which `make quick` leaves out what takes long; no list of such tests has to be kept."""
     parser.addoption("--longest", type=float, default=0.0, help="s after which a test, or a fixture, is skipped")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Of several processes each has one core: threads of one would wait for those of the others, ten times as long."""
+    if config.getoption("numprocesses", None):
+        for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NPROC"):
+            os.environ.setdefault(name, "1")
 
 
 def in_time(item: pytest.Item) -> Iterator[None]:

@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
+from fibrefit.problem.formulate.formulate import _in_windows, stated_of
+from fibrefit.problem.formulate.traces import in_order, trace_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study import load_study
 from fibrefit.workflow.fit import Fit, fit_study
-from fibrefit.workflow.prepare import task_of
+from fibrefit.workflow.prepare import model_of, read_records, task_of
 from tests.workflow import axis
 
 VISCOUS = "guide.viscous_friction"
@@ -90,12 +92,18 @@ def test_friction_that_differs_by_direction_is_found_in_sum_with_a_constant_forc
     assert push == pytest.approx(axis.TRUTH["offset"] + 0.25 * axis.TRUTH["friction"], abs=0.1)
 
 
-@pytest.mark.slow
+def samples_of_a_window(path: Path) -> int:
+    """Of the model of a study, with its records read and nothing else found in them."""
+    study = load_study(path)
+    model = model_of(study)
+    read = zip(read_records(study), study.records, strict=True)
+    traces = in_order([trace_of(record, model.rig, stated_of(said)) for record, said in read])
+    return _in_windows(model, study, traces).window  # type: ignore[attr-defined]
+
+
 def test_the_window_of_the_study_is_used(tmp_path: Path) -> None:
-    rate = 500.0
     for window, samples in (("", 50), ("0.2 s", 100)):
-        task = task_of(load_study(axis.write(tmp_path, (VISCOUS,), window, seconds=2.0, rate=rate)))
-        assert task.problem.model.window == samples
+        assert samples_of_a_window(axis.write(tmp_path, (VISCOUS,), window, seconds=2.0, rate=500.0)) == samples
 
 
 def short(tmp_path: Path) -> tuple[Problem, np.ndarray]:
@@ -200,9 +208,9 @@ def test_windows_are_as_long_in_all_records(tmp_path: Path) -> None:
     study, text = tmp_path / "study.toml", (tmp_path / "study.toml").read_text()
     study.write_text(f'{text}window = "0.1 s"\n\n[[records]]\nfile = "first.csv"\nwindow = "0.2 s"\n')
     with pytest.raises(StudyError, match=r"windows of 0\.1 s and 0\.2 s; expected one length for all"):
-        task_of(load_study(study))
+        samples_of_a_window(study)
     study.write_text(f'{text}window = "0.1 s"\n\n[[records]]\nfile = "first.csv"\nwindow = "0.1 s"\n')
-    assert task_of(load_study(study)).problem.model.window == 50  # type: ignore[attr-defined]
+    assert samples_of_a_window(study) == 50
 
 
 def test_windows_that_cannot_be_as_long_as_stated_are_refused(tmp_path: Path) -> None:
@@ -211,14 +219,14 @@ def test_windows_that_cannot_be_as_long_as_stated_are_refused(tmp_path: Path) ->
     text = study.read_text()
     study.write_text(f'{text}window = "20 ms"\n')
     with pytest.raises(StudyError, match=r"a window of 0\.02 s at 500 Hz; expected 16 samples or more. State 0\.032 s"):
-        task_of(load_study(study))
+        samples_of_a_window(study)
     (tmp_path / "axis.csv").rename(tmp_path / "first.csv")
     axis.write(tmp_path, (), seconds=1.0, rate=250.0)
     study.write_text(f'{text}\n[[records]]\nfile = "first.csv"\n')
-    task_of(load_study(study))
+    samples_of_a_window(study)
     study.write_text(
         text.replace('kind = "guided_mass"', 'kind = "guided_mass"\nwindow = "0.1 s"')
         + '\n[[records]]\nfile = "first.csv"\n'
     )
     with pytest.raises(StudyError, match=r"a window of 0\.1 s, and records at 250 Hz and at 500 Hz; expected one rate"):
-        task_of(load_study(study))
+        samples_of_a_window(study)
