@@ -24,8 +24,7 @@ from fibrefit.core.environment import configure_jax as _configure_jax
 if TYPE_CHECKING:
     from fibrefit.records.read import read_record
     from fibrefit.rigs.described import described_effects as effects
-    from fibrefit.study.examples import example, examples
-    from fibrefit.study.load import load_study
+    from fibrefit.study.load import example, examples, load_study
     from fibrefit.workflow.batches.run import batch
     from fibrefit.workflow.design.distinguish import distinguish_study as confuse
     from fibrefit.workflow.design.distinguish import distinguish_study as distinguish
@@ -66,8 +65,8 @@ __all__ = [
 _HOMES = {
     "batch": "fibrefit.workflow.batches.run:batch",
     "effects": "fibrefit.rigs.described:described_effects",
-    "example": "fibrefit.study.examples:example",
-    "examples": "fibrefit.study.examples:examples",
+    "example": "fibrefit.study.load:example",
+    "examples": "fibrefit.study.load:examples",
     "inspect": "fibrefit.workflow.inspection.inspection:inspect",
     "load_result": "fibrefit.workflow.outcome.stored:load_result",
     "read_batch": "fibrefit.workflow.outcome.stored:read_batch",

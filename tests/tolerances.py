@@ -124,7 +124,7 @@ REASONS: dict[str, dict[str, str]] = {
     "simulation.windows": {"LEAST": ROUNDING},
     "study.load": {"_LONGEST_NAME": FORM},
     "study.quantity": {"LONGEST_SHOWN": PAGE},
-    "study.rigs.inverted_pendulum": {"MOST": WORK},
+    "study.rigs": {"MOST": WORK},
     "workflow.batches.item": {"FEW": STEP, "MOST_READ": WORK},
     "workflow.batches.shards": {"DIGITS": WORK},
     "workflow.compare": {"FEWEST_BLOCKS": FORMULA},

@@ -101,7 +101,7 @@ def _keep(terminal: Terminal, found: Inspection, folder: Path, force: bool) -> N
 
 def _of_files(overrides: tuple[str, ...]) -> tuple[str, ...]:
     """Those that say how files are read."""
-    from fibrefit.study.written import split_overrides
+    from fibrefit.study.draft import split_overrides
 
     return tuple(split_overrides(overrides)[0])
 

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 from pydantic import ValidationError
 
 from fibrefit.core.declarations import KINDS
-from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
+from fibrefit.core.errors import Mistakes, StudyError, UsageError, did_you_mean
 from fibrefit.core.limits import LARGEST_STUDY
 from fibrefit.core.paths import (
     is_folder,
@@ -23,17 +23,15 @@ from fibrefit.core.paths import (
     sha256_of,
     shown_path,
 )
-from fibrefit.study.explain import explained, in_place_of, meant_as
-from fibrefit.study.files.scaled import with_scale_parameters
-from fibrefit.study.files.uncertain import check_uncertain, take_uncertainties
-from fibrefit.study.overrides import apply_overrides, note_unused
-from fibrefit.study.parameters import ParameterTable
-from fibrefit.study.places import Places
-from fibrefit.study.quantity import Unit, shown
-from fibrefit.study.rigs.catalogue import study_type
+from fibrefit.core.units import Scale, uncertain
+from fibrefit.study.overrides import apply_overrides
+from fibrefit.study.parameters import NormalPrior, ParameterTable
+from fibrefit.study.quantity import field_unit, quoted
+from fibrefit.study.reading import ChannelTable
+from fibrefit.study.rigs import study_type
 from fibrefit.study.series import read_series
 from fibrefit.study.study import SCHEMA, Study
-from fibrefit.study.table import StudyTable
+from fibrefit.study.table import KeyLocator, StudyTable, misspelling_hint, misspelt_key, study_error
 
 Missing = Literal["none", "some", "all"]
 """Of how many records the files need not be there."""
@@ -48,8 +46,9 @@ _RECORD = re.compile(r"\s*\[{1,2}\s*records\s*\]{1,2}\s*(?:#.*)?")
 _BARE_VALUE = re.compile(rf"\s*(?P<key>{_KEY}(?:\.{_KEY})*)\s*=\s*(?P<value>[^\"'#{{}}]*?)\s*(?:#.*)?")
 """A key and what stands behind it without quotes."""
 _UNQUOTED = re.compile(r"(?!(?:true|false|[+-]?[\d._]+(?:[eE][+-]?\d+)?)$)[^\s\"'\[\]{},=][^\"'{}=]*")
-_OF_RECORD = re.compile(r"@(?:1-|(?:\d{1,9}\+)*)(\d{1,9})$")
-"""The last record of an effect that belongs to one or some, or that happens once in each."""
+#: The law whose gain stands for the scale of a channel; of a force that drives, that between it and the mass.
+GAINS = {"force": "sensor.force_gain", "position": "sensor.position_gain"}
+PUSHING = "push.force_gain"
 
 
 def load_study(
@@ -89,8 +88,25 @@ def load_study(
     source = Path(path)
     if is_folder(source):
         source = source / "study.toml"
-    missing: Missing = "all" if all_missing else "some" if some_missing else "none"
-    return _study(_read_toml(source), source, overrides, missing)
+    near = "" if is_plain_file(source) else nearest_file(source, ".toml")
+    data = read_plain_file(source, "a study file", StudyError, near, LARGEST_STUDY)
+    try:
+        text = data.decode("utf-8-sig")
+        if _DEEP.search(text):
+            raise RecursionError
+        raw = tomllib.loads(text.replace("\r\n", "\n"))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise StudyError(
+            f"{source}, line {line}", "not UTF-8", "text in UTF-8", "Save it with that encoding."
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax_error(source, str(error), text) from None
+    except ValueError:  # of an integer that Python does not read
+        raise StudyError(str(source), "a number of thousands of digits", "numbers a person can read", "") from None
+    except RecursionError:
+        raise StudyError(str(source), "nested too deeply", "a study file", "") from None
+    return _study(raw, source, overrides, "all" if all_missing else "some" if some_missing else "none")
 
 
 def as_study(study: Study | str | Path) -> Study:
@@ -140,52 +156,27 @@ def study_from_files(files: Sequence[str | Path], rig: str, overrides: Sequence[
     return _study(raw, Path("command line"), overrides)
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
-    """Content of a TOML file."""
-    near = "" if is_plain_file(path) else nearest_file(path, ".toml")
-    data = read_plain_file(path, "a study file", StudyError, near, LARGEST_STUDY)
-    try:
-        text = data.decode("utf-8-sig")
-        if _DEEP.search(text):
-            raise RecursionError
-        return tomllib.loads(text.replace("\r\n", "\n"))
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise StudyError(f"{path}, line {line}", "not UTF-8", "text in UTF-8", "Save it with that encoding.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise _syntax_error(path, str(error), text) from None
-    except ValueError:  # of an integer that Python does not read
-        raise StudyError(str(path), "a number of thousands of digits", "numbers a person can read", "") from None
-    except RecursionError:
-        raise StudyError(str(path), "nested too deeply", "a study file", "") from None
-
-
 def _syntax_error(path: Path, said: str, text: str) -> StudyError:
+    """What is wrong with a text that is not TOML, and how the line is meant to be written."""
     found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)", said)
     if found is None:
         return StudyError(str(path), said, "TOML", "")
     lines = text.splitlines() or [""]
-    number = int(found[1] or len(lines))
+    line = lines[min(int(found[1] or len(lines)), len(lines)) - 1]
     column = f", column {found[2]}" if found[2] else ""
-    said = said[: found.start()]
+    where, said = f"{path}, line {found[1] or text.count(chr(10)) + 1}{column}", said[: found.start()]
     remedies = {"Cannot": "A key or table is given twice.", "Invalid value": "Text and quantities stand in quotes."}
     do = next((remedy for start, remedy in remedies.items() if said.startswith(start)), "")
-    do = _as_toml(lines[min(number, len(lines)) - 1], said) or do
-    return StudyError(f"{path}, line {found[1] or text.count(chr(10)) + 1}{column}", f"not TOML: {said}", "", do)
-
-
-def _as_toml(line: str, said: str) -> str:
-    """How a line that is not TOML is meant to be written: text in quotes, a record in double brackets; or empty."""
     if _RECORD.fullmatch(line) and said.startswith("Cannot"):
-        return "Write [[records]], in double brackets, above each record."
-    found = _BARE_VALUE.fullmatch(line)
-    inside = re.fullmatch(r"\[(.*)\]", found["value"]) if found else None
-    texts = [text.strip() for text in inside[1].split(", ")] if inside else [found["value"]] if found else []
-    if found is None or not all(map(_UNQUOTED.fullmatch, texts)):
-        return ""
-    # What stands in quotes is written with a decimal point.
-    value = ", ".join('"' + re.sub(r"^([+-]?\d+),(?=\d)", r"\1.", text) + '"' for text in texts)
-    return f"Write it in quotes: {found['key']} = {f'[{value}]' if inside else value}"
+        do = "Write [[records]], in double brackets, above each record."
+    elif bare := _BARE_VALUE.fullmatch(line):
+        inside = re.fullmatch(r"\[(.*)\]", bare["value"])
+        texts = [text.strip() for text in inside[1].split(", ")] if inside else [bare["value"]]
+        if all(map(_UNQUOTED.fullmatch, texts)):
+            # What stands in quotes is written with a decimal point.
+            value = ", ".join('"' + re.sub(r"^([+-]?\d+),(?=\d)", r"\1.", text) + '"' for text in texts)
+            do = f"Write it in quotes: {bare['key']} = {f'[{value}]' if inside else value}"
+    return StudyError(where, f"not TOML: {said}", "", do)
 
 
 def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], missing: Missing = "none") -> Study:
@@ -194,24 +185,28 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], missing:
     table = _read_table(raw, source)
     changed = apply_overrides(raw, overrides)
     table = _read_table(raw, source) or table
-    take_uncertainties(raw)
-    place = Places(source, table, changed)
-    kind = _model(raw, place)
+    # A constant with an uncertainty, "3.1 +/- 0.05 kg", is a parameter with that prior; what is said of it stands.
+    rig, parameters = raw.get("rig"), raw.get("parameters", {})
+    for key, said in list(rig.items()) if isinstance(rig, dict) and isinstance(parameters, dict) else ():
+        if (parts := uncertain(said)) is not None:
+            raw["rig"][key] = parts[0] if " " in parts[0] else float(parts[0])
+            named = raw.setdefault("parameters", parameters).setdefault(key, {})
+            if isinstance(named, dict):
+                named.update({"initial": parts[0], "prior": said} | named)
+    locate = KeyLocator(source, table, changed)
+    kind = _kind_of_study(raw, locate)
     try:
         study = kind.model_validate(raw)
     except ValidationError as error:
-        raise explained(error, raw, place, lambda key: _belongs(key, kind)) from None
-    with Mistakes(place("")) as mistakes:
-        study = study.model_copy(update={"records": _completed(study, place, mistakes)})
+        raise study_error(error, raw, locate, lambda key: _where_it_belongs(key, kind)) from None
+    with Mistakes(locate("")) as mistakes:
+        study = study.model_copy(update={"records": _completed(study, locate, mistakes)})
         with mistakes.apart():
-            study = with_scale_parameters(study, place)
-        study._source, study._table, study._place = source, table, place
+            study = _with_scale_parameters(study, locate)
+        study._source, study._table, study._locate = source, table, locate
         study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
         study.check(mistakes)
-        check_uncertain(study, place, mistakes)
-        _check_records(study, place, mistakes)
-        _check_effects(study, place, mistakes)
-        _check_files(study, place, missing, mistakes)
+        _check_files(study, locate, missing, mistakes)
     return study
 
 
@@ -246,98 +241,92 @@ def _name_parameters(raw: dict[str, Any], source: Path) -> None:
     raw["parameters"] = named
 
 
-def _model(raw: dict[str, Any], place: Places) -> type[Study]:
+def _with_scale_parameters(study: Study, locate: KeyLocator) -> Study:
+    """Study with a gain, one within the relative uncertainty of the scale, for each channel whose scale is uncertain.
+
+    What the study itself says of the gain stands. No law stands for the uncertainty of another channel, or of one
+    record alone.
+    """
+
+    def relative_error(said: Any) -> float:
+        scale = said.scale if isinstance(said, ChannelTable) else None
+        return 0.0 if scale is None else Scale.parse(scale, "scale").relative_error
+
+    found = {role: error for role, said in study.channels if (error := relative_error(said))}
+    for i, record in enumerate(study.records):
+        for role, said in (record.channels or {}).items():
+            if (error := relative_error(said)) and found.get(role) != error:
+                do = "State the scale with its uncertainty under [channels]: it is one gain for all records."
+                raise StudyError(locate(f"records[{i}].channels.{role}"), "an uncertainty of one record alone", "", do)
+    for role in found:
+        if role not in GAINS:
+            where = locate(f"channels.{role}.scale")
+            raise StudyError(where, "an uncertainty", f"it for {' or '.join(GAINS)} only", "Leave it out.")
+    effects, parameters = list(study.model.effects), dict(study.parameters)
+    for role, error in found.items():
+        gain = PUSHING if role == "force" and study.driven_by_force else GAINS[role]
+        effects += [] if gain in effects else [gain]
+        prior = NormalPrior(kind="normal", mean=1.0, sd=error)
+        parameters.setdefault(f"{gain}.gain", ParameterTable(initial=1.0, prior=prior))
+    if len(effects) == len(study.model.effects) and parameters == study.parameters:
+        return study
+    model = study.model.model_copy(update={"effects": tuple(effects)})
+    return study.model_copy(update={"model": model, "parameters": parameters})
+
+
+def _kind_of_study(raw: dict[str, Any], locate: KeyLocator) -> type[Study]:
     """Model of the study for its kind of rig."""
     rig = raw.get("rig")
     expected = ", ".join(f'"{name}"' for name in KINDS)
     if not isinstance(rig, dict):
-        if "rig" not in raw and (meant := meant_as("rig", raw, Study.known_keys())):
-            raise StudyError(place(meant), "unknown key", "[rig]", 'Did you mean "rig"?')
-        got = "a list" if isinstance(rig, list) else "no table [rig]" if rig is None else shown(rig)
+        if "rig" not in raw and (meant := misspelt_key("rig", raw, Study.known_keys())):
+            raise StudyError(locate(meant), "unknown key", "[rig]", 'Did you mean "rig"?')
+        got = "a list" if isinstance(rig, list) else "no table [rig]" if rig is None else quoted(rig)
         table = f"[rig] with kind = one of {expected}"
-        raise StudyError(place("rig" if "rig" in raw else ""), got, table, "")
+        raise StudyError(locate("rig" if "rig" in raw else ""), got, table, "")
     kind = rig.get("kind")
     if isinstance(kind, str) and kind in KINDS:
         return study_type(kind)
     if kind is None:
-        do = in_place_of("kind", rig, (), KINDS)
-        raise StudyError(place("rig"), "no kind of rig", f"kind = one of {expected}", do)
-    raise StudyError(place("rig.kind"), shown(kind), f"one of {expected}", did_you_mean(str(kind), KINDS))
+        do = misspelling_hint("kind", rig, KINDS)
+        raise StudyError(locate("rig"), "no kind of rig", f"kind = one of {expected}", do)
+    raise StudyError(locate("rig.kind"), quoted(kind), f"one of {expected}", did_you_mean(str(kind), KINDS))
 
 
-def _completed(study: Study, place: Places, mistakes: Mistakes) -> tuple[Any, ...]:
-    """Records with the constants of the rig that they do not override; what a record still needs is a mistake."""
-    own = type(study.records[0]).model_fields if study.records else {}
-    constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key in own}
+def _completed(study: Study, locate: KeyLocator, mistakes: Mistakes) -> tuple[Any, ...]:
+    """Records with the constants of the rig that they do not override.
+
+    What a record still needs is a mistake, and so is a constant that was set for this run and that no record takes.
+    """
+    fields = type(study.records[0]).model_fields if study.records else {}
+    constants = {key: getattr(study.rig, key) for key in type(study.rig).model_fields if key in fields}
     records, lacking = [], set[str]()
     for i, record in enumerate(study.records):
         absent = {key: value for key, value in constants.items() if getattr(record, key) is None}
         for key, value in absent.items():
             if value is None and key in type(record).needed() and key not in lacking:
-                example = next(
-                    unit.example for unit in type(record).model_fields[key].metadata if isinstance(unit, Unit)
-                )
-                do = _stands_in(key, study, place)
+                unit, do = field_unit(fields[key]), ""
+                example = unit.example if unit else ""
+                if own := [j for j, other in enumerate(study.records) if getattr(other, key) is not None]:
+                    names = [f"records[{j}]" if locate.table is None else f"record {j + 1}" for j in own]
+                    those = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+                    if own[_RECORDS_NAMED:]:
+                        those = f"{len(own)} of {len(study.records)} records"
+                    do = f"It stands in {those} alone. "
                 do += f'Write {key} = "{example}" {"under [rig]" if do else "there"}, or --set rig.{key}="{example}".'
-                mistakes.note(StudyError(place(f"records[{i}]"), f"no {key}", "it here or under [rig]", do))
+                mistakes.note(StudyError(locate(f"records[{i}]"), f"no {key}", "it here or under [rig]", do))
                 lacking.add(key)
         records.append(record.model_copy(update=absent))
     for key, value in constants.items():
-        note_unused(key, value, study.records, place, mistakes)
+        own_values = [getattr(record, key) for record in study.records]
+        set_here = f"rig.{key}" in locate.changed
+        if set_here and None not in own_values and any(one != value for one in own_values):
+            got, do = f"set for the rig, and each record states its own {key}", f"Set it there: records[0].{key}=..."
+            mistakes.note(StudyError(locate(f"rig.{key}"), got, "a value that some record takes", do))
     return tuple(records)
 
 
-def _stands_in(key: str, study: Study, place: Places) -> str:
-    """Beginning of the advice on a key that all records need: which of them alone have it; empty where none has."""
-    own = [i for i, record in enumerate(study.records) if getattr(record, key) is not None]
-    if not own:
-        return ""
-    if own[_RECORDS_NAMED:]:
-        return f"It stands in {len(own)} of {len(study.records)} records alone. "
-    names = [f"records[{i}]" if place.table is None else f"record {i + 1}" for i in own]
-    return f"It stands in {' and '.join(filter(None, (', '.join(names[:-1]), names[-1])))} alone. "
-
-
-_TOGETHER = (("lateral_offset", "guide_distance"), ("mass", "centre_distance"))
-"""Keys of a record that say nothing one without the other."""
-
-
-def _check_records(study: Study, place: Places, mistakes: Mistakes) -> None:
-    """Note records that have the same name, or half of what belongs together."""
-    seen: dict[str, Any] = {}
-    for i, record in enumerate(study.records):
-        where = place(f"records[{i}]")
-        if record.label in seen:
-            other = seen[record.label]
-            copy = record.file is not None and (record.files, record.channels) == (other.files, other.channels)
-            do = "Take one of the two off the list: a copy is no further evidence." if copy else "Give one a name."
-            expected = "each record once" if copy else "a name for each record"
-            mistakes.note(StudyError(where, f'"{record.label}" a second time', expected, do))
-        seen[record.label] = record
-        for name in record.uncertainties or {}:
-            if getattr(record, name) is None:
-                do = f"State {name} as well, here or under [rig]."
-                mistakes.note(StudyError(where, f"the uncertainty of {name}", f"a value of {name}", do))
-        for pair in _TOGETHER:
-            stated = [getattr(record, name) is not None for name in pair if name in type(record).model_fields]
-            if len(stated) == len(pair) and any(stated) != all(stated):
-                got = f"{' or '.join(pair)} alone"
-                mistakes.note(StudyError(where, got, "both or neither", "They go together."))
-
-
-def _check_effects(study: Study, place: Places, mistakes: Mistakes) -> None:
-    """Note effects of a record that the study has not: nothing could be said of them."""
-    number = len(study.records)
-    for name in study.model.effects:
-        found = _OF_RECORD.search(name)
-        if number and found is not None and int(found[1]) > number:
-            got = f'"{name}", of record {found[1]}'
-            expected = f"one of its {number} record{'s' * (number != 1)}"
-            do = "Records are numbered from 1, in the order of the study."
-            mistakes.note(StudyError(place("model.effects"), got, expected, do))
-
-
-def _check_files(study: Study, place: Places, may_be: Missing, mistakes: Mistakes) -> None:
+def _check_files(study: Study, locate: KeyLocator, may_be: Missing, mistakes: Mistakes) -> None:
     """Note records without a file where one is named; where some may be missing, only if all are."""
     if may_be == "all":
         return
@@ -348,35 +337,33 @@ def _check_files(study: Study, place: Places, may_be: Missing, mistakes: Mistake
                 missing.setdefault(i, []).append(file)
     if may_be == "some" and len(missing) < len(study.records):
         return
-    for i, files in missing.items():
-        for file in dict.fromkeys(files):
-            mistakes.note(_no_file(study.path_of(file), file, place(f"records[{i}].file"), suggest=not mistakes.full))
+    for i, file in ((i, file) for i, files in missing.items() for file in dict.fromkeys(files)):
+        path, where = study.path_of(file), locate(f"records[{i}].file")
+        folder = path.parent
+        do = ""
+        if "\0" in file or len(path.name.encode(errors="replace")) > _LONGEST_NAME:
+            got, expected = f'"{shown_path(file)}"', "a name that a file can have"
+        elif not is_folder(folder):
+            got, expected = f'no folder for "{shown_path(file)}"', f"{shown_path(folder)} to exist"
+        elif os.path.exists(path):
+            got = f'"{file}" is {"a folder" if is_folder(path) else "a device or a pipe"}'
+            expected = "a file with measured data"
+        elif not os.access(folder, os.X_OK):
+            got, expected = f'"{file}" cannot be reached', f"leave to look into {shown_path(folder)}"
+        else:
+            got, expected = f'no file "{file}"', f"it in {folder.resolve()}"
+            do = "" if mistakes.full else nearest_file(path)  # to look what a folder holds in its place takes long
+        mistakes.note(StudyError(where, got, expected, do))
 
 
-def _no_file(path: Path, named: str, where: str, *, suggest: bool) -> StudyError:
-    """Why a name is not that of a file with measured data; what a folder holds in its place, if asked, takes longer."""
-    folder = path.parent
-    if "\0" in named or len(path.name.encode(errors="replace")) > _LONGEST_NAME:
-        return StudyError(where, f'"{shown_path(named)}"', "a name that a file can have", "")
-    if not is_folder(folder):
-        return StudyError(where, f'no folder for "{shown_path(named)}"', f"{shown_path(folder)} to exist", "")
-    if os.path.exists(path):
-        what = "a folder" if is_folder(path) else "a device or a pipe"
-        return StudyError(where, f'"{named}" is {what}', "a file with measured data", "")
-    if not os.access(folder, os.X_OK):
-        return StudyError(where, f'"{named}" cannot be reached', f"leave to look into {shown_path(folder)}", "")
-    near = nearest_file(path) if suggest else ""
-    return StudyError(where, f'no file "{named}"', f"it in {folder.resolve()}", near)
-
-
-def _belongs(key: str, study: type[Study]) -> str:
+def _where_it_belongs(key: str, study: type[Study]) -> str:
     """Sentence on where a key or the name of a parameter belongs; empty where no table of a study knows it.
 
     Other kinds of rig are consulted only where this one does not know the key.
     """
     if key in study.base_parameters:
         return f"Write [parameters.{key}]."
-    if places := [place for place, table in _tables(study) if key in table.known_keys()]:
+    if places := [heading for heading, table in _tables(study) if key in table.known_keys()]:
         return f"It stands under {' or '.join(places)}."
     others = ((kind, study_type(kind)) for kind in KINDS)
     kinds = [kind for kind, other in others if any(key in table.known_keys() for _, table in _tables(other))]
@@ -385,14 +372,65 @@ def _belongs(key: str, study: type[Study]) -> str:
 
 def _tables(study: type[Study]) -> Iterator[tuple[str, type[StudyTable]]]:
     """Each table of a study with its heading; what holds further tables only is none."""
+    headings = {"records": "[[records]]", "parameters": "[parameters.NAME]"}
     for name, field in study.model_fields.items():
-        for model in _models(field.annotation):
-            heading = {"records": "[[records]]", "parameters": "[parameters.NAME]"}.get(name, f"[{name}]")
-            yield heading, model
+        parts = [field.annotation]
+        while parts:
+            part = parts.pop(0)
+            if isinstance(part, type) and issubclass(part, StudyTable):
+                yield headings.get(name, f"[{name}]"), part
+            parts = [*get_args(part), *parts]
 
 
-def _models(annotation: Any) -> Iterator[type[StudyTable]]:
-    if isinstance(annotation, type) and issubclass(annotation, StudyTable):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _models(inner)
+PACKAGE = Path(__file__).resolve().parents[1]
+
+#: Where the studies that ship with the program are: in an installed package, and beside it in a checkout.
+SHIPPED = (PACKAGE / "shipped_studies", PACKAGE.parent / "configs")
+
+
+def examples() -> tuple[str, ...]:
+    """Names of the studies that ship with the program.
+
+    Returns
+    -------
+    tuple of str
+
+    Examples
+    --------
+    >>> "drop_series" in fibrefit.examples()
+    True
+    """
+    return tuple(sorted(file.parent.name for file in _shipped().glob("*/study.toml")))
+
+
+def example(name: str) -> Path:
+    """Folder of a study that ships with the program, with its records.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"drop_series"``; `examples` lists them.
+
+    Returns
+    -------
+    pathlib.Path
+        To be given to whatever takes a study. Files there are part of the program: copy the folder to change them.
+
+    Raises
+    ------
+    UsageError
+        If there is no such example.
+
+    Examples
+    --------
+    >>> fibrefit.load_study(fibrefit.example("drop_series")).name
+    'drop series, vertical and 45 degrees'
+    """
+    known = examples()
+    if name not in known:
+        raise UsageError(f'example "{name}"', "not known", f"one of {', '.join(known)}", did_you_mean(name, known))
+    return _shipped() / name
+
+
+def _shipped() -> Path:
+    return next((folder for folder in SHIPPED if folder.is_dir()), SHIPPED[0])

@@ -7,16 +7,15 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from fibrefit.core.errors import Mistakes, StudyError, UsageError
-from fibrefit.study.explain import key_text
+from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.study.parameters import ParameterTable
-from fibrefit.study.places import Places
+from fibrefit.study.table import key_text
 
 _PART = re.compile(r'"([^"]+)"|\[(\d{1,9})\]|([^.\[\]"]+)')
 
 
 def apply_overrides(raw: dict[str, Any], overrides: Sequence[str]) -> dict[str, str]:
-    """Change `raw` as the overrides say.
+    """Change `raw` as the overrides say, making tables that are not there yet.
 
     Parameters
     ----------
@@ -40,8 +39,23 @@ def apply_overrides(raw: dict[str, Any], overrides: Sequence[str]) -> dict[str, 
     changed = {}
     for override in overrides:
         keys, value = parse(override)
-        _put(raw, keys, value, f"--set {override}")
-        changed[key_text(keys)] = f"--set {override}"
+        where, inside = f"--set {override}", raw
+        for depth, key in enumerate(keys):
+            if isinstance(key, int) and isinstance(inside, list):
+                if key >= len(inside):
+                    raise StudyError(where, f"no {key_text(keys[: depth + 1])}", f"an index below {len(inside)}", "")
+            elif isinstance(key, int) or not isinstance(inside, dict):
+                got = f"{key_text(keys[:depth])} is not a {'list' if isinstance(key, int) else 'table'}"
+                raise StudyError(where, got, "a key of the study file", "Records are counted from 0: records[0].lift.")
+            if depth == len(keys) - 1:
+                inside[key] = value
+                break
+            if isinstance(inside, dict):
+                inside.setdefault(key, {})
+                if keys[:depth] == ["channels"] and isinstance(inside[key], str):
+                    inside[key] = {"column": inside[key]}  # a heading alone becomes the table that says it
+            inside = inside[key]
+        changed[key_text(keys)] = where
     return changed
 
 
@@ -66,69 +80,23 @@ def parse(override: str) -> tuple[list[str | int], Any]:
         If it has no ``=``, or a key that cannot be read.
     """
     path, separator, text = override.partition("=")
-    path = path.strip()
-    spelt = "".join(match.group(0) + "." for match in _PART.finditer(path)).rstrip(".").replace(".[", "[")
+    path, text = path.strip(), text.strip()
+    parts = list(_PART.finditer(path))
+    spelt = "".join(match.group(0) + "." for match in parts).rstrip(".").replace(".[", "[")
     if not separator or not path or spelt != path:
-        raise UsageError(
-            f"--set {override}", "not understood", "key=value", 'For example --set rig.weight_mass="3 kg".'
-        )
-    keys, value = [_key(match) for match in _PART.finditer(path)], _value(text.strip())
-    return _parameter_name_joined(keys, _is_table_of_parameter(value)), value
-
-
-def _key(match: re.Match[str]) -> str | int:
-    quoted, index, plain = match.groups()
-    return int(index) if index else quoted or plain.strip()
-
-
-def _value(text: str) -> Any:
+        do = 'For example --set rig.weight_mass="3 kg".'
+        raise UsageError(f"--set {override}", "not understood", "key=value", do)
+    keys = [int(index) if index else quoted or plain.strip() for quoted, index, plain in (m.groups() for m in parts)]
+    value: Any = text
     try:
         read = tomllib.loads(f"value = {text}")
+        value = read["value"] if list(read) == ["value"] else text
     except (ValueError, RecursionError):  # not TOML, or a number of thousands of digits
-        return text
-    return read["value"] if list(read) == ["value"] else text
-
-
-def _is_table_of_parameter(value: Any) -> bool:
-    return isinstance(value, dict) and bool(value) and value.keys() <= set(ParameterTable.known_keys())
-
-
-def _parameter_name_joined(keys: list[str | int], whole: bool) -> list[str | int]:
-    """Path with the dotted name of an effect's parameter as one key; `whole` where its whole table may be given."""
-    if keys[0] != "parameters" or len(keys) < 3:
-        return keys
-    known = ParameterTable.known_keys()
-    unless_known = len(keys) if whole else len(keys) - 1
-    end = next((i for i, key in enumerate(keys) if i > 1 and key in known), unless_known)
-    return [keys[0], ".".join(map(str, keys[1:end])), *keys[end:]]
-
-
-def _put(raw: Any, keys: list[str | int], value: Any, where: str) -> None:
-    """Put `value` at the path `keys`, making tables that are not there yet."""
-    for depth, key in enumerate(keys):
-        last = depth == len(keys) - 1
-        if isinstance(key, int) and isinstance(raw, list):
-            if key >= len(raw):
-                raise StudyError(where, f"no {key_text(keys[: depth + 1])}", f"an index below {len(raw)}", "")
-        elif isinstance(key, int) or not isinstance(raw, dict):
-            got = f"{key_text(keys[:depth])} is not a {'list' if isinstance(key, int) else 'table'}"
-            raise StudyError(where, got, "a key of the study file", "Records are counted from 0: records[0].lift.")
-        if last:
-            raw[key] = value
-            return
-        raw = _inside(raw, key, a_channel=depth == 1 and keys[0] == "channels")
-
-
-def _inside(raw: Any, key: str | int, a_channel: bool) -> Any:
-    """What stands under a key, made where nothing does; of a channel that is a heading alone the table that says it."""
-    if isinstance(raw, dict) and (key not in raw or (a_channel and isinstance(raw[key], str))):
-        raw[key] = {"column": raw[key]} if key in raw else {}
-    return raw[key]
-
-
-def note_unused(key: str, value: Any, records: Sequence[Any], place: Places, mistakes: Mistakes) -> None:
-    """Note a constant of the rig that was set for this run, and that no record takes: each has a value of its own."""
-    own = [getattr(record, key) for record in records]
-    if f"rig.{key}" in place.changed and None not in own and any(one != value for one in own):
-        got, do = f"set for the rig, and each record states its own {key}", f"Set it there: records[0].{key}=..."
-        mistakes.note(StudyError(place(f"rig.{key}"), got, "a value that some record takes", do))
+        pass
+    if keys[0] == "parameters" and len(keys) > 2:
+        # The dotted name of an effect's parameter is one key, up to a key of its table; a whole table has none.
+        known = ParameterTable.known_keys()
+        whole = isinstance(value, dict) and bool(value) and value.keys() <= set(known)
+        end = next((i for i, key in enumerate(keys) if i > 1 and key in known), len(keys) if whole else len(keys) - 1)
+        keys = [keys[0], ".".join(map(str, keys[1:end])), *keys[end:]]
+    return keys, value

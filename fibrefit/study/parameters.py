@@ -14,7 +14,7 @@ from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import Mistakes, StudyError
 from fibrefit.core.limits import SMALLEST_SIZE
 from fibrefit.core.units import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertain
-from fibrefit.study.quantity import CHECK_IT, quantity_in, refusal, shown
+from fibrefit.study.quantity import CHECK_IT, quantity_in, quoted, refusal
 from fibrefit.study.table import StudyTable
 
 FARTHEST = 10.0
@@ -73,31 +73,34 @@ AnyPrior = Annotated[
 ]
 
 
-def _written_out(said: Any) -> Any:
+def _normal_prior(said: Any) -> Any:
     """The normal prior that ``"3.1 +/- 0.05 kg"`` stands for."""
     if not isinstance(said, str):
         return said
     if in_percent(said):
-        raise refusal(f"{shown(said)}: {IN_PERCENT}", 'a prior such as "3.1 +/- 0.05 kg"', NOT_IN_PERCENT)
+        raise refusal(f"{quoted(said)}: {IN_PERCENT}", 'a prior such as "3.1 +/- 0.05 kg"', NOT_IN_PERCENT)
     if (parts := uncertain(said)) is None:
-        raise refusal(shown(said), 'a prior such as "3.1 +/- 0.05 kg", or a table with its kind', "")
+        raise refusal(quoted(said), 'a prior such as "3.1 +/- 0.05 kg", or a table with its kind', "")
     mean, sd = (float(part) if " " not in part else part for part in parts)
     return {"kind": "normal", "mean": mean, "sd": sd}
 
 
-Prior = Annotated[AnyPrior, BeforeValidator(_written_out, json_schema_input_type=AnyPrior | StrictStr)]
+Prior = Annotated[AnyPrior, BeforeValidator(_normal_prior, json_schema_input_type=AnyPrior | StrictStr)]
 
 
 class ParameterTable(StudyTable):
     """One table ``[parameters.NAME]`` of a study."""
 
-    initial: Written | None = Field(default=None, description="Starting value; found from the data when absent.")
-    bounds: tuple[Written, Written] | None = Field(default=None, description="Lower and upper limit.")
-    fixed: StrictBool | Written = Field(default=False, description="true holds `initial`; a quantity holds itself.")
-    prior: Prior | None = Field(
-        default=None, description='Distribution before the data; "3.1 +/- 0.05 kg" is a normal one.'
-    )
-    shared: StrictBool = Field(default=True, description="One value for all records, or one a record.")
+    initial: Written | None = None
+    """Starting value; found from the data when absent."""
+    bounds: tuple[Written, Written] | None = None
+    """Lower and upper limit."""
+    fixed: StrictBool | Written = False
+    """true holds `initial`; a quantity holds itself."""
+    prior: Prior | None = None
+    """Distribution before the data; "3.1 +/- 0.05 kg" is a normal one."""
+    shared: StrictBool = True
+    """One value for all records, or one a record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,15 +128,16 @@ class PriorSetting:
     @property
     def lowest(self) -> float:
         """Least value that it allows at all."""
-        return max(self.lower, -math.inf if math.isnan(self.centre) or self.kind == "log_normal" else self._tail(-1.0))
+        return max(self.lower, self._tail(-1.0))
 
     @property
     def highest(self) -> float:
         """Largest value that it allows at all."""
-        return min(self.upper, math.inf if math.isnan(self.centre) or self.kind == "log_normal" else self._tail(1.0))
+        return min(self.upper, self._tail(1.0))
 
     def _tail(self, side: float) -> float:
-        return self.centre + side * FARTHEST * self.spread
+        normal = not math.isnan(self.centre) and self.kind != "log_normal"
+        return self.centre + side * FARTHEST * self.spread if normal else side * math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +170,7 @@ class ParameterSetting:
     prior: PriorSetting | None = None
 
 
-def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str], str]) -> ParameterSetting:
+def setting_of(name: str, table: ParameterTable, unit: str, locate: Callable[[str], str]) -> ParameterSetting:
     """Setting of a parameter in SI, from its table and its unit.
 
     Parameters
@@ -175,7 +179,7 @@ def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str
         Name and SI unit of the parameter.
     table : ParameterTable
         What the study says.
-    place : callable
+    locate : callable
         Gives file and place of a key below the table (``".bounds"``), for messages.
 
     Returns
@@ -190,30 +194,39 @@ def setting_of(name: str, table: ParameterTable, unit: str, place: Callable[[str
     """
 
     def number(key: str, written: Written) -> float:
-        return _number(written, unit, place(f".{key}"))
+        """Number in `unit`: a bare one for a pure number, else text with a unit."""
+        if unit == "-" and isinstance(written, float):
+            return written
+        try:
+            return quantity_in(written, unit, "0.05" if unit == "-" else f"1 {unit}")
+        except PydanticCustomError as error:
+            context = error.context or {}
+            raise StudyError(locate(f".{key}"), context["got"], context["expected"], context["do"]) from None
 
     initial, lower, upper, prior = None, None, None, None
-    with Mistakes(place("")) as mistakes:
+    with Mistakes(locate("")) as mistakes:
         with mistakes.apart():
             initial = None if table.initial is None else number("initial", table.initial)
-            initial = initial if table.fixed is False else _held(table, initial, number, place)
+            if table.fixed is True and initial is None:
+                raise StudyError(locate(".fixed"), "true, but no initial", "the value to hold", "Give it as initial.")
+            if not isinstance(table.fixed, bool):
+                fixed = number("fixed", table.fixed)
+                if initial is not None and initial != fixed:
+                    raise StudyError(locate(""), "initial and fixed differ", "one value", "Remove initial.")
+                initial = fixed
         with mistakes.apart():
             if table.bounds is not None:
                 lower, upper = (number(f"bounds[{i}]", bound) for i, bound in enumerate(table.bounds))
-                _refuse_swapped(lower, upper, unit, place(".bounds"))
+                _refuse_swapped(lower, upper, unit, locate(".bounds"))
         with mistakes.apart():
-            prior = None if table.prior is None else _prior(table.prior, number, unit, place)
+            prior = None if table.prior is None else _prior(table.prior, number, unit, locate)
     if initial is not None and lower is not None and upper is not None and not lower <= initial <= upper:
-        raise StudyError(
-            place(""),
-            f"initial {initial:g} {unit} lies outside bounds",
-            f"{lower:g} to {upper:g} {unit}",
-            "Change one.",
-        )
+        got, expected = f"initial {initial:g} {unit} lies outside bounds", f"{lower:g} to {upper:g} {unit}"
+        raise StudyError(locate(""), got, expected, "Change one.")
     return ParameterSetting(name, unit, initial, lower, upper, table.fixed is not False, table.shared, prior)
 
 
-def begin_at(table: ParameterTable, value: float, setting: ParameterSetting, declared: Parameter) -> ParameterTable:
+def with_initial(table: ParameterTable, value: float, setting: ParameterSetting, declared: Parameter) -> ParameterTable:
     """A table whose start is a value that was found: one at a limit may lie a rounding error beyond it.
 
     Parameters
@@ -229,14 +242,14 @@ def begin_at(table: ParameterTable, value: float, setting: ParameterSetting, dec
     return table.model_copy(update={"initial": inside if setting.unit == "-" else f"{inside!r} {setting.unit}"})
 
 
-def check_possible(setting: ParameterSetting, declared: Parameter, place: Callable[[str], str]) -> None:
+def check_possible(setting: ParameterSetting, declared: Parameter, locate: Callable[[str], str]) -> None:
     """Refuse a start, limits or a prior that leave a parameter no value of its physical range.
 
     Parameters
     ----------
     declared : Parameter
         With the physical range.
-    place : callable
+    locate : callable
         As for `setting_of`.
 
     Raises
@@ -248,19 +261,19 @@ def check_possible(setting: ParameterSetting, declared: Parameter, place: Callab
     expected = f"{low:g} to {high:g} {unit}, in which {declared.name} can be"
     if setting.initial is not None and not low <= setting.initial <= high:
         key = ".fixed" if setting.fixed else ".initial"
-        raise StudyError(place(key), f"{setting.initial:g} {unit}", expected, CHECK_IT)
+        raise StudyError(locate(key), f"{setting.initial:g} {unit}", expected, CHECK_IT)
     stated = low if setting.lower is None else setting.lower, high if setting.upper is None else setting.upper
     if max(stated[0], low) >= min(stated[1], high):
-        raise StudyError(place(".bounds"), f"{stated[0]:g} to {stated[1]:g} {unit}", f"a part of {expected}", CHECK_IT)
+        raise StudyError(locate(".bounds"), f"{stated[0]:g} to {stated[1]:g} {unit}", f"a part of {expected}", CHECK_IT)
     beyond = [(i, at) for i, at in enumerate(stated) if not (_reaches(low, at) and _reaches(at, high))]
     if beyond:
         (side, at), limit = beyond[0], (low, high)[beyond[0][0]]
         do = f"Write {limit:g} {unit} there, or a value inside." if math.isfinite(limit) else CHECK_IT
-        raise StudyError(place(f".bounds[{side}]"), f"{at:g} {unit}", f"a part of {expected}", do)
+        raise StudyError(locate(f".bounds[{side}]"), f"{at:g} {unit}", f"a part of {expected}", do)
     prior = setting.prior
     if prior is not None and (prior.highest < low or prior.lowest > high):
         said = f"{prior.lowest:g} to {prior.highest:g} {unit} at the utmost"
-        raise StudyError(place(".prior"), said, f"a part of {expected}", CHECK_IT)
+        raise StudyError(locate(".prior"), said, f"a part of {expected}", CHECK_IT)
 
 
 def _reaches(low: float, high: float) -> bool:
@@ -268,33 +281,8 @@ def _reaches(low: float, high: float) -> bool:
     return low <= high or math.isclose(low, high, rel_tol=UNIT_ROUNDING)
 
 
-def _number(written: Written, unit: str, where: str) -> float:
-    """Number in `unit`: a bare one for a pure number, else text with a unit."""
-    if unit == "-" and isinstance(written, float):
-        return written
-    try:
-        return quantity_in(written, unit, "0.05" if unit == "-" else f"1 {unit}")
-    except PydanticCustomError as error:
-        context = error.context or {}
-        raise StudyError(where, context["got"], context["expected"], context["do"]) from None
-
-
-def _held(
-    table: ParameterTable, initial: float | None, number: Callable[[str, Written], float], place: Callable[[str], str]
-) -> float:
-    """Value at which a parameter is held."""
-    if table.fixed is True:
-        if initial is None:
-            raise StudyError(place(".fixed"), "true, but no initial", "the value to hold", "Give it as initial.")
-        return initial
-    held = number("fixed", table.fixed)
-    if initial is not None and initial != held:
-        raise StudyError(place(""), "initial and fixed differ", "one value", "Remove initial.")
-    return held
-
-
 def _prior(
-    prior: Prior, number: Callable[[str, Written], float], unit: str, place: Callable[[str], str]
+    prior: Prior, number: Callable[[str, Written], float], unit: str, locate: Callable[[str], str]
 ) -> PriorSetting:
     """Prior in SI, its limits and widths checked."""
 
@@ -303,18 +291,17 @@ def _prior(
         return default if written is None else number(f"prior.{key}", written)
 
     lower, upper = get("lower", -math.inf), get("upper", math.inf)
-    _refuse_swapped(lower, upper, unit, place(".prior"))
+    _refuse_swapped(lower, upper, unit, locate(".prior"))
     if prior.kind == "log_uniform" and lower <= 0:
-        raise StudyError(
-            place(".prior.lower"), f"{lower:g} {unit}", f"a value above 0 {unit}", "A logarithm is taken of it."
-        )
+        do = "A logarithm is taken of it."
+        raise StudyError(locate(".prior.lower"), f"{lower:g} {unit}", f"a value above 0 {unit}", do)
     if isinstance(prior, LogNormalPrior):
-        median = _positive(get("median", math.nan), unit, place(".prior.median"))
-        log_sd = _positive(prior.log_sd, "-", place(".prior.log_sd"))
+        median = _positive(get("median", math.nan), unit, locate(".prior.median"))
+        log_sd = _positive(prior.log_sd, "-", locate(".prior.log_sd"))
         return PriorSetting(prior.kind, median, log_sd, 0.0, upper)
     if isinstance(prior, UniformPrior | LogUniformPrior):
         return PriorSetting(prior.kind, lower=lower, upper=upper)
-    spread = _positive(get("sd", math.nan), unit, place(".prior.sd"))
+    spread = _positive(get("sd", math.nan), unit, locate(".prior.sd"))
     if isinstance(prior, HalfNormalPrior):
         return PriorSetting(prior.kind, 0.0, spread, 0.0, upper)
     return PriorSetting(prior.kind, get("mean", math.nan), spread, lower, upper)
@@ -330,6 +317,5 @@ def _positive(value: float, unit: str, where: str) -> float:
 
 def _refuse_swapped(lower: float, upper: float, unit: str, where: str) -> None:
     if lower >= upper:
-        raise StudyError(
-            where, f"{lower:g} to {upper:g} {unit}", "the lower limit first, and below the upper", "Swap or widen them."
-        )
+        expected = "the lower limit first, and below the upper"
+        raise StudyError(where, f"{lower:g} to {upper:g} {unit}", expected, "Swap or widen them.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import date, datetime
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, get_args
 
 from pydantic import (
     Field,
@@ -18,6 +18,7 @@ from pydantic import (
     StrictInt,
     WithJsonSchema,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from fibrefit.core.errors import FibrefitError
@@ -82,9 +83,12 @@ class Unit:
         number = quantity_in(value, self.si, self.example)
         below = number < self.lower or (number == self.lower and not self.lower_allowed)
         if below or number > self.upper:
-            raise refusal(f'"{value}" is out of range', self._range(), "")
+            expected = f"a value {'of at least' if self.lower_allowed else 'above'} {self.lower:g} {self.si}"
+            if self.lower > -math.inf and self.upper < math.inf:
+                expected = f"a value between {self.lower:g} and {self.upper:g} {self.si}"
+            raise refusal(f'"{value}" is out of range', expected, "")
         if not self.lower_allowed and number < self.lower + SMALLEST_SIZE:
-            raise refusal(f"{shown(value)} is out of range", f"at least {SMALLEST_SIZE:g} {self.si}", CHECK_IT)
+            raise refusal(f"{quoted(value)} is out of range", f"at least {SMALLEST_SIZE:g} {self.si}", CHECK_IT)
         return _Quoted(number, value)
 
     def write(self, value: float, info: SerializationInfo) -> str:
@@ -92,11 +96,16 @@ class Unit:
         own = value.text if info.context == AS_WRITTEN and isinstance(value, _Quoted) else ""
         return own or f"{value!r} {self.si}"
 
-    def _range(self) -> str:
-        if self.lower > -math.inf and self.upper < math.inf:
-            return f"a value between {self.lower:g} and {self.upper:g} {self.si}"
-        limit = f"{self.lower:g} {self.si}"
-        return f"a value of at least {limit}" if self.lower_allowed else f"a value above {limit}"
+
+def field_unit(field: FieldInfo) -> Unit | None:
+    """Unit of a field that is a number, an optional one or a range of them; None where it has none."""
+    parts = [*field.metadata, field.annotation]
+    while parts:
+        part = parts.pop(0)
+        if isinstance(part, Unit):
+            return part
+        parts += get_args(part)
+    return None
 
 
 def quantity_in(value: Any, unit: str, example: str) -> float:
@@ -118,15 +127,15 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
     """
     if isinstance(value, bool | int | float):
         raise refusal(
-            f"{shown(value)} without a unit", f'a quantity such as "{example}"', "Write it as text with its unit."
+            f"{quoted(value)} without a unit", f'a quantity such as "{example}"', "Write it as text with its unit."
         )
     if not isinstance(value, str):
-        raise refusal(f"{shown(value)} is not a quantity", f'text such as "{example}"', "")
+        raise refusal(f"{quoted(value)} is not a quantity", f'text such as "{example}"', "")
     if in_percent(value):
-        raise refusal(f"{shown(value)}: {IN_PERCENT}", f'a quantity such as "{example}"', NOT_IN_PERCENT)
+        raise refusal(f"{quoted(value)}: {IN_PERCENT}", f'a quantity such as "{example}"', NOT_IN_PERCENT)
     if uncertain(value):
         do = f'Under [rig], or as prior = "{value}" of a parameter, it is a prior; elsewhere leave the uncertainty out.'
-        raise refusal(f"{shown(value)}, with an uncertainty", f'a quantity such as "{example}"', do)
+        raise refusal(f"{quoted(value)}, with an uncertainty", f'a quantity such as "{example}"', do)
     try:
         number = parse_quantity(value, unit)
     except FibrefitError as error:
@@ -134,7 +143,7 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
     if not math.isfinite(number):
         raise refusal(f'"{value}" is not finite', f'a quantity such as "{example}"', "")
     if abs(number) > LARGEST_SIZE:
-        raise refusal(f"{shown(value)} is out of range", f"at most {LARGEST_SIZE:g} {unit}", CHECK_IT)
+        raise refusal(f"{quoted(value)} is out of range", f"at most {LARGEST_SIZE:g} {unit}", CHECK_IT)
     return number
 
 
@@ -146,7 +155,7 @@ def refusal(got: str, expected: str, do: str) -> PydanticCustomError:
 LONGEST_SHOWN = 60
 
 
-def shown(value: Any) -> str:
+def quoted(value: Any) -> str:
     """Short text of a value, for a message."""
     try:
         text = f'"{value}"' if isinstance(value, str) else repr(value)
@@ -171,7 +180,7 @@ def moment_in(value: Any) -> datetime:
     try:
         return datetime.fromisoformat(value)
     except (TypeError, ValueError):
-        raise refusal(shown(value), f'a day, or a day and a time, such as "{MOMENT}"', "") from None
+        raise refusal(quoted(value), f'a day, or a day and a time, such as "{MOMENT}"', "") from None
 
 
 Mass = Annotated[float, Unit("kg", "3.096 kg", lower=0, lower_allowed=False)]

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from fibrefit.core.declarations import KINDS
-from fibrefit.study.rigs.catalogue import study_type
+from fibrefit.study.rigs import study_type
 from fibrefit.study.summaries.files import SUMMARIES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -28,45 +28,37 @@ def schemas() -> dict[str, dict[str, Any]]:
     dict of str to dict
         ``"study.schema.json"`` and so on, to the content.
     """
-    named = {"study": ("fibrefit/study/1", _study())}
-    for schema, model in SUMMARIES.items():
-        named[schema.split("/")[1]] = (schema, model.model_json_schema(by_alias=True, mode="validation"))
-    return {
-        f"{name}.schema.json": {"$schema": DIALECT, "$id": f"{schema}.schema.json", **content}
-        for name, (schema, content) in named.items()
-    }
-
-
-def _study() -> dict[str, Any]:
-    """Schema of the study: the models', and the two other ways to write what they hold."""
     kinds: TypeAdapter[Any] = TypeAdapter(functools.reduce(operator.or_, map(study_type, KINDS)))
-    schema = kinds.json_schema(by_alias=True, mode="validation")
+    study = kinds.json_schema(by_alias=True, mode="validation")
+    # The models', and the two other ways to write what they hold.
     table = {"$ref": "#/$defs/ParameterTable"}
     group = {"$ref": "#/$defs/ParameterGroup"}
-    schema["$defs"]["ParameterGroup"] = {
+    study["$defs"]["ParameterGroup"] = {
         "description": "The parts of an effect's dotted name, written as nested tables.",
         "type": "object",
         "minProperties": 1,
         "additionalProperties": {"anyOf": [table, group]},
     }
     series = {"type": "string", "description": "A table with one row a record and units in its header."}
-    for name, definition in schema["$defs"].items():
+    for name, definition in study["$defs"].items():
         if name.endswith("Study"):
             properties = definition["properties"]
             properties["parameters"]["additionalProperties"] = {"anyOf": [table, group]}
             properties["records"] = {"anyOf": [properties["records"], series]}
         elif name.endswith("Rig"):
-            _allow_uncertainty(definition)
-    _write_defaults_as_read(schema)
-    return schema
-
-
-def _allow_uncertainty(rig: dict[str, Any]) -> None:
-    """A plain number under ``[rig]`` is text where it has an uncertainty; a quantity is text anyhow."""
-    for described in rig["properties"].values():
-        kinds = described.get("anyOf", [])
-        if any(kind.get("type") == "number" for kind in kinds):
-            kinds.insert(1, {"type": "string", "examples": ["1.02 +/- 0.01"]})
+            # A plain number is text where it has an uncertainty; a quantity is text anyhow.
+            for described in definition["properties"].values():
+                alternatives = described.get("anyOf", [])
+                if any(each.get("type") == "number" for each in alternatives):
+                    alternatives.insert(1, {"type": "string", "examples": ["1.02 +/- 0.01"]})
+    _write_defaults_as_read(study)
+    named = {"study": ("fibrefit/study/1", study)}
+    for schema, model in SUMMARIES.items():
+        named[schema.split("/")[1]] = (schema, model.model_json_schema(by_alias=True, mode="validation"))
+    return {
+        f"{name}.schema.json": {"$schema": DIALECT, "$id": f"{schema}.schema.json", **content}
+        for name, (schema, content) in named.items()
+    }
 
 
 def _write_defaults_as_read(part: Any) -> None:

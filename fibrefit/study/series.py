@@ -39,49 +39,36 @@ def read_series(path: Path) -> list[dict[str, str | float]]:
     StudyError
         If it cannot be read, has no column ``file`` or ``name``, names a column twice, or a row has another length.
     """
-    rows = _with_points(*_rows(path))
-    header, body = rows[0][1], rows[1:]
-    columns = [_column(cell, path) for cell in header]
+    rows = _rows(path)
+    (line, header), body = rows[0], rows[1:]
+    columns = []
+    for cell in header:
+        if (match := _HEADER.fullmatch(cell)) is None:
+            raise StudyError(str(path), f'column "{cell}"', 'a name and its unit, such as "lift [mm]"', "")
+        columns.append((match["key"], match["unit"] or ""))
     names = [key for key, _ in columns]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise StudyError(f"{path}, line {rows[0][0]}", f'column "{twice}" twice', "each column once", "")
+        raise StudyError(f"{path}, line {line}", f'column "{twice}" twice', "each column once", "")
     if not set(_NAMES) & set(names):
-        raise StudyError(f"{path}, line {rows[0][0]}", 'no column "file"', "file, and conditions with their unit", "")
+        raise StudyError(f"{path}, line {line}", 'no column "file"', "file, and conditions with their unit", "")
     if not body:
         raise StudyError(str(path), "no rows", "one row a record", "")
+    records: list[dict[str, str | float]] = []
     for line, row in body:
         if len(row) != len(columns):
             raise StudyError(f"{path}, line {line}", f"{len(row)} cells", f"{len(columns)}, as in the header", "")
-    return [
-        {key: _value(key, cell, unit) for (key, unit), cell in zip(columns, row, strict=True) if cell}
-        for _, row in body
-    ]
+        records.append({key: f"{cell} {unit}".strip() for (key, unit), cell in zip(columns, row, strict=True) if cell})
+        # What is a pure number a study writes without quotes.
+        for (key, unit), cell in zip(columns, row, strict=True):
+            if cell and key in PURE and unit in ("", "-", "1"):
+                with suppress(ValueError):
+                    records[-1][key] = float(cell)
+    return records
 
 
-def _value(key: str, cell: str, unit: str) -> str | float:
-    """What a study would write: a number without quotes where it is a pure one, else text with its unit."""
-    if key in PURE and unit in ("", "-", "1"):
-        with suppress(ValueError):
-            return float(cell)
-    return f"{cell} {unit}".strip()
-
-
-def _with_points(rows: list[tuple[int, list[str]]], delimiter: str) -> list[tuple[int, list[str]]]:
-    """Rows with decimal points, where commas are those: none stands between cells, and not all may part thousands."""
-    text = {i for i, cell in enumerate(rows[0][1]) if cell in _NAMES}
-    cells = {cell for _, row in rows[1:] for i, cell in enumerate(row) if i not in text}
-    numbers = {cell for cell in cells if _DECIMAL.fullmatch(cell)}
-    if delimiter == "," or all(map(_THOUSANDS.fullmatch, numbers)) or any("." in number for number in numbers):
-        return rows
-    return [
-        (line, [cell.replace(",", ".") if cell in numbers and i not in text else cell for i, cell in enumerate(row)])
-        for line, row in rows
-    ]
-
-
-def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
-    """Line number and cells of every line that is not empty, and what stands between the cells."""
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of every line that is not empty, with decimal points."""
     try:
         text = read_plain_file(path, "a table of records", StudyError, most=LARGEST_STUDY).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -95,11 +82,13 @@ def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
     except csv.Error as error:
         raise StudyError(f"{path}, line {reader.line_num}", str(error), "a table of cells", "") from None
-    return rows, delimiter
-
-
-def _column(cell: str, path: Path) -> tuple[str, str]:
-    match = _HEADER.fullmatch(cell)
-    if match is None:
-        raise StudyError(str(path), f'column "{cell}"', 'a name and its unit, such as "lift [mm]"', "")
-    return match["key"], match["unit"] or ""
+    # Commas are decimal ones where none stands between cells, no number has a point, and not all may part thousands.
+    names = {i for i, cell in enumerate(rows[0][1]) if cell in _NAMES}
+    cells = {cell for _, row in rows[1:] for i, cell in enumerate(row) if i not in names}
+    numbers = {cell for cell in cells if _DECIMAL.fullmatch(cell)}
+    if delimiter == "," or all(map(_THOUSANDS.fullmatch, numbers)) or any("." in number for number in numbers):
+        return rows
+    return [
+        (line, [cell.replace(",", ".") if cell in numbers and i not in names else cell for i, cell in enumerate(row)])
+        for line, row in rows
+    ]

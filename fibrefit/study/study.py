@@ -2,43 +2,41 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, PrivateAttr, StrictStr
-from pydantic.fields import FieldInfo
 
 from fibrefit.core.declarations import ROLES, Parameter
 from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
 from fibrefit.core.formatting import Card, Shown
 from fibrefit.core.paths import is_plain_file, path_from, sha256_of
 from fibrefit.core.units import expression, to_si
-from fibrefit.study.channels import SUGGESTED, ChannelTable, check_channels, column_of
-from fibrefit.study.files.reading import Files, reading_arguments
 from fibrefit.study.parameters import UNIT_ROUNDING, ParameterSetting, ParameterTable, check_possible, setting_of
-from fibrefit.study.places import Places
-from fibrefit.study.quantity import AS_WRITTEN, Unit, as_stated
-from fibrefit.study.table import Name, StudyTable
+from fibrefit.study.quantity import AS_WRITTEN, as_stated, field_unit
+from fibrefit.study.reading import SUGGESTED, ChannelTable, Files, check_channels, column_of, reading_arguments
+from fibrefit.study.table import KeyLocator, Name, StudyTable
 from fibrefit.study.toml import to_toml
 
 SCHEMA = "fibrefit/study/1"
+_OF_RECORD = re.compile(r"@(?:1-|(?:\d{1,9}\+)*)(\d{1,9})$")
+"""The last record of an effect that belongs to one or some, or that happens once in each."""
+_TOGETHER = (("lateral_offset", "guide_distance"), ("mass", "centre_distance"))
+"""Keys of a record that say nothing one without the other."""
 
 
 class ModelTable(StudyTable):
     """``[model]``: the law of the fibre and the effects added to the base model."""
 
-    tension_law: Literal["clamped", "heaviside"] = Field(
-        default="clamped",
-        description="Law of the fibre's tension: clamped, nothing where stiffness and damping would push; heaviside, "
-        "their sum wherever there is stretch.",
-    )
-    effects: tuple[StrictStr, ...] = Field(
-        default=(), description='Names of the catalogue, or "my_effects.py:MyEffect".'
-    )
-    laws: dict[str, StrictStr] = Field(
-        default_factory=dict, description="SHA-256 of files with effects, which then must not change."
-    )
+    tension_law: Literal["clamped", "heaviside"] = "clamped"
+    """Law of the fibre's tension: clamped, nothing where stiffness and damping would push; heaviside, their sum
+    wherever there is stretch."""
+    effects: tuple[StrictStr, ...] = ()
+    """Names of the catalogue, or "my_effects.py:MyEffect"."""
+    laws: dict[str, StrictStr] = Field(default_factory=dict)
+    """SHA-256 of files with effects, which then must not change."""
 
 
 class Digests(dict[Path, str]):
@@ -67,10 +65,8 @@ class Study(Shown, StudyTable):
     name: Name
     rig: Any
     channels: Any
-    units: dict[str, StrictStr] = Field(
-        default_factory=dict,
-        description="Unit of a column, by role or header, where the header has none or a wrong one.",
-    )
+    units: dict[str, StrictStr] = Field(default_factory=dict)
+    """Unit of a column, by role or header, where the header has none or a wrong one."""
     files: Files = Files()
     model: ModelTable = ModelTable()
     parameters: dict[str, ParameterTable] = Field(default_factory=dict)
@@ -80,7 +76,7 @@ class Study(Shown, StudyTable):
 
     _source: Path = PrivateAttr(default=Path("study.toml"))
     _table: Path | None = PrivateAttr(default=None)
-    _place: Places = PrivateAttr(default=Places(Path("study.toml")))
+    _locate: KeyLocator = PrivateAttr(default=KeyLocator(Path("study.toml")))
     _digests: Digests = PrivateAttr(default_factory=Digests)
 
     @property
@@ -110,7 +106,7 @@ class Study(Shown, StudyTable):
 
     def place_of(self, key: str) -> str:
         """Where a key of it stands, for messages: in its file, its table of records, or on the command line."""
-        return self._place(key)
+        return self._locate(key)
 
     def path_of(self, file: str) -> Path:
         """Path of a file the study names, which is relative to the study file."""
@@ -157,7 +153,7 @@ class Study(Shown, StudyTable):
         """
         if not self.records:
             do = "Name the file of each under [[records]]; of a study without any, sweep and inspect can be run."
-            raise StudyError(self._place("records"), "none is listed", "at least one record", do)
+            raise StudyError(self._locate("records"), "none is listed", "at least one record", do)
 
     @property
     def possible(self) -> dict[str, tuple[float, float]]:
@@ -187,25 +183,20 @@ class Study(Shown, StudyTable):
         with Mistakes(str(self._source)) as mistakes:
             for name in [name for name in self.parameters if name not in units]:
                 do = did_you_mean(name, units) or f"The model has {', '.join(units)}."
-                where = self._place(f"parameters.{name}")
+                where = self._locate(f"parameters.{name}")
                 mistakes.note(StudyError(where, "unknown parameter", "one of the model", do))
             for name, unit in units.items():
                 with mistakes.apart():
                     settings[name] = self._setting(name, unit)
-                    check_possible(settings[name], declared[name], self._places_of(name))
+                    check_possible(settings[name], declared[name], self._locator_of(name))
         return settings
 
     def check(self, mistakes: Mistakes) -> None:
-        """Note what is wrong with its parameters, its units, the times of its records, and files with effects."""
-        self._check_parameters(mistakes)
-        self._check_units(mistakes)
-        self._check_times(mistakes)
-        self._check_laws(mistakes)
-        self._check_limits(mistakes)
-
-    def _check_parameters(self, mistakes: Mistakes) -> None:
-        """Note what can be seen to be wrong before the effects are known: of a misspelt name, or of a quantity."""
-        known = {**self.base_parameters, **self._constants()}
+        """Note all that is wrong with it and can be seen before the effects are known and any record is read."""
+        # Names of parameters that are misspelt, and what they say.
+        units = {name: unit.si if (unit := field_unit(f)) else "-" for name, f in type(self.rig).model_fields.items()}
+        constants = {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
+        known = {**self.base_parameters, **constants}
         for name in self.parameters:
             if name in known:
                 with mistakes.apart():
@@ -214,15 +205,17 @@ class Study(Shown, StudyTable):
                 base = self.base_parameters
                 do = did_you_mean(name, base) or "Parameters of an effect have dotted names."
                 expected = f"one of {', '.join(base)}"
-                mistakes.note(StudyError(self._place(f"parameters.{name}"), "unknown parameter", expected, do))
-
-    def _constants(self) -> dict[str, str]:
-        """Constants of the rig that a parameter may be, and their SI units."""
-        units = {name: _unit_of(field) for name, field in type(self.rig).model_fields.items()}
-        return {name: unit for name, unit in units.items() if isinstance(getattr(self.rig, name), float)}
-
-    def _check_limits(self, mistakes: Mistakes) -> None:
-        """Note limits of the rig that one of its records goes beyond."""
+                mistakes.note(StudyError(self._locate(f"parameters.{name}"), "unknown parameter", expected, do))
+        self._check_units(mistakes)
+        # Tests that are dated with an offset from UTC where the first one is without, or the other way round.
+        local = {i: one.taken.utcoffset() is None for i, one in enumerate(self.records) if one.taken is not None}
+        for i in local:
+            if local[i] != local[first := min(local)]:
+                got = f"a time {'without' if local[i] else 'with'} an offset from UTC"
+                expected = f"one {'with' if local[i] else 'without'}, as in records[{first}]"
+                mistakes.note(StudyError(self._locate(f"records[{i}].taken"), got, expected, ""))
+        self._check_laws(mistakes)
+        # Limits of the rig that one of its records goes beyond.
         for name, (least, most) in self.possible.items():
             for record in self.records:
                 value, slack = getattr(record, name, None), UNIT_ROUNDING * abs(most)
@@ -231,19 +224,47 @@ class Study(Shown, StudyTable):
                     low, high, at = (as_stated(each, unit) for each in (least, most, value))
                     got, expected = f"{low} to {high}", f"limits that hold every record; {record.label} has {at}"
                     do = "Widen them, or correct the record."
-                    mistakes.note(StudyError(self._place(f"limits.{name}"), got, expected, do))
+                    mistakes.note(StudyError(self._locate(f"limits.{name}"), got, expected, do))
                     break
+        # Constants that are parameters of all records, and stated otherwise in one of them.
+        for name, value in self.found_constants.items():
+            for i, record in enumerate(self.records):
+                if getattr(record, name, value) != value:
+                    got = "another value than under [rig], where it is a parameter"
+                    do = f"Leave it out here, or state {name} without an uncertainty."
+                    where = self._locate(f"records[{i}].{name}")
+                    mistakes.note(StudyError(where, got, "one value for all records", do))
+        self._check_records(mistakes)
 
-    def _check_times(self, mistakes: Mistakes) -> None:
-        """Note tests that are dated with an offset from UTC where the first one is without, or the other way round."""
-        local_times = [
-            (i, one.taken.utcoffset() is None) for i, one in enumerate(self.records) if one.taken is not None
-        ]
-        for i, local in local_times:
-            if local != local_times[0][1]:
-                got = f"a time {'without' if local else 'with'} an offset from UTC"
-                expected = f"one {'with' if local else 'without'}, as in records[{local_times[0][0]}]"
-                mistakes.note(StudyError(self._place(f"records[{i}].taken"), got, expected, ""))
+    def _check_records(self, mistakes: Mistakes) -> None:
+        """Note records of one name, or with half of what belongs together, and effects of records it does not have."""
+        seen: dict[str, Any] = {}
+        for i, record in enumerate(self.records):
+            where = self._locate(f"records[{i}]")
+            if record.label in seen:
+                other = seen[record.label]
+                copy = record.file is not None and (record.files, record.channels) == (other.files, other.channels)
+                do = "Take one of the two off the list: a copy is no further evidence." if copy else "Give one a name."
+                expected = "each record once" if copy else "a name for each record"
+                mistakes.note(StudyError(where, f'"{record.label}" a second time', expected, do))
+            seen[record.label] = record
+            for name in record.uncertainties or {}:
+                if getattr(record, name) is None:
+                    do = f"State {name} as well, here or under [rig]."
+                    mistakes.note(StudyError(where, f"the uncertainty of {name}", f"a value of {name}", do))
+            for pair in _TOGETHER:
+                stated = [getattr(record, name) is not None for name in pair if name in type(record).model_fields]
+                if len(stated) == len(pair) and any(stated) != all(stated):
+                    got = f"{' or '.join(pair)} alone"
+                    mistakes.note(StudyError(where, got, "both or neither", "They go together."))
+        number = len(self.records)
+        for name in self.model.effects:
+            found = _OF_RECORD.search(name)
+            if number and found is not None and int(found[1]) > number:
+                got = f'"{name}", of record {found[1]}'
+                expected = f"one of its {number} record{'s' * (number != 1)}"
+                do = "Records are numbered from 1, in the order of the study."
+                mistakes.note(StudyError(self._locate("model.effects"), got, expected, do))
 
     def _check_units(self, mistakes: Mistakes) -> None:
         """Note units that are not known, do not suit their channel, or belong to no channel."""
@@ -251,14 +272,14 @@ class Study(Shown, StudyTable):
         role_of = {role: role for role, _ in self.channels}
         role_of |= {column_of(said) or role: role for table in tables for role, said in table.items() if said}
         scaled = {r for table in tables for r, said in table.items() if isinstance(said, ChannelTable) and said.scale}
-        check_channels(dict(self.channels), self.units, self._place("channels"), mistakes)
+        check_channels(dict(self.channels), self.units, self._locate("channels"), mistakes)
         for i, record in enumerate(self.records):
             for role in (record.channels or {}).keys() - dict(self.channels).keys():
-                where, known = self._place(f"records[{i}].channels.{role}"), list(dict(self.channels))
+                where, known = self._locate(f"records[{i}].channels.{role}"), list(dict(self.channels))
                 mistakes.note(StudyError(where, "unknown key", f"one of {', '.join(known)}", did_you_mean(role, known)))
-            check_channels(record.channels or {}, self.units, self._place(f"records[{i}].channels"), mistakes)
+            check_channels(record.channels or {}, self.units, self._locate(f"records[{i}].channels"), mistakes)
         for key, unit in self.units.items():
-            where = self._place(f"units.{key}")
+            where = self._locate(f"units.{key}")
             with mistakes.apart():
                 if key not in role_of:
                     do = did_you_mean(key, role_of)
@@ -275,12 +296,12 @@ class Study(Shown, StudyTable):
             path = self.path_of(file)
             if file not in files and not is_plain_file(path):
                 do = did_you_mean(file, files) or "Correct its name, or remove the line."
-                mistakes.note(StudyError(self._place(f"model.laws.{file}"), "no such file", "that of an effect", do))
+                mistakes.note(StudyError(self._locate(f"model.laws.{file}"), "no such file", "that of an effect", do))
             elif is_plain_file(path) and (found := sha256_of(path)) != expected.lower():
                 got = f"{path} has changed: its SHA-256 is {found[:12]}..."
                 known = f"{expected[:12]}..., that of the law this study was written with"
                 do = "Look at what has changed; then put the new digest there, or remove the line."
-                mistakes.note(StudyError(self._place(f"model.laws.{file}"), got, known, do))
+                mistakes.note(StudyError(self._locate(f"model.laws.{file}"), got, known, do))
 
     def resolved_toml(
         self, relative_to: Path | None = None, growing: Path | None = None, *, as_written: bool = False
@@ -305,31 +326,39 @@ class Study(Shown, StudyTable):
         context = AS_WRITTEN if as_written else None
         content = self.model_dump(mode="json", by_alias=True, exclude_none=True, context=context)
         if relative_to is not None:
-            for record in content["records"]:
-                if "file" in record:
-                    record.setdefault("name", record["file"])
-                    record["file"] = _relative(self.path_of(record["file"]), relative_to)
-                if "header" in record:
-                    record["header"] = _relative(self.path_of(record["header"]), relative_to)
-                if "parts" in record:
-                    record["parts"] = [_relative(self.path_of(part), relative_to) for part in record["parts"]]
-                if "beside" in record:
-                    record["beside"]["file"] = _relative(self.path_of(record["beside"]["file"]), relative_to)
-            if content["files"].get("header"):
-                content["files"]["header"] = _relative(self.path_of(content["files"]["header"]), relative_to)
-            content["model"]["effects"] = [
-                effect if ":" not in effect else _moved_effect(effect, self, relative_to)
-                for effect in content["model"]["effects"]
-            ]
-            laws = {path: _written_to(path, relative_to, growing) for path in self.own_effects().values()}
-            content["model"]["laws"] = {
-                _relative(path, relative_to): sha256_of(laws[path])
-                for path in sorted(laws)
-                if is_plain_file(laws[path])
-            }
+            self._name_files_from(relative_to, content, growing)
         if not content["model"].get("laws"):
             content["model"].pop("laws", None)
         return to_toml({key: value for key, value in content.items() if value not in ({}, [])})
+
+    def _name_files_from(self, folder: Path, content: dict[str, Any], growing: Path | None) -> None:
+        """Put into the content of a study the paths of its files from a folder, and the digests of its laws."""
+        here = folder.resolve()
+
+        def moved(file: str | Path) -> str:
+            """Path from the folder to where links lead."""
+            return path_from(here, self.path_of(str(file)).resolve())
+
+        for record in content["records"]:
+            if "file" in record:
+                record.setdefault("name", record["file"])
+            for table, key in ((record, "file"), (record, "header"), (record.get("beside", {}), "file")):
+                if key in table:
+                    table[key] = moved(table[key])
+            if "parts" in record:
+                record["parts"] = [moved(part) for part in record["parts"]]
+        if content["files"].get("header"):
+            content["files"]["header"] = moved(content["files"]["header"])
+        named = [effect.rpartition(":") for effect in content["model"]["effects"]]
+        content["model"]["effects"] = [f"{moved(file)}:{name}" if colon else name for file, colon, name in named]
+        laws = {}
+        for path in sorted(set(self.own_effects().values())):
+            written = real = path.resolve()
+            if growing is not None and real.is_relative_to(here):
+                written = growing / real.relative_to(here)
+            if is_plain_file(written):
+                laws[path_from(here, real)] = sha256_of(written)
+        content["model"]["laws"] = laws
 
     def _card(self) -> Card:
         number = len(self.records)
@@ -340,30 +369,7 @@ class Study(Shown, StudyTable):
 
     def _setting(self, name: str, unit: str) -> ParameterSetting:
         table = self.parameters.get(name, ParameterTable())
-        return setting_of(name, table, unit, self._places_of(name))
+        return setting_of(name, table, unit, self._locator_of(name))
 
-    def _places_of(self, parameter: str) -> Callable[[str], str]:
-        return lambda key: self._place(f"parameters.{parameter}{key}")
-
-
-def _unit_of(field: FieldInfo) -> str:
-    """SI unit of a constant, which may be optional; "-" for a pure number."""
-    said = [*field.metadata, *(part for kind in get_args(field.annotation) for part in get_args(kind))]
-    return next((unit.si for unit in said if isinstance(unit, Unit)), "-")
-
-
-def _moved_effect(effect: str, study: Study, folder: Path) -> str:
-    file, _, name = effect.rpartition(":")
-    return f"{_relative(study.path_of(file), folder)}:{name}"
-
-
-def _written_to(path: Path, folder: Path, growing: Path | None) -> Path:
-    """Where the content of a file is that will be at `path` once `growing` has taken the place of `folder`."""
-    if growing is None or not path.resolve().is_relative_to(folder.resolve()):
-        return path
-    return growing / path.resolve().relative_to(folder.resolve())
-
-
-def _relative(path: Path, folder: Path) -> str:
-    """Path from `folder` to where links lead."""
-    return path_from(folder.resolve(), path.resolve())
+    def _locator_of(self, parameter: str) -> Callable[[str], str]:
+        return lambda key: self._locate(f"parameters.{parameter}{key}")

@@ -12,7 +12,7 @@ from fibrefit.core import programs
 from fibrefit.fitting.advice import _information
 from fibrefit.problem.task import Task
 from fibrefit.study import load_study
-from fibrefit.study.examples import example
+from fibrefit.study.load import example
 from fibrefit.workflow.prepare import task_of
 
 BASE = ("stiffness", "damping", "friction")

@@ -17,9 +17,8 @@ from fibrefit.core.errors import StudyError
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load, load_study, study_from_files
-from fibrefit.study.rigs.catalogue import WRITTEN_OUT
-from fibrefit.study.rigs.derived import derived_study
-from fibrefit.study.written import Understood, study_text
+from fibrefit.study.draft import Understood, study_text
+from fibrefit.study.rigs import RIG_KEYS, declared_keys, study_of, study_type
 from fibrefit.workflow.fit import fit_study
 from tests.rigs import cubic_spring
 from tests.simulation.drops import OF_RIG, given, usual
@@ -107,9 +106,9 @@ def keys(study: Any) -> set[str]:
     return set(study.model_fields["records"].annotation.__args__[0].model_fields)
 
 
-@pytest.mark.parametrize("kind", WRITTEN_OUT)
-def test_a_study_that_is_written_out_says_what_its_rig_declares(kind: str) -> None:
-    own, derived = WRITTEN_OUT[kind], derived_study(RIGS[kind])
+@pytest.mark.parametrize("kind", RIG_KEYS)
+def test_a_study_that_says_more_than_its_rig_says_what_that_declares(kind: str) -> None:
+    own, derived = study_type(kind), study_of(kind, declared_keys(RIGS[kind]))
     assert own.base_parameters == derived.base_parameters
     assert keys(derived) - keys(own) == NEVER_STATED.get(kind, set())
     for part in ("channels", "noise"):

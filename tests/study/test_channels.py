@@ -10,7 +10,7 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.units import Scale
 from fibrefit.records import read_record
 from fibrefit.study import load_study
-from fibrefit.study.files.reading import reading_of
+from fibrefit.study.reading import reading_of
 
 BASE = """schema = "fibrefit/study/1"
 name = "volts"

@@ -10,7 +10,7 @@ import pytest
 from fibrefit.core.errors import StudyError
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import Study, load_study
-from fibrefit.study.rigs.catalogue import study_type
+from fibrefit.study.rigs import study_type
 from fibrefit.workflow.prepare import model_of
 
 DROP = """

@@ -11,7 +11,7 @@ import pytest
 from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
 from fibrefit.study import load_study, study_from_files
-from fibrefit.study.parameters import begin_at
+from fibrefit.study.parameters import with_initial
 from tests.study.conftest import Loader
 
 DECLARED = {
@@ -47,7 +47,7 @@ def test_a_value_that_was_found_is_a_start_within_all_limits(load: Loader) -> No
     setting = load().settings(DECLARED)["stiffness"]
     for value, lower, start in ((301e3, 0.0, 300e3), (0.5e3, 0.0, 1e3), (0.5e3, 2e3, 2e3), (5e3, 2e3, 5e3)):
         declared = Parameter("stiffness", "N/m", "", 1.0, lower=lower)
-        table = begin_at(load().parameters["stiffness"], value, setting, declared)
+        table = with_initial(load().parameters["stiffness"], value, setting, declared)
         assert table.initial == f"{start} N/m"
         assert table.bounds is not None
 

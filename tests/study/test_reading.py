@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.study.files.reading import reading_of
+from fibrefit.study.reading import reading_of
 from tests.study.conftest import Loader
 
 NOTHING = {"header": None, "channels": {}, "units": {}, "columns": (), "delimiter": None, "decimal": None, "rate": None}

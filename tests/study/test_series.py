@@ -11,7 +11,7 @@ from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import StudyError
 from fibrefit.study import Study, load_study
 from fibrefit.study.quantity import Unit
-from fibrefit.study.rigs.catalogue import study_type
+from fibrefit.study.rigs import study_type
 from fibrefit.study.series import PURE
 from tests.study.conftest import TEXT, Loader
 

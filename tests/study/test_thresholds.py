@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from fibrefit.study import thresholds
-from fibrefit.study.rigs import inverted_pendulum
+from fibrefit.study import rigs, thresholds
 from fibrefit.study.summaries import discovery
 from fibrefit.study.summaries.discovery import Candidate
 from tests.brackets import Bracket
@@ -24,7 +23,7 @@ def gains(nats: float) -> bool:
 def stepped(steps: float) -> bool:
     """Whether a drive may be simulated with so many steps in its shortest period."""
     try:
-        inverted_pendulum.SweepSettings(sampling_rate=f"{12.0 * steps} Hz", highest="12 Hz")
+        rigs.SweepSettings(sampling_rate=f"{12.0 * steps} Hz", highest="12 Hz")
     except ValidationError:
         return False
     return True
@@ -32,7 +31,7 @@ def stepped(steps: float) -> bool:
 
 CASES = (
     Bracket("LEAST_LISTED", discovery, gains, 0.6, 0.4),
-    Bracket("STEPS_A_PERIOD", inverted_pendulum, stepped, 25.0, 15.0),
+    Bracket("STEPS_A_PERIOD", rigs, stepped, 25.0, 15.0),
 )
 
 

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
 import math
-import sys
 from collections.abc import Mapping
-from functools import cache
-from itertools import pairwise
 from typing import Annotated, Any, Protocol, Self
 
 import numpy as np
 from pydantic import (
     AfterValidator,
     AllowInfNan,
-    BaseModel,
     BeforeValidator,
     ConfigDict,
-    GetJsonSchemaHandler,
     PlainSerializer,
     WithJsonSchema,
 )
-from pydantic_core import CoreSchema
 
 from fibrefit.core.formatting import format_quantity, typeset_unit
+from fibrefit.study.table import DescribedModel
 
 
 def _known(value: Any) -> Any:
@@ -55,11 +48,8 @@ MOST_MINIMA = 8
 """Minima that a summary lists, the best first: what more there are tells nothing that these do not."""
 
 
-class Part(BaseModel):
-    """A part of a summary file: frozen, finite, closed to names it does not know.
-
-    The text below a field is its description in the schema.
-    """
+class Part(DescribedModel):
+    """A part of a summary file: frozen, finite, closed to names it does not know."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, from_attributes=True, defer_build=True
@@ -75,40 +65,6 @@ class Part(BaseModel):
             With an attribute for each field that has no default.
         """
         return cls.model_validate(found)
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Schema with the text below each field as its description: read only here, since it takes a tenth of a second.
-
-        Parameters
-        ----------
-        schema : pydantic_core.CoreSchema
-            Of the class.
-        handler : pydantic.GetJsonSchemaHandler
-            Makes the schema without descriptions.
-        """
-        described = handler(schema)
-        properties = handler.resolve_ref_schema(described)["properties"]
-        for base in cls.__mro__[: cls.__mro__.index(Part)]:
-            for field, text in _field_texts(base.__module__).get(base.__name__, {}).items():
-                properties[field]["description"] = text
-        return described
-
-
-@cache
-def _field_texts(module: str) -> dict[str, dict[str, str]]:
-    """Text below each field of the classes of a module, as one line, by class and field."""
-    classes = [
-        node for node in ast.parse(inspect.getsource(sys.modules[module])).body if isinstance(node, ast.ClassDef)
-    ]
-    return {
-        one.name: {
-            ast.unparse(field.target): " ".join(str(ast.literal_eval(text.value)).split())
-            for field, text in pairwise(one.body)
-            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
-        }
-        for one in classes
-    }
 
 
 class Measure(Part):

@@ -15,7 +15,7 @@ from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
 from fibrefit.store import Run, sha256_of
 from fibrefit.store.run import COMMAND
 from fibrefit.study import Study
-from fibrefit.study.rigs.common import RecordTable
+from fibrefit.study.records import RecordTable
 from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series, said_of
 
 Each = Literal["record", "study"]

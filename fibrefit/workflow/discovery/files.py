@@ -20,7 +20,7 @@ from fibrefit.report.sentences.discovery import (
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.parameters import ParameterTable, begin_at
+from fibrefit.study.parameters import ParameterTable, with_initial
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import results as s
 from fibrefit.workflow.discovery.advice import next_steps
@@ -87,7 +87,7 @@ def final_study(study: Study, finding: Finding, added: Sequence[str]) -> Study:
     for name, setting in study.settings(declared).items():
         if name in found:
             table = parameters.get(name, ParameterTable())
-            parameters[name] = begin_at(table, float(np.mean(found[name])), setting, declared[name])
+            parameters[name] = with_initial(table, float(np.mean(found[name])), setting, declared[name])
     model = study.model.model_copy(update={"effects": (*study.model.effects, *added)})
     rig = study.rig.model_copy(update=_points(finding))
     return study.model_copy(update={"model": model, "rig": rig, "parameters": parameters})

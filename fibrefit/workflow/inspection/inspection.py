@@ -228,7 +228,7 @@ def inspect(
 def _bare(files: Sequence[Path], overrides: Sequence[str]) -> tuple[Seen, ...]:
     arguments: dict[str, Any] = {}
     if overrides:
-        from fibrefit.study.files.reading import reading_of
+        from fibrefit.study.reading import reading_of
 
         arguments = reading_of(overrides)
     return tuple(seen_in(file, arguments) for file in files)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.grammar.headings import split_heading
-from fibrefit.study.files.reading import reading_of
-from fibrefit.study.written import Understood, split_overrides, study_text
+from fibrefit.study.draft import Understood, split_overrides, study_text
+from fibrefit.study.reading import reading_of
 from fibrefit.workflow.inspection.inspection import Inspection, Seen
 
 if TYPE_CHECKING:

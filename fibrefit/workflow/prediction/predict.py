@@ -23,7 +23,7 @@ from fibrefit.problem.task import Task
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
-from fibrefit.study.parameters import ParameterSetting, ParameterTable, begin_at
+from fibrefit.study.parameters import ParameterSetting, ParameterTable, with_initial
 from fibrefit.study.summaries.results import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found
@@ -162,7 +162,7 @@ def _with_values(study: Study, known: Known) -> Study:
     """The study with the model and the values of a result."""
     declared = {parameter.name: parameter for parameter in model_of(known.study).parameters}
     tables = {
-        name: begin_at(
+        name: with_initial(
             ParameterTable(fixed=not parameter.free),
             parameter.value,
             ParameterSetting(name, parameter.unit),

@@ -11,7 +11,7 @@ from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.series.trends import BY_ORDER, Quantity
 from fibrefit.study import Study
-from fibrefit.study.rigs.common import RecordTable
+from fibrefit.study.records import RecordTable
 from fibrefit.workflow.together.pooled import MOTION, varying
 
 WORDS = ("excitation",)

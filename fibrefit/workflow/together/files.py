@@ -14,7 +14,7 @@ from fibrefit.series.together.verdict import LawCurve, Verdict
 from fibrefit.series.trends import Quantity
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.parameters import ParameterTable, begin_at
+from fibrefit.study.parameters import ParameterTable, with_initial
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.results import ParameterSummary
@@ -176,7 +176,7 @@ def winning_study(study: Study, found: Verdict) -> Study:
     settings = study.settings(declared)
 
     def begun(name: str, value: float) -> ParameterTable:
-        return begin_at(study.parameters.get(name, ParameterTable()), value, settings[name], declared[name])
+        return with_initial(study.parameters.get(name, ParameterTable()), value, settings[name], declared[name])
 
     if found.answer == "per_record":
         middles = np.exp(np.log(found.own.values).mean(axis=0))

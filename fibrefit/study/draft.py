@@ -1,4 +1,4 @@
-"""A study from what was understood of bare files: channels, units and how to read them, with what is left to state."""
+"""Draft of a study, from what was understood of bare files: channels, units, how to read them, what is to be stated."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.paths import name_of_several, path_from
 from fibrefit.study.overrides import apply_overrides, parse
-from fibrefit.study.quantity import Unit
-from fibrefit.study.rigs.catalogue import WRITTEN_OUT, study_type
+from fibrefit.study.quantity import field_unit
+from fibrefit.study.rigs import RIG_KEYS, study_type
 from fibrefit.study.study import SCHEMA
 from fibrefit.study.toml import to_toml
 
@@ -88,34 +88,55 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     UsageError
         If the kind of rig is not known, or an override puts something else in place of the rig or the records.
     """
-    where, kind = _stated_kind(overrides) or ("--rig", kind or _kind(files))
+    where = "--rig"
+    for override in overrides:
+        keys, value = parse(override)
+        if keys == ["rig"] and isinstance(value, Mapping):
+            keys, value = ["rig", "kind"], value.get("kind")
+        if keys == ["rig", "kind"] and value is not None:
+            where, kind = f"--set {override}", str(value)
+    # The rig that explains most of the channels which the files hold and lacks the fewest; a drop where they hold none.
+    if not kind:
+        roles = {role for one in files for role in one.channels} - {"time"}
+        known = {kind: set(keys.noise) for kind, keys in RIG_KEYS.items()}
+        kind = max(known, key=lambda kind: (len(roles & known[kind]), -len(known[kind] - roles)))
+        kind = kind if roles else "fibre_mass"
     if kind not in KINDS:
         raise UsageError(where, f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
-    files = [_fitting(one, kind) for one in files]
+    files = [_with_channels_of(kind, one) for one in files]
     usual = replace(files[0], units={role: files[0].units[role] for role in files[0].declared})
+    records: Any = []
+    for one in files:
+        record: dict[str, Any] = {"file": path_from(folder.resolve(), one.path.resolve())}
+        own = {role: said for role, said in one.channels.items() if usual.channels.get(role) != said}
+        # What is said of all files does not hold for one whose numbers have another unit.
+        for role, unit in one.units.items():
+            said = usual.units.get(role, None if role in one.declared else unit)
+            if unit != said and isinstance(one.channels.get(role), str):
+                own[role] = {"column": one.channels[role], "unit": unit}
+        records.append(record | ({"channels": own} if own else {}))
     raw: dict[str, Any] = {
         "schema": SCHEMA,
         "name": name_of_several([one.path for one in files]),
         "rig": {"kind": kind, **_measured(kind, files)},
         "channels": dict(usual.channels),
         "units": dict(usual.units),
-        "records": [_record(one, usual, folder) for one in files],
     }
-    said: dict[str, Any] = {}
-    apply_overrides(said, [override for override in overrides if override.startswith("files.")])
-    if isinstance(of_files := said.get("files"), dict) and isinstance(header := of_files.get("header"), str):
+    stated: dict[str, Any] = {}
+    apply_overrides(stated, [override for override in overrides if override.startswith("files.")])
+    if isinstance(of_files := stated.get("files"), dict) and isinstance(header := of_files.get("header"), str):
         of_files["header"] = path_from(folder.resolve(), Path(header).resolve())  # said from where the command was
-    raw = {key: value for key, value in (raw | said).items() if value not in ({}, [])}
-    raw["records"] = raw.pop("records")  # last, as in every study
+    raw = {key: value for key, value in (raw | stated | {"records": records}).items() if value not in ({}, [])}
     apply_overrides(raw, [o for o in overrides if not o.startswith(("files.", "channels.", "units."))])
-    if not (isinstance(raw["rig"], Mapping) and _are_tables(raw["records"])):
+    records = raw["records"]
+    are_tables = isinstance(records, list) and bool(records) and all(isinstance(one, Mapping) for one in records)
+    if not (isinstance(raw["rig"], Mapping) and are_tables):
         do = "Set their keys, such as rig.kind or records[0].lift."
         raise UsageError("--set", "something else in place of rig or records", "tables there", do)
-    missing = _missing(raw, kind)
-    return StudyText(_with_remarks(to_toml(raw), list(missing.values())), tuple(missing))
+    return _with_remarks(raw, kind)
 
 
-def _fitting(one: Understood, kind: str) -> Understood:
+def _with_channels_of(kind: str, one: Understood) -> Understood:
     """A file with the channels that a rig has; those that other rigs have besides are left out.
 
     Raises
@@ -138,44 +159,6 @@ def _fitting(one: Understood, kind: str) -> Understood:
     return replace(one, channels=kept, units=units, declared=[role for role in one.declared if role not in others])
 
 
-def _record(one: Understood, usual: Understood, folder: Path) -> dict[str, Any]:
-    record: dict[str, Any] = {"file": path_from(folder.resolve(), one.path.resolve())}
-    own = {role: said for role, said in one.channels.items() if usual.channels.get(role) != said}
-    # What is said of all files does not hold for one whose numbers have another unit.
-    for role, unit in one.units.items():
-        said = usual.units.get(role, None if role in one.declared else unit)
-        if unit != said and isinstance(one.channels.get(role), str):
-            own[role] = {"column": one.channels[role], "unit": unit}
-    return record | ({"channels": own} if own else {})
-
-
-def _are_tables(records: object) -> bool:
-    return isinstance(records, list) and bool(records) and all(isinstance(one, Mapping) for one in records)
-
-
-def _stated_kind(overrides: Sequence[str]) -> tuple[str, str] | None:
-    """Where overrides state the kind of rig, and which; None where they do not."""
-    stated = None
-    for override in overrides:
-        keys, value = parse(override)
-        if keys == ["rig"] and isinstance(value, Mapping):
-            keys, value = ["rig", "kind"], value.get("kind")
-        if keys == ["rig", "kind"] and value is not None:
-            stated = f"--set {override}", str(value)
-    return stated
-
-
-def _kind(files: Sequence[Understood]) -> str:
-    """Rig that explains most of the channels which the files hold and lacks the fewest; a drop where they hold none."""
-    roles = {role for one in files for role in one.channels} - {"time"}
-
-    def suits(kind: str) -> tuple[int, int]:
-        own = {*WRITTEN_OUT[kind].model_fields["channels"].default.known_keys()} - {"time"}
-        return len(roles & own), -len(own - roles)
-
-    return max(WRITTEN_OUT, key=suits) if roles else "fibre_mass"
-
-
 def _measured(kind: str, files: Sequence[Understood]) -> dict[str, str]:
     """What was measured, where a rig's study has to say so: all files lack a channel of the usual records."""
     field = study_type(kind).model_fields["rig"].annotation.model_fields.get("measured")  # type: ignore[union-attr]
@@ -187,25 +170,19 @@ def _measured(kind: str, files: Sequence[Understood]) -> dict[str, str]:
     return {} if not fitting or field.default in fitting else {"measured": fitting[0]}
 
 
-def _missing(raw: Mapping[str, Any], kind: str) -> dict[str, str]:
-    """Constants that have to be stated, and a line for each."""
-    fields = study_type(kind).model_fields["records"].annotation.__args__[0].model_fields  # type: ignore[union-attr]
-    needed = [
-        (name, next(unit.example for unit in info.metadata if isinstance(unit, Unit)), info.description)
-        for name, info in fields.items()
-        if isinstance(info.json_schema_extra, dict) and info.json_schema_extra.get("x-needed")
-    ]
+def _with_remarks(raw: Mapping[str, Any], kind: str) -> StudyText:
+    """A study with remarks under ``[rig]``, on constants that have to be stated yet and would hold for all records."""
+    record = study_type(kind).model_fields["records"].annotation.__args__[0]  # type: ignore[union-attr]
     stated = set(raw["rig"]) | set.intersection(*(set(record) for record in raw["records"]))
-    return {name: f'# {name} = "{example}"  # {what}' for name, example, what in needed if name not in stated}
-
-
-def _with_remarks(text: str, remarks: Sequence[str]) -> str:
-    """A study with remarks under ``[rig]``, where what they say will hold for all records."""
-    if not remarks:
-        return text
-    lines = text.split("\n")
-    head = lines.index("[rig]") + 1
-    own = itertools.takewhile(lambda line: line and not line.startswith("["), lines[head:])
-    place = head + next((i for i, line in enumerate(own, 1) if line.startswith("kind = ")), 0)
-    told = ["# still to be stated; in a record where it differs:", *remarks]
-    return "\n".join([*lines[:place], *told, *lines[place:]])
+    remarks = {}
+    for name in record.needed():
+        if name not in stated:
+            unit, what = field_unit(record.model_fields[name]), record.model_fields[name].description
+            remarks[name] = f'# {name} = "{unit.example if unit else ""}"  # {what}'
+    lines = to_toml(raw).split("\n")
+    if remarks:
+        head = lines.index("[rig]") + 1
+        own = itertools.takewhile(lambda line: line and not line.startswith("["), lines[head:])
+        place = head + next((i for i, line in enumerate(own, 1) if line.startswith("kind = ")), 0)
+        lines[place:place] = ["# still to be stated; in a record where it differs:", *remarks.values()]
+    return StudyText("\n".join(lines), tuple(remarks))

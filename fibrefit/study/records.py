@@ -1,4 +1,4 @@
-"""What studies of all kinds of rig have in common: their records, channels and noise.
+"""What studies of all kinds of rig have in common: their records, and the limits of what a rig can do.
 
 Every constant may stand under ``[rig]`` or in a record, and a record overrides the rig. The fields are therefore
 optional for the file; `required` marks those that `load_study` refuses to do without once both places have been read.
@@ -6,30 +6,33 @@ optional for the file; `required` marks those that `load_study` refuses to do wi
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self, get_args
+from contextlib import suppress
+from typing import Any, Literal, Self
 
-from pydantic import Field, StrictStr, model_validator
+from pydantic import Field, JsonValue, StrictStr, model_validator
 from pydantic_core import PydanticCustomError
 
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.formatting import Card, Shown, format_quantity
 from fibrefit.core.units import uncertain
-from fibrefit.study.channels import BesideTable, ChannelEntry
 from fibrefit.study.quantity import (
     Distance,
     Duration,
-    ForceNoise,
     Frequency,
-    LengthNoise,
     Moment,
     SpeedOrNone,
     Unit,
     as_stated,
+    field_unit,
     quantity_in,
+    quoted,
     refusal,
-    shown,
 )
+from fibrefit.study.reading import BesideTable, ChannelEntry
 from fibrefit.study.table import Name, StudyTable
+
+NO_CONDITION: dict[str, JsonValue] = {"x-condition": False}
+"""Mark of a field that is no condition of a record."""
 
 
 def required(description: str) -> Any:
@@ -42,19 +45,9 @@ def optional(description: str) -> Any:
     return Field(default=None, description=description)
 
 
-def instead(description: str) -> Any:
+def instead(description: str | None = None) -> Any:
     """Field that may be absent and is no condition: what a file tells by itself, or what is done with it."""
-    return Field(default=None, description=description, json_schema_extra={"x-condition": False})
-
-
-OF_FIBRE_MASS = (
-    "Mass of {}; kept with the result, not used by the model: the effect fibre.mass takes its value from "
-    '[parameters."fibre.mass.fibre_mass"].'
-)
-OF_POINTS = (
-    "Points of a fibre with a mass of its own, alike in all records; 2 when absent, and 5 where discover, distinguish "
-    "or plan look for that mass."
-)
+    return Field(default=None, description=description, json_schema_extra=NO_CONDITION)
 
 
 OF_A_FILE = ("parts", "beside", "header")
@@ -64,22 +57,26 @@ OF_A_FILE = ("parts", "beside", "header")
 class RecordTable(Shown, StudyTable):
     """What all records have in common: a measured file, or the conditions of one that is planned."""
 
-    file: Name | None = optional("Measured data; relative to the study file.")
-    name: Name | None = optional("Name in results; the file's name when absent.")
-    taken: Moment | None = optional("Day and time of the test; values are set against it.")
+    file: Name | None = None
+    """Measured data; relative to the study file."""
+    name: Name | None = None
+    """Name in results; the file's name when absent."""
+    taken: Moment | None = None
+    """Day and time of the test; values are set against it."""
     sampling_rate: Frequency | None = instead("Where the file has no time column, or no file exists yet.")
     duration: Duration | None = instead("Length of a planned record.")
-    parts: tuple[StrictStr, ...] | None = optional("Further files that continue this one, in their order.")
-    beside: BesideTable | None = optional("Another file of the same record, with a clock of its own.")
-    header: StrictStr | None = optional("File that holds the header of this one; relative to the study file.")
-    channels: dict[Literal[tuple(ROLES)], ChannelEntry] | None = optional(  # type: ignore[valid-type]
-        "Columns of this record alone; what it does not say stands under [channels]."
-    )
+    parts: tuple[StrictStr, ...] | None = None
+    """Further files that continue this one, in their order."""
+    beside: BesideTable | None = None
+    """Another file of the same record, with a clock of its own."""
+    header: StrictStr | None = None
+    """File that holds the header of this one; relative to the study file."""
+    channels: dict[Literal[tuple(ROLES)], ChannelEntry] | None = None  # type: ignore[valid-type]
+    """Columns of this record alone; what it does not say stands under [channels]."""
 
-    uncertainties: dict[Name, StrictStr] | None = optional(
-        'Standard uncertainties of conditions: lift = "0.1 mm" here, or lift = "5 +/- 0.1 mm" of the record. Trends of '
-        "a series weigh them; a fit takes conditions for exact."
-    )
+    uncertainties: dict[Name, StrictStr] | None = None
+    """Standard uncertainties of conditions: lift = "0.1 mm" here, or lift = "5 +/- 0.1 mm" of the record. Trends of a
+    series weigh them; a fit takes conditions for exact."""
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -96,11 +93,13 @@ class RecordTable(Shown, StudyTable):
         """What the study states of it: its conditions, with units."""
         said = self.model_dump(mode="json", exclude_none=True, exclude={"file", "name", "header"})
         errors = {key: f" +/- {text}" for key, text in (self.uncertainties or {}).items()}
-        rows = [
-            (key.replace("_", " "), f"{_readable(text)}{errors.get(key, '')}")
-            for key, text in said.items()
-            if isinstance(text, str)
-        ]
+        rows = []
+        for key, text in said.items():
+            if isinstance(text, str):
+                number, _, unit = text.partition(" ")
+                with suppress(ValueError):  # of a text that is no quantity
+                    text = format_quantity(float(number), unit)
+                rows.append((key.replace("_", " "), f"{text}{errors.get(key, '')}"))
         line = ", ".join(f"{key} {text}" for key, text in rows) or "no conditions of its own"
         title = f'Record "{self.label}" as the study states it{"" if self.file else ", planned"}'
         return Card(title, line, ("condition", "value") if rows else (), rows)
@@ -108,12 +107,12 @@ class RecordTable(Shown, StudyTable):
     @classmethod
     def conditions(cls) -> dict[str, Unit]:
         """Units of the conditions that are numbers."""
-        found = {name: _unit_of(info) for name, info in cls._may_be_conditions().items()}
+        found = {name: field_unit(info) for name, info in cls._may_be_conditions().items()}
         return {name: unit for name, unit in found.items() if unit is not None}
 
     @classmethod
     def _may_be_conditions(cls) -> dict[str, Any]:
-        return {name: info for name, info in cls.model_fields.items() if not _is_none(info.json_schema_extra)}
+        return {name: info for name, info in cls.model_fields.items() if info.json_schema_extra != NO_CONDITION}
 
     def in_numbers(self) -> dict[str, tuple[float, str]]:
         """Its conditions that are stated in numbers, and their SI units; of a complete study those of the rig too."""
@@ -145,14 +144,14 @@ class RecordTable(Shown, StudyTable):
         known = self.conditions()
         for name, said in (self.uncertainties or {}).items():
             if name not in known:
-                raise refusal(f"the uncertainty of {shown(name)}", f"a condition: {', '.join(known)}", "")
+                raise refusal(f"the uncertainty of {quoted(name)}", f"a condition: {', '.join(known)}", "")
             try:
                 error = quantity_in(said, known[name].si, known[name].example)
             except PydanticCustomError as caught:
                 context = caught.context or {}
                 raise refusal(f"uncertainty of {name}: {context['got']}", context["expected"], context["do"]) from None
             if error < 0.0:
-                raise refusal(f"{shown(said)} as the uncertainty of {name}", "a positive one", "")
+                raise refusal(f"{quoted(said)} as the uncertainty of {name}", "a positive one", "")
         return self
 
     @model_validator(mode="after")
@@ -172,63 +171,18 @@ class RigLimits(StudyTable):
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
-        for name, (least, most) in self.stated().items():
-            if least > most:
-                unit = type(self).unit(name)
-                got = f"{name} from {as_stated(least, unit)} to {as_stated(most, unit)}"
+        for name, ends in self:
+            unit = field_unit(type(self).model_fields[name])
+            if ends is not None and unit is not None and ends[0] > ends[1]:
+                got = f"{name} from {as_stated(ends[0], unit.si)} to {as_stated(ends[1], unit.si)}"
                 raise refusal(got, "the least first, and the most behind it", "Swap them.")
         return self
-
-    def stated(self) -> dict[str, tuple[float, float]]:
-        """Those that are stated, in SI units."""
-        return {name: ends for name, ends in self if ends is not None}
-
-    @classmethod
-    def unit(cls, name: str) -> str:
-        """SI unit of one of them."""
-        pair = next(kind for kind in get_args(cls.model_fields[name].annotation) if get_args(kind))
-        return next(part.si for part in get_args(get_args(pair)[0]) if isinstance(part, Unit))
 
 
 class DriveLimits(RigLimits):
     """What a rig with a drive can do."""
 
-    drive_travel: tuple[Distance, Distance] | None = optional("Way between the ends of a motion of the drive.")
-    drive_speed: tuple[SpeedOrNone, SpeedOrNone] | None = optional("Largest speed of the drive in a record.")
-
-
-class Channels(StudyTable):
-    """Column header of each role; found by the headers' own words where absent."""
-
-    time: ChannelEntry | None = None
-    force: ChannelEntry | None = None
-    position: ChannelEntry | None = None
-
-
-class NoiseLevels(StudyTable):
-    """Standard deviation of each channel's noise.
-
-    Where absent it is estimated from the records; of planned ones 0.4 N and 0.02 mm are assumed.
-    """
-
-    force: ForceNoise | None = None
-    position: LengthNoise | None = None
-
-
-def _is_none(extra: Any) -> bool:
-    return isinstance(extra, dict) and extra.get("x-condition") is False
-
-
-def _unit_of(info: Any) -> Unit | None:
-    """Unit of a field that is a number, or a number or nothing."""
-    said = [*info.metadata, *(part for kind in get_args(info.annotation) for part in get_args(kind)[1:])]
-    return next((part for part in said if isinstance(part, Unit)), None)
-
-
-def _readable(text: str) -> str:
-    """A quantity in the unit a person would choose; any other text as it is."""
-    number, _, unit = text.partition(" ")
-    try:
-        return format_quantity(float(number), unit)
-    except ValueError:
-        return text
+    drive_travel: tuple[Distance, Distance] | None = None
+    """Way between the ends of a motion of the drive."""
+    drive_speed: tuple[SpeedOrNone, SpeedOrNone] | None = None
+    """Largest speed of the drive in a record."""
