@@ -1,54 +1,62 @@
-"""``fibrefit discover``: find what the model lacks, name it, add it."""
+"""``fibrefit discover``: find what the model lacks, name it, add it.
+
+A person may choose among the candidates: asked on stderr, and answered on stdin, by hand or through a pipe.
+"""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fibrefit.cli.choosing import Person, listed_steps
-from fibrefit.cli.options import Duration, Request, study_command
+from fibrefit.cli.options import Duration, Request, option, study_command
 from fibrefit.cli.progress import shown_progress
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed, say
+from fibrefit.core.errors import did_you_mean
+from fibrefit.core.limits import Progress
 from fibrefit.core.paths import FIGURES
 
 if TYPE_CHECKING:
-    from fibrefit.study.summaries.discovery import DiscoverySummary
+    from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary
+
+STOP = ("s", "stop")
+JOINT = " + "
 
 
-@study_command("discover")
-@click.option("--max-effects", type=click.IntRange(1), default=3, show_default=True, help="Most effects to add.")
-@click.option(
-    "--only", multiple=True, metavar="EFFECT", help='Try only this effect or pattern ("guide.*"), repeatable.'
+@study_command(
+    "discover",
+    option("--max-effects", "Most effects to add.", click.IntRange(1), 3),
+    option("--only=EFFECT", 'Try only this effect or pattern ("guide.*"), repeatable.', list),
+    option("--exclude=EFFECT", "Do not try this effect or pattern, repeatable.", list),
+    option(
+        "--also=EFFECT",
+        "Try this one too, repeatable: one of your own, FILE.py:CLASS with its path relative to the study, or one of "
+        "the catalogue that is not looked for unrequested.",
+        list,
+    ),
+    option(
+        "--time seconds",
+        "Time after which there is an answer: the best so far, and what was not tried. A bare number is in seconds.",
+        Duration(),
+        "5 min",
+    ),
+    option(
+        "--least",
+        "Smallest effect of interest: rms of what it explains, in units of the noise rms. What is there but "
+        "smaller is reported, not added.",
+        click.FloatRange(min=0.0),
+        0.0,
+    ),
+    option("--interactive", "Choose among the candidates at each round."),
+    option("--resume", "Go on with an interrupted search in DIR, or give it more time."),
 )
-@click.option("--exclude", multiple=True, metavar="EFFECT", help="Do not try this effect or pattern, repeatable.")
-@click.option(
-    "--also",
-    multiple=True,
-    metavar="EFFECT",
-    help="Try this one too, repeatable: one of your own, FILE.py:CLASS with its path relative to the study, or one of "
-    "the catalogue that is not looked for unrequested.",
-)
-@click.option(
-    "--time",
-    "seconds",
-    type=Duration(),
-    default="5 min",
-    show_default=True,
-    help="Time after which there is an answer: the best so far, and what was not tried. A bare number is in seconds.",
-)
-@click.option(
-    "--least",
-    type=click.FloatRange(min=0.0),
-    default=0.0,
-    show_default=True,
-    help="Smallest effect of interest: rms of what it explains, in units of the noise rms. What is there but "
-    "smaller is reported, not added.",
-)
-@click.option("--interactive", is_flag=True, help="Choose among the candidates at each round.")
-@click.option("--resume", is_flag=True, help="Go on with an interrupted search in DIR, or give it more time.")
-def command(terminal: Terminal, request: Request, seconds: float, interactive: bool, resume: bool, **tried: Any) -> int:
+def discover_command(
+    terminal: Terminal, request: Request, seconds: float, interactive: bool, resume: bool, **tried: Any
+) -> int:
     """Find what the model of STUDY lacks: where it goes wrong, which effect accounts for it, and the gap it closes.
 
     Names are those of `fibrefit effects`. The folder of the result holds a study.toml of the final model. The same
@@ -94,3 +102,99 @@ def _answered(terminal: Terminal, summary: DiscoverySummary) -> int:
 
     terminal.answer(discovery_report(summary), summary.model_dump(mode="json", by_alias=True))
     return NOT_TRUSTED if summary.verdict == "not_trusted" or summary.status == "failed" else 0
+
+
+class Person:
+    """Whoever answers, and what was chosen so far.
+
+    Attributes
+    ----------
+    chosen : list of str
+    """
+
+    def __init__(self) -> None:
+        self.chosen: list[str] = []
+
+    def __call__(self, candidates: Sequence[Candidate]) -> str | None:
+        """Effect chosen among the candidates of a round; None to stop."""
+        name = ask_candidate(candidates)
+        if name is not None:
+            self.chosen.append(name)
+        return name
+
+    def remarks(self, kept: Sequence[str]) -> list[str]:
+        """A sentence for each effect that was chosen but is not among those `kept`."""
+        dropped = [name for name in self.chosen if name not in kept]
+        return [f"{name} was chosen but not kept: without it the records are explained as well." for name in dropped]
+
+
+def ask_candidate(candidates: Sequence[Candidate]) -> str | None:
+    """Effect a person chooses among the candidates of a round.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidate
+        Best first.
+
+    Returns
+    -------
+    str or None
+        None where nothing is to be added any more, or where nobody answers.
+    """
+    from fibrefit.report.text import with_error
+
+    offered = distinct_names(candidates)
+    names, width = list(offered), max(map(len, offered))
+    say(f"\n    {'effect':<{width}}  gap after  evidence  its values")
+    for number, candidate in enumerate((one for one in candidates if one.effect in offered), 1):
+        # Of its own parameters, with their standard errors where they have any.
+        values = []
+        for name, one in candidate.parameters.items():
+            if name.rpartition(".")[0] in candidate.effect.split(JOINT):
+                value, spread, unit = with_error(one.value, one.std_error, one.unit)
+                values.append(" ".join(filter(None, [value, spread and f"+/- {spread}", unit if unit != "-" else ""])))
+        numbers = f"{candidate.gap_after:>9.3f}  {candidate.evidence:>8.0f}  {', '.join(values)}"
+        say(f"{number:>2}  {candidate.effect:<{width}}  {numbers}")
+    while True:
+        say(f"Which one is added? 1 to {len(names)}, a name, Enter for the first, s to stop: ", newline=False)
+        line = sys.stdin.readline()
+        word = line.strip()
+        if not line or word.lower() in STOP:
+            say("" if line else "no answer: stopped")
+            return None
+        chosen = word or names[0]
+        if word.isdecimal() and 1 <= int(word) <= len(names):
+            chosen = names[int(word) - 1]
+        if chosen in names:
+            return offered[chosen]
+        say(f'"{word}" is none of them. {did_you_mean(word, names)}'.rstrip())
+
+
+def distinct_names(candidates: Sequence[Candidate]) -> dict[str, str]:
+    """What each candidate is called, and the name by which the search knows it from those before it.
+
+    A search takes the first candidate that holds the effect it is given. Candidates that no effect distinguishes from
+    an earlier one are omitted.
+    """
+    offered: dict[str, str] = {}
+    seen: set[str] = set()
+    for candidate in candidates:
+        own = [name for name in candidate.effect.split(JOINT) if name not in seen]
+        if own:
+            offered[candidate.effect] = own[-1]
+        seen |= set(candidate.effect.split(JOINT))
+    return offered
+
+
+@contextmanager
+def listed_steps(terminal: Terminal) -> Iterator[Progress]:
+    """Say each step of the work once, on a line of its own: a moving bar would hide the questions."""
+    last = ""
+
+    def say(doing: str, share: float | None) -> None:
+        nonlocal last
+        if doing != last:
+            terminal.remark(f"... {doing}")
+            last = doing
+
+    yield say

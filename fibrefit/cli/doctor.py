@@ -6,65 +6,48 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import click
+from fibrefit.cli.options import plain_command
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 
-from fibrefit.cli.terminal import Terminal, with_terminal
-
-#: Exit code of a run that ended but did not pass its own checks.
-NOT_PASSED = 5
-
-
-@dataclass(frozen=True, slots=True)
-class Diagnosis:
-    """One thing that was looked at.
-
-    Parameters
-    ----------
-    name : str
-        What was looked at.
-    passed : bool
-        Whether it is as it should be.
-    says : str
-        What was found, and what to do where it is not.
-    """
-
-    name: str
-    passed: bool
-    says: str
+Check = Callable[[], tuple[bool, str]]
+CHECKS: dict[str, Check] = {}
+"""By name: each tells whether something is as it should be, and what was found."""
 
 
-@click.command("doctor")
-@with_terminal
-def command(terminal: Terminal) -> int:
+@plain_command("doctor")
+def doctor_command(terminal: Terminal) -> int:
     """Look at versions, precision, compile cache, devices and write rights."""
     from fibrefit.core.environment import configure_jax, versions
 
     configure_jax()
     found = versions()
-    diagnoses = [_checked(name, check) for name, check in CHECKS.items()]
-    lines = [f"{'ok' if each.passed else 'BAD':<4} {each.name:<14} {each.says}" for each in diagnoses]
+    lines, checks = [], []
+    for name, check in CHECKS.items():
+        try:
+            passed, says = check()
+        except Exception as error:  # whatever it raises is a finding too
+            passed, says = False, f"{type(error).__name__}: {error}"
+        lines.append(f"{'ok' if passed else 'BAD':<4} {name:<14} {says}")
+        checks.append({"name": name, "passed": passed, "says": says})
     lines += ["", *(f"     {name:<14} {version}" for name, version in found.items())]
-    passed = all(each.passed for each in diagnoses)
-    document = {"passed": passed, "checks": [asdict(each) for each in diagnoses], "versions": found}
-    terminal.answer("\n".join(lines), document)
-    return 0 if passed else NOT_PASSED
+    well = all(check["passed"] for check in checks)
+    terminal.answer("\n".join(lines), {"passed": well, "checks": checks, "versions": found})
+    return 0 if well else NOT_TRUSTED
 
 
-def _checked(name: str, check: Callable[[], tuple[bool, str]]) -> Diagnosis:
-    """Outcome of a check; whatever it raises is a finding too."""
-    try:
-        return Diagnosis(name, *check())
-    except Exception as error:
-        return Diagnosis(name, False, f"{type(error).__name__}: {error}")
+def _check(name: str) -> Callable[[Check], Check]:
+    """Put a function among the checks."""
+    return lambda check: CHECKS.setdefault(name, check)
 
 
+@_check("python")
 def _python() -> tuple[bool, str]:
     return sys.version_info >= (3, 11), f"{sys.version.split()[0]} at {sys.executable}"
 
 
+@_check("packages")
 def _packages() -> tuple[bool, str]:
     from fibrefit.core.environment import versions
 
@@ -72,6 +55,7 @@ def _packages() -> tuple[bool, str]:
     return not absent, f"not installed: {', '.join(absent)}" if absent else "all are installed"
 
 
+@_check("precision")
 def _precision() -> tuple[bool, str]:
     import jax
     import jax.numpy as jnp
@@ -80,12 +64,14 @@ def _precision() -> tuple[bool, str]:
     return bool(one > 1.0), f"JAX computes in {one.dtype}"
 
 
+@_check("devices")
 def _devices() -> tuple[bool, str]:
     import jax
 
     return True, f"{', '.join(str(device) for device in jax.devices())}; {os.cpu_count()} processor cores"
 
 
+@_check("compile cache")
 def _compile_cache() -> tuple[bool, str]:
     import jax
 
@@ -99,6 +85,7 @@ def _compile_cache() -> tuple[bool, str]:
     return True, f"{len(files)} programs, {size:.1f} MB in {folder}"
 
 
+@_check("write rights")
 def _write_rights() -> tuple[bool, str]:
     here = Path.cwd()
     try:
@@ -106,13 +93,3 @@ def _write_rights() -> tuple[bool, str]:
             return True, f"results can be written in {here}"
     except OSError as error:
         return False, f"{here}: {error.strerror}. Change to another folder, or use --out."
-
-
-CHECKS: dict[str, Callable[[], tuple[bool, str]]] = {
-    "python": _python,
-    "packages": _packages,
-    "precision": _precision,
-    "devices": _devices,
-    "compile cache": _compile_cache,
-    "write rights": _write_rights,
-}

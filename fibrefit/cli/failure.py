@@ -48,9 +48,18 @@ def report_interruption(error: BaseException, args: Sequence[str]) -> int:
 
 
 def explain_fault(error: Exception, args: Sequence[str]) -> int:
-    """Write the traceback of a fault of the program to a file and say where it is."""
-    trace = "".join(traceback.format_exception(error))
-    kept = _log(trace, args)
+    """Write the traceback of a fault of the program, with all that is needed to look into it, and say where it is."""
+    from fibrefit.core.environment import cache_directory, versions
+
+    trace, now = "".join(traceback.format_exception(error)), datetime.now(UTC)
+    kept: Path | None = None
+    with suppress(OSError):  # of a folder that cannot be written, or a working folder that has gone
+        path = cache_directory() / "logs" / f"{now:%Y%m%d-%H%M%S}-{os.getpid()}.log"
+        facts = [f"{now.isoformat()}  fibrefit {shlex.join(args)}", f"in {Path.cwd()}, {sys.executable}"]
+        facts += [f"{name} {version}" for name, version in versions().items()]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("\n".join([*facts, "", trace]), encoding="utf-8")
+        kept = path
     what = str(error).strip().partition("\n")[0] or "no message"
     message = " ".join([f"fault in the program: {type(error).__name__}: {what}", *getattr(error, "__notes__", ())])
     say(f"{message} The traceback is in {kept}." if kept else message)
@@ -75,20 +84,3 @@ def _parts(error: FibrefitError) -> dict[str, Any]:
     """What a message is made of; with all that is told below it, where it tells more than one mistake."""
     parts: dict[str, Any] = {"where": error.where, "got": error.got, "expected": error.expected, "do": error.do}
     return parts | ({"further": [_parts(each) for each in error.further]} if error.further else {})
-
-
-def _log(trace: str, args: Sequence[str]) -> Path | None:
-    """File with the traceback and all that is needed to look into it; None if it cannot be written."""
-    from fibrefit.core.environment import cache_directory, versions
-
-    now = datetime.now(UTC)
-    try:
-        path = cache_directory() / "logs" / f"{now:%Y%m%d-%H%M%S}-{os.getpid()}.log"
-        # The working folder may be gone.
-        facts = [f"{now.isoformat()}  fibrefit {shlex.join(args)}", f"in {Path.cwd()}, {sys.executable}"]
-        facts += [f"{name} {version}" for name, version in versions().items()]
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("\n".join([*facts, "", trace]), encoding="utf-8")
-    except OSError:
-        return None
-    return path

@@ -8,27 +8,30 @@ from pathlib import Path
 
 import click
 
-from fibrefit.cli.terminal import Terminal, as_typed, with_terminal
+from fibrefit.cli.options import PATH, option, plain_command
+from fibrefit.cli.terminal import Terminal, as_typed
+from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.paths import write_whole
 
 FILES = ("study.toml", "drop_10mm_90deg.csv")
 
 
-@click.command("init")
-@click.argument("place", metavar="[DIR | FILE.py]", required=False, type=click.Path(path_type=Path))
-@click.option("--effect", metavar="PORT.NAME", help="Write the file of an effect of your own, to be changed.")
-@click.option(
-    "--port",
-    help="Where the effect acts, if NAME does not say: guide, fibre, pulley, drive, sensor, push, pivot, rig or study.",
+@plain_command(
+    "init",
+    click.Argument(["place"], metavar="[DIR | FILE.py]", required=False, type=PATH),
+    option("--effect=PORT.NAME", "Write the file of an effect of your own, to be changed.", str),
+    option(
+        "--port",
+        "Where the effect acts, if NAME does not say: guide, fibre, pulley, drive, sensor, push, pivot, rig or study.",
+        str,
+    ),
 )
-@with_terminal
-def command(terminal: Terminal, place: Path | None, effect: str | None, port: str | None) -> None:
+def init_command(terminal: Terminal, place: Path | None, effect: str | None, port: str | None) -> None:
     """Write a study and a demonstration record into DIR, which is made if it does not exist.
 
     With --effect guide.my_drag, write FILE.py (my_drag.py when absent) with a law that can be used as it is, and every
     hook of its port explained. Nothing is overwritten.
     """
-    from fibrefit.core.errors import UsageError
-
     if port is not None and (effect is None or "." in effect):
         beside = f"--effect {effect}" if effect else "no --effect"
         raise UsageError(f"--port {port}", f"{beside}, which it adds nothing to", "--effect NAME", "Leave --port out.")
@@ -41,8 +44,6 @@ def command(terminal: Terminal, place: Path | None, effect: str | None, port: st
 
 
 def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
-    from fibrefit.core.errors import UsageError, did_you_mean
-    from fibrefit.core.paths import write_whole
     from fibrefit.laws.catalogue import CATALOGUE
     from fibrefit.laws.ports import PORTS
     from fibrefit.laws.template import class_name, template
@@ -77,9 +78,6 @@ def _write_effect(terminal: Terminal, name: str, file: Path | None) -> None:
 
 def _write_study(terminal: Terminal, directory: Path) -> None:
     from importlib import resources
-
-    from fibrefit.core.errors import UsageError
-    from fibrefit.core.paths import write_whole
 
     for name in FILES:
         if os.path.exists(directory / name):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.options import FileName, is_study, study_from
-from fibrefit.cli.terminal import Terminal, as_typed, with_terminal
+from fibrefit.cli.options import PATH, FileName, is_study, option, plain_command, study_from
+from fibrefit.cli.terminal import Terminal, as_typed
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, UsageError
 
@@ -36,35 +36,43 @@ _SETTING = re.compile(
 _IN_FILES = ("sampling_rate", "delimiter", "decimal", "columns", "header")
 
 
-@click.command("inspect")
-@click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName())
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Such as units.force=kN, repeatable.")
-@click.option("--force", is_flag=True, help="Replace an earlier inspection in DIR, or the study at --write.")
-@click.option(
-    "--out",
-    metavar="DIR",
-    type=click.Path(path_type=Path),
-    help="Folder for pictures; on a terminal they are drawn without it too [results/inspect_NAME-HASH].",
+@plain_command(
+    "inspect",
+    click.Argument(["files"], metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName()),
+    option("--set=KEY=VALUE overrides", "Such as units.force=kN, repeatable.", list),
+    option("--force", "Replace an earlier inspection in DIR, or the study at --write."),
+    option(
+        "--out=DIR",
+        "Folder for pictures; on a terminal they are drawn without it too [results/inspect_NAME-HASH].",
+        PATH,
+    ),
+    option("--write=STUDY", "Write what was understood as a study.", PATH),
+    option("--rig=KIND", "Kind of rig of the study at --write: fibre_mass, pulley_drive, ...", str),
 )
-@click.option("--write", metavar="STUDY", type=click.Path(path_type=Path), help="Write what was understood as a study.")
-@click.option("--rig", metavar="KIND", help="Kind of rig of the study at --write: fibre_mass, pulley_drive, ...")
-@with_terminal
-def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
+def inspect_command(
+    terminal: Terminal,
+    files: tuple[str, ...],
+    overrides: tuple[str, ...],
+    force: bool,
+    out: Path | None,
+    write: Path | None,
+    rig: str | None,
+) -> int:
     """Say what was understood of records or of STUDY: columns, units, rate, gaps, damage.
 
     The exit code is 3 where a file is not understood or not ready to be used.
     """
-    overrides, force, out, write = (options[key] for key in ("overrides", "force", "out", "write"))
-    if options["rig"] is not None and write is None:
-        raise UsageError(f"--rig {options['rig']}", "no study to write", "--write STUDY beside it")
+    if rig is not None and write is None:
+        raise UsageError(f"--rig {rig}", "no study to write", "--write STUDY beside it")
     if out is not None:
         from fibrefit.store.directory import ResultDirectory
 
         ResultDirectory(out, force=force).check()
+    from fibrefit.study.draft import split_overrides
     from fibrefit.workflow.inspection.inspection import inspect
 
     bare = not any(is_study(file) for file in files)
-    reading = overrides if write is None else _of_files(overrides)
+    reading = overrides if write is None else tuple(split_overrides(overrides)[0])
     found = inspect(files, reading) if bare else inspect(study_from(files, None, overrides))
     if not terminal.json:
         terminal.answer(found.report(), found.document())
@@ -73,8 +81,9 @@ def command(terminal: Terminal, files: tuple[str, ...], **options: Any) -> int:
     if write is not None:
         from fibrefit.workflow.inspection.write_study import write_study
 
-        unstated = write_study(found, write, options["rig"], overrides, force=force)
-        terminal.remark(_next(write, unstated))
+        unstated = write_study(found, write, rig, overrides, force=force)
+        more = f" Still to be stated in it, under [rig]: {', '.join(unstated)}." if unstated else ""
+        terminal.remark(f"\nThe study is in {write}.{more} Then: {as_typed('fibrefit', 'fit', str(write))}")
     if out is not None:
         _keep(terminal, found, out, force)
     elif found.tables and sys.stdout.isatty() and write is None:
@@ -99,25 +108,18 @@ def _keep(terminal: Terminal, found: Inspection, folder: Path, force: bool) -> N
     terminal.remark(f"\n{which} are in {folder / 'figures'}." if drawn else f"\nWhat was said is in {folder}.")
 
 
-def _of_files(overrides: tuple[str, ...]) -> tuple[str, ...]:
-    """Those that say how files are read."""
-    from fibrefit.study.draft import split_overrides
-
-    return tuple(split_overrides(overrides)[0])
-
-
-def _next(study: Path, unstated: Sequence[str]) -> str:
-    """What is to be done with a study that was written."""
-    said = f"\nThe study is in {study}."
-    if unstated:
-        said += f" Still to be stated in it, under [rig]: {', '.join(unstated)}."
-    return f"{said} Then: {as_typed('fibrefit', 'fit', str(study))}"
-
-
 def _hint(seen: Sequence[Seen]) -> str:
     """How to say on the command line what files do not say; empty where nothing that could be said would help."""
     asked = [(one, each) for one in seen if one.asked is not None and not one.missing for each in one.asked.each()]
-    advised = [line for _, error in asked for line in _settings(error.do)]
+    # Options that say what a message advises to write into a study; ".." stands for what a person alone knows.
+    advised = []
+    for _, error in asked:
+        found = list(_SETTING.finditer(error.do))
+        for i, one in enumerate(found):
+            tables = [other["table"] for other in (*found[i:], *reversed(found[:i])) if other["table"]]
+            known = _IN_FILES if tables[:1] == ["files"] else ROLES
+            if tables and one["key"] in known:
+                advised.append(_typed(f"{tables[0]}.{one['key']}", one["value"]))
     if advised:
         left_open = any(".." in line for line in advised)
         said = 'with what belongs there in place of ".."' if left_open else "such as"
@@ -129,16 +131,6 @@ def _hint(seen: Sequence[Seen]) -> str:
     heading = next((text for text in headings if text and '"' not in text), "F_Seil")
     lines = [_typed(key, value.format(heading=heading) if "{" in value else value) for key, value in _POSSIBLE]
     return "\n  ".join(["\nWhat a file does not say can be said for it:", *lines])
-
-
-def _settings(advice: str) -> Iterator[str]:
-    """Options that say what a message advises to write into a study; ".." stands for what a person alone knows."""
-    found = list(_SETTING.finditer(advice))
-    for i, one in enumerate(found):
-        tables = [other["table"] for other in (*found[i:], *reversed(found[:i])) if other["table"]]
-        known = _IN_FILES if tables[:1] == ["files"] else ROLES
-        if tables and one["key"] in known:
-            yield _typed(f"{tables[0]}.{one['key']}", one["value"])
 
 
 def _typed(key: str, value: str) -> str:

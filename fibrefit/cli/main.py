@@ -26,7 +26,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EBADF)
 AT_FIRST, AGAIN = 600_000, 100_000
 """New objects before Python looks for garbage: the packages of a fit and its programs are some 400 000."""
 
-#: Every command and what its line in the help says; the module of the same name is imported when it is called.
+#: Every command and what its line in the help says.
 COMMANDS = {
     "init": "Write a study that runs, or the file of an effect of your own.",
     "inspect": "Say what was understood of records or of a study.",
@@ -48,6 +48,14 @@ COMMANDS = {
     "doctor": "Check the installation.",
 }
 
+#: Modules of commands that have none of their own name; each is imported when such a command is called.
+HOMES = dict.fromkeys(("simulate", "sweep", "predict", "series", "distinguish", "plan"), "studies") | {
+    "report": "results",
+    "show": "results",
+    "glossary": "effects",
+}
+EARLIER_NAMES = {"confuse": "distinguish"}
+
 
 class Commands(click.Group):
     """Group whose commands are imported one by one, so that help and misspelt words cost nothing."""
@@ -60,7 +68,10 @@ class Commands(click.Group):
         """Command of that name, imported now."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(f"fibrefit.cli.{cmd_name}").command
+        name = EARLIER_NAMES.get(cmd_name, cmd_name)
+        command: click.Command = getattr(
+            importlib.import_module(f"fibrefit.cli.{HOMES.get(name, name)}"), f"{name}_command"
+        )
         return command
 
     def resolve_command(
@@ -136,8 +147,12 @@ def run(args: Sequence[str]) -> int:
 
 def _refused_by_the_system(error: OSError) -> UsageError | None:
     """Message for what a person can mend: a folder that has gone, a full disk, a name no file can have."""
-    if error.errno == errno.ENOENT and not _has_working_folder():
-        return UsageError("the working folder", "has been removed", "one that exists", "Go to another and start again.")
+    if error.errno == errno.ENOENT:
+        try:
+            os.getcwd()
+        except OSError:
+            do = "Go to another and start again."
+            return UsageError("the working folder", "has been removed", "one that exists", do)
     where = shown_path(str(error.filename or "a file"))
     if error.errno == errno.ENAMETOOLONG:
         return UsageError(where, "is longer than the names of files may be", "a shorter one")
@@ -147,14 +162,6 @@ def _refused_by_the_system(error: OSError) -> UsageError | None:
     if error.errno in FULL:
         return UsageError(where, f"cannot be written: {error.strerror}", "room for it", "Make room and start again.")
     return None
-
-
-def _has_working_folder() -> bool:
-    try:
-        os.getcwd()
-    except OSError:
-        return False
-    return True
 
 
 def _open_what_is_closed() -> None:
@@ -189,11 +196,6 @@ def with_files(words: Sequence[str]) -> list[str]:
     return found
 
 
-def _say_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: Any) -> None:
-    """Say what a library warns of in one line; it may quote a file or a name."""
-    say(f"{category.__name__}: {message} ({os.path.basename(filename)}, line {lineno})")
-
-
 def look_for_garbage_late() -> None:
     """Have Python look for garbage seldom: tracing makes hundreds of thousands of objects that stay.
 
@@ -219,7 +221,13 @@ def main() -> None:
         # what is none.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
-    warnings.showwarning = cast("Any", _say_warning)
+    # What a library warns of is said in one line; it may quote a file or a name.
+    warnings.showwarning = cast(
+        "Any",
+        lambda message, category, filename, line, *_: say(
+            f"{category.__name__}: {message} ({os.path.basename(filename)}, line {line})"
+        ),
+    )
     code = run(with_files(sys.argv[1:]) if os.name == "nt" else sys.argv[1:])
     try:
         sys.stdout.flush()

@@ -1,26 +1,38 @@
-"""Options that commands working on a study have in common."""
+"""How commands are declared: an option in one line, those that commands have in common, and what a study brings."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from fibrefit.cli.terminal import Terminal, with_terminal
+from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.terminal import Terminal
+from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import LARGEST_SEED
-from fibrefit.core.paths import is_folder, is_plain_file, nearest_file, shown_path
+from fibrefit.core.paths import (
+    FIGURES,
+    figure_formats,
+    is_folder,
+    is_plain_file,
+    nearest_file,
+    refuse_no_text,
+    sha256_of,
+    shown_path,
+)
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
     from fibrefit.study import Study
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+#: Where a command that runs the code a study names keeps whether it may.
+TRUST = "fibrefit.trust"
 
 
 class Duration(click.ParamType):
@@ -30,7 +42,6 @@ class Duration(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Number of seconds, at least one."""
-        from fibrefit.core.errors import UsageError
         from fibrefit.core.units import parse_quantity
 
         try:
@@ -45,23 +56,6 @@ class Duration(click.ParamType):
         return seconds
 
 
-#: Where a command that runs the code a study names keeps whether it may.
-TRUST = "fibrefit.trust"
-
-
-def trust_option(command: Command) -> Command:
-    """Give a command ``--trust``: without it, `study_from` refuses studies that name code to run."""
-
-    def remember(context: click.Context, option: click.Parameter, value: bool) -> None:
-        context.meta[TRUST] = value
-
-    option = click.option(
-        "--trust", is_flag=True, expose_value=False, callback=remember, is_eager=True,
-        help="Run the code of laws that the study names (FILE.py:CLASS); only if you know it.",
-    )  # fmt: skip
-    return option(command)
-
-
 class FileName(click.ParamType):
     """Name of a file or a folder: shells complete it; whether it is there, and what it is, a command says itself."""
 
@@ -74,74 +68,83 @@ class FileName(click.ParamType):
         return [CompletionItem(incomplete, type="file")]
 
 
-def study_options(command: Command) -> Command:
-    """Give a command its files, ``--rig``, ``--set`` and ``--trust``."""
-    for option in (
-        trust_option,
-        click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change the study, repeatable."),
-        click.option("--rig", metavar="KIND", help="Kind of rig, for bare records: fibre_mass, pulley_drive, ..."),
-        click.argument("files", metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName()),
-    ):
-        command = option(command)
-    return command
+def option(names: str, says: str, kind: Any = bool, default: Any = None, **more: Any) -> click.Option:
+    """An option of a command.
 
-
-def result_options(command: Command) -> Command:
-    """Give a command ``--out``, ``--force``, ``--seed`` and ``--figures``."""
-    for option in (
-        click.option(
-            "--figures",
-            metavar="FORMATS",
-            expose_value=False,
-            callback=_keep_formats,
-            help="All figures as png, pdf, svg, several with commas, or none.  "
-            "[default: png, of a fit its overview alone]",
-        ),
-        click.option(
-            "--seed",
-            type=click.IntRange(0, LARGEST_SEED),
-            default=0,
-            show_default=True,
-            help="Seed of all random numbers; simulate, sweep, distinguish, plan and predict do not depend on it.",
-        ),
-        click.option("--force", is_flag=True, help="Replace an earlier result in DIR."),
-        click.option(
-            "--out", metavar="DIR", type=click.Path(path_type=Path), help="Folder of the result [results/STUDY-HASH]."
-        ),
-    ):
-        command = option(command)
-    return command
+    Parameters
+    ----------
+    names : str
+        As typed, with what stands for the value in the help if that is not the type, and the name by which a command
+        is given it where it is another one: ``"--set=KEY=VALUE overrides"``.
+    says : str
+        Its line in the help.
+    kind : type
+        Of the value; ``bool`` for a flag, ``list`` for one that may be repeated.
+    default : object
+        Value where it is not given, which the help shows.
+    more : object
+        Whatever else click takes.
+    """
+    more |= {"is_flag": True} if kind is bool else {"multiple": True} if kind is list else {"type": kind}
+    if default is not None:
+        more |= {"default": default, "show_default": True}
+    first, *others = names.split()
+    name, _, metavar = first.partition("=")
+    return click.Option([name, *others], help=says, metavar=metavar or None, **more)
 
 
 def _keep_formats(context: click.Context, parameter: click.Parameter, text: str | None) -> None:
     """Tell all that is written from now on as which files figures are requested."""
-    from fibrefit.core.paths import FIGURES, figure_formats
-
     FIGURES.set(None if text is None else figure_formats(text))
 
 
-def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:
-    """Study the command line names: a study file, a folder with one, or bare records.
+PATH = click.Path(path_type=Path)
+RIG = option("--rig=KIND", "Kind of rig, for bare records: fibre_mass, pulley_drive, ...", str)
+SET = option("--set=KEY=VALUE overrides", "Change the study, repeatable.", list)
+TRUST_OPTION = option(
+    "--trust",
+    "Run the code of laws that the study names (FILE.py:CLASS); only if you know it.",
+    expose_value=False,
+    is_eager=True,
+    callback=lambda context, parameter, value: context.meta.update({TRUST: value}),
+)
+"""Without it, `study_from` refuses studies that name code to run."""
+ROBUST = option("--robust", "Soft-L1 loss for residuals beyond 3 sigma.")
+OF_RESULT = (
+    option("--out=DIR", "Folder of the result [results/STUDY-HASH].", PATH),
+    option("--force", "Replace an earlier result in DIR."),
+    option(
+        "--seed",
+        "Seed of all random numbers; simulate, sweep, distinguish, plan and predict do not depend on it.",
+        click.IntRange(0, LARGEST_SEED),
+        0,
+    ),
+    option(
+        "--figures=FORMATS",
+        "All figures as png, pdf, svg, several with commas, or none.  [default: png, of a fit its overview alone]",
+        str,
+        expose_value=False,
+        callback=_keep_formats,
+    ),
+)
+OF_TERMINAL = (
+    option("--json as_json", "One JSON document on stdout, everything else on stderr."),
+    option("-q --quiet", "No remarks and no progress."),
+    option("-v --verbose", "Show the traceback of a fault.", expose_value=False),
+)
 
-    Parameters
-    ----------
-    files : sequence of str
-        One study, or any number of records.
-    rig : str or None
-        Kind of the rig of bare records.
-    overrides : sequence of str
-        Values of ``--set``.
 
-    Raises
-    ------
-    UsageError
-        If studies and records are mixed, the kind of rig is missing, or the study names code that nobody trusts.
-    StudyError
-        If the study is not valid.
-    """
-    study = _named_study(files, rig, overrides)
-    check_trust(study, overrides)
-    return study
+def plain_command(name: str, *parameters: click.Parameter) -> Callable[[Callable[..., Any]], click.Command]:
+    """A command with these parameters: called with its `Terminal`, and with the value of each by name."""
+
+    def made(command: Callable[..., Any]) -> click.Command:
+        @wraps(command)
+        def with_terminal(as_json: bool, quiet: bool, **options: Any) -> Any:
+            return command(Terminal(as_json, quiet), **options)
+
+        return click.command(name, params=[*parameters, *OF_TERMINAL])(with_terminal)
+
+    return made
 
 
 class Request(NamedTuple):
@@ -164,7 +167,6 @@ class Request(NamedTuple):
 
     def folder(self, *settings: str) -> Path:
         """`out`, or ``results/<study>-<hash>`` by the study and the `settings`, which are all else it depends on."""
-        from fibrefit.core.paths import refuse_no_text, sha256_of
         from fibrefit.store.directory import default_directory
 
         digests = [sha256_of(path) for path in self.study.input_files() if is_plain_file(path)]
@@ -194,30 +196,101 @@ class Request(NamedTuple):
         with ResultDirectory(folder, force=self.force, run=Run((*self.study.input_files(), *files))).reserved():
             yield folder
 
+    def saved(
+        self,
+        terminal: Terminal,
+        place: AbstractContextManager[Path],
+        work: Callable[..., Any],
+        more: str = "",
+        *,
+        tells: bool = True,
+    ) -> Any:
+        """Result of some work, saved into the folder that is reserved for it, and reported.
 
-def study_command(name: str) -> Callable[[Callable[..., Any]], click.Command]:
-    """A command on a study: called with its `Terminal`, the `Request` that common options make, and options of its own.
+        Parameters
+        ----------
+        place : context manager
+            As `reserved` gives it.
+        work : callable
+            Called with what shows its progress.
+        more : str
+            What there is to say of the folder besides.
+        tells : bool
+            Whether progress tells that it is saved.
+        """
+        with place as folder, shown_progress(terminal) as progress:
+            found = work(progress=progress)
+            if tells:
+                progress("drawing and writing", None)
+            found.save(folder, force=self.force)
+        terminal.report(found)
+        terminal.wrote(folder, more)
+        return found
+
+
+def study_command(name: str, *own: click.Parameter) -> Callable[[Callable[..., Any]], click.Command]:
+    """A command on a study: called with its `Terminal`, the `Request` that common options make, and its own options.
 
     Its own arguments stand before the study, its own options before those of the result.
     """
 
     def made(command: Callable[..., Any]) -> click.Command:
-        own = command.__dict__.pop("__click_params__", [])
-
         @wraps(command)
         def with_request(terminal: Terminal, **options: Any) -> Any:
             study = study_from(options.pop("files"), options.pop("rig"), options.pop("overrides"))
             request = Request(study, options.pop("out"), options.pop("force"), options.pop("seed"))
             return command(terminal, request, **options)
 
-        # Click reads parameters from the last to the first.
-        common: Any = result_options(with_terminal(with_request))
-        common.__click_params__ += [one for one in own if isinstance(one, click.Option)]
-        common = study_options(common)
-        common.__click_params__ += [one for one in own if isinstance(one, click.Argument)]
-        return click.command(name)(common)
+        files = click.Argument(["files"], metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName())
+        arguments = [one for one in own if isinstance(one, click.Argument)]
+        options = [one for one in own if isinstance(one, click.Option)]
+        return plain_command(name, *arguments, files, RIG, SET, TRUST_OPTION, *options, *OF_RESULT)(with_request)
 
     return made
+
+
+def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:
+    """Study the command line names: a study file, a folder with one, or bare records.
+
+    Parameters
+    ----------
+    files : sequence of str
+        One study, or any number of records.
+    rig : str or None
+        Kind of the rig of bare records.
+    overrides : sequence of str
+        Values of ``--set``.
+
+    Raises
+    ------
+    UsageError
+        If studies and records are mixed, the kind of rig is missing, or the study names code that nobody trusts.
+    StudyError
+        If the study is not valid.
+    """
+    from fibrefit.study import load_study, study_from_files
+
+    studies = [file for file in files if is_study(file)]
+    if studies and len(files) > 1:
+        raise UsageError(studies[0], f"a study among {len(files)} files", "one study, or bare records", "")
+    if studies and rig is not None:
+        raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
+    if studies:
+        study = load_study(studies[0], overrides)
+    elif lost := next((file for file in files if not os.path.exists(file)), None):
+        do = nearest_file(Path(lost)) or "Check the path."
+        raise UsageError(shown_path(lost), "no such file or folder", "a study, or records", do)
+    elif rig is None:
+        raise UsageError(files[0], "a record, and no --rig", "a study, or the kind of rig", "Add --rig fibre_mass.")
+    else:
+        study = study_from_files(files, rig, overrides)
+    check_trust(study, overrides)
+    return study
+
+
+def is_study(file: str) -> bool:
+    """Whether a word of the command line names a study rather than a record."""
+    return is_folder(Path(file)) or Path(file).suffix.lower() == ".toml"
 
 
 def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:
@@ -228,33 +301,27 @@ def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:
     UsageError
         Naming the file.
     """
-    from fibrefit.core.errors import UsageError
+    from fibrefit.study.overrides import parse
 
     context = click.get_current_context(silent=True)
     if context is None or context.meta.get(TRUST) is not False:
         return  # trusted, or the command runs none
-    named = {*context.params.get("also", ()), *_effects_of(overrides)}
-    for effect, file in study.own_effects().items():
-        if effect not in named:
-            raise UsageError(
-                f"{study.source}, model.effects", f'"{effect}" is code that would be run: {file}',
-                "a law of the catalogue, or a study you trust",
-                "Look into that file; then add --trust.",
-            )  # fmt: skip
-
-
-def _effects_of(overrides: Sequence[str]) -> set[str]:
-    """Names of effects that overrides put into a study, each as a whole: part of a name trusts nothing."""
-    from fibrefit.study.overrides import parse
-
-    found: set[str] = set()
+    # Effects that the command line names, each as a whole: part of a name trusts nothing.
+    named = set(context.params.get("also", ()))
     for override in overrides:
         keys, value = parse(override)
         if keys == ["model"] and isinstance(value, dict):
             keys, value = ["model", "effects"], value.get("effects")
         if keys[:2] == ["model", "effects"]:
-            found.update(one for one in (value if isinstance(value, list) else [value]) if isinstance(one, str))
-    return found
+            named.update(one for one in (value if isinstance(value, list) else [value]) if isinstance(one, str))
+    for effect, file in study.own_effects().items():
+        if effect not in named:
+            got, expected = (
+                f'"{effect}" is code that would be run: {file}',
+                "a law of the catalogue, or a study you trust",
+            )
+            do = "Look into that file; then add --trust."
+            raise UsageError(f"{study.source}, model.effects", got, expected, do)
 
 
 def check_trust_of_result(result: Path) -> None:
@@ -265,27 +332,3 @@ def check_trust_of_result(result: Path) -> None:
     file = folder_of_result(result) / "study.toml"
     if is_plain_file(file):
         check_trust(load_study(file, all_missing=True))
-
-
-def _named_study(files: Sequence[str], rig: str | None, overrides: Sequence[str]) -> Study:
-    from fibrefit.core.errors import UsageError
-    from fibrefit.study import load_study, study_from_files
-
-    studies = [file for file in files if is_study(file)]
-    if studies and len(files) > 1:
-        raise UsageError(studies[0], f"a study among {len(files)} files", "one study, or bare records", "")
-    if studies and rig is not None:
-        raise UsageError("--rig", rig, "bare records", "Override the study with --set rig.kind instead.")
-    if studies:
-        return load_study(studies[0], overrides)
-    if lost := next((file for file in files if not os.path.exists(file)), None):
-        do = nearest_file(Path(lost)) or "Check the path."
-        raise UsageError(shown_path(lost), "no such file or folder", "a study, or records", do)
-    if rig is None:
-        raise UsageError(files[0], "a record, and no --rig", "a study, or the kind of rig", "Add --rig fibre_mass.")
-    return study_from_files(files, rig, overrides)
-
-
-def is_study(file: str) -> bool:
-    """Whether a word of the command line names a study rather than a record."""
-    return is_folder(Path(file)) or Path(file).suffix.lower() == ".toml"

@@ -1,12 +1,14 @@
-"""Progress of long work, on stderr."""
+"""Long work: its progress on stderr, and Ctrl-C, which at first requests it to conclude and then ends it."""
 
 from __future__ import annotations
 
+import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from fibrefit.cli.terminal import Terminal, say
 from fibrefit.core.formatting import harmless
@@ -29,8 +31,23 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
         yield quiet
         return
     if not sys.stderr.isatty():
-        with _logged() as tell:
-            yield tell
+        # Lines of a log, from a thread of its own: work may say nothing for long.
+        began, ended, now = time.monotonic(), threading.Event(), {"doing": "beginning", "share": ""}
+
+        def note(doing: str, share: float | None) -> None:
+            now.update(doing=doing, share="" if share is None else f", {100.0 * share:.0f} %")
+
+        def write() -> None:
+            while not ended.wait(EVERY):
+                say(f"{time.monotonic() - began:6.0f} s: {now['doing']}{now['share']}")
+
+        writer = threading.Thread(target=write, daemon=True)
+        writer.start()
+        try:
+            yield note
+        finally:
+            ended.set()
+            writer.join()
         return
     from rich import progress
     from rich.console import Console
@@ -51,21 +68,31 @@ def shown_progress(terminal: Terminal) -> Iterator[Progress]:
 
 
 @contextmanager
-def _logged() -> Iterator[Progress]:
-    """Progress as lines of a log, from a thread of its own: work may say nothing for long."""
-    began, ended, now = time.monotonic(), threading.Event(), {"doing": "beginning", "share": ""}
+def stop_requested(terminal: Terminal) -> Iterator[Callable[[], bool]]:
+    """Block in which the first Ctrl-C only sets a mark, which the work is to look at.
 
-    def follow(doing: str, share: float | None) -> None:
-        now.update(doing=doing, share="" if share is None else f", {100.0 * share:.0f} %")
+    Parameters
+    ----------
+    terminal : Terminal
+        Where it says how it goes on.
+    """
+    requested = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield requested.is_set
+        return
 
-    def write() -> None:
-        while not ended.wait(EVERY):
-            say(f"{time.monotonic() - began:6.0f} s: {now['doing']}{now['share']}")
+    def first(number: int, frame: Any) -> None:
+        if requested.is_set():
+            raise KeyboardInterrupt
+        requested.set()
+        terminal.remark("Interrupted: concluding with what there is. Ctrl-C again ends at once.")
 
-    writer = threading.Thread(target=write, daemon=True)
-    writer.start()
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        # Begun by a job script, or with nohup: whoever did so does not want it interrupted.
+        yield requested.is_set
+        return
+    before = signal.signal(signal.SIGINT, first)
     try:
-        yield follow
+        yield requested.is_set
     finally:
-        ended.set()
-        writer.join()
+        signal.signal(signal.SIGINT, before)

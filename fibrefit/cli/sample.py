@@ -7,43 +7,38 @@ from typing import Any
 
 import click
 
-from fibrefit.cli.options import Request, study_command
+from fibrefit.cli.options import Request, option, study_command
 from fibrefit.cli.progress import shown_progress
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 
 
-@study_command("sample")
-@click.option(
-    "--ess",
-    type=float,
-    default=400.0,
-    show_default=True,
-    help="Bulk and tail ESS to reach.",
+@study_command(
+    "sample",
+    option("--ess", "Bulk and tail ESS to reach.", float, 400.0),
+    option("--r-hat", "R-hat that counts as converged.", float, 1.01),
+    option("--max-steps", "Budget in steps.", click.IntRange(1), 4000),
+    option("--max-seconds", "Budget in seconds of sampling, of each mode.", float),
+    option("--ensembles", "Independent ensembles, four at least.", int, 4),
+    option(
+        "--walkers",
+        "Walkers of each ensemble, an even number [three a value, those of records and noise included; 32 at least].",
+        int,
+    ),
+    option(
+        "--noise",
+        "Noise spectrum: that of a fit, the kind that explains the residuals best (auto), or one kind.",
+        click.Choice(NOISE_KINDS),
+        AS_A_FIT,
+    ),
+    option("--student-t --heavy heavy", "Heavy-tailed (Student's t) likelihood."),
+    option("--interval", "Probability of the credible intervals.", float, 0.95),
+    option("--nuts", "Cross-check with the No-U-Turn sampler (NUTS)."),
+    option("--compare=RESULT", "Another posterior of the same records, repeatable.", list),
+    option("--checkpoint-seconds", "Time between two checkpoints.", float, 5.0),
+    option("--resume", "Go on with an interrupted or finished run in DIR."),
 )
-@click.option("--r-hat", type=float, default=1.01, show_default=True, help="R-hat that counts as converged.")
-@click.option("--max-steps", type=click.IntRange(1), default=4000, show_default=True, help="Budget in steps.")
-@click.option("--max-seconds", type=float, help="Budget in seconds of sampling, of each mode.")
-@click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, four at least.")
-@click.option(
-    "--walkers",
-    type=int,
-    help="Walkers of each ensemble, an even number [three a value, those of records and noise included; 32 at least].",
-)
-@click.option(
-    "--noise",
-    type=click.Choice(NOISE_KINDS),
-    default=AS_A_FIT,
-    show_default=True,
-    help="Noise spectrum: that of a fit, the kind that explains the residuals best (auto), or one kind.",
-)
-@click.option("--student-t", "--heavy", "heavy", is_flag=True, help="Heavy-tailed (Student's t) likelihood.")
-@click.option("--interval", type=float, default=0.95, show_default=True, help="Probability of the credible intervals.")
-@click.option("--nuts", is_flag=True, help="Cross-check with the No-U-Turn sampler (NUTS).")
-@click.option("--compare", multiple=True, metavar="RESULT", help="Another posterior of the same records, repeatable.")
-@click.option("--checkpoint-seconds", type=float, default=5.0, show_default=True, help="Time between two checkpoints.")
-@click.option("--resume", is_flag=True, help="Go on with an interrupted or finished run in DIR.")
-def command(
+def sample_command(
     terminal: Terminal,
     request: Request,
     resume: bool,
@@ -77,6 +72,6 @@ def command(
         )
         progress("drawing and writing", None)
         found.write(directory)
-    terminal.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
+    terminal.report(found)
     terminal.wrote(folder)
     return NOT_TRUSTED if found.status == "failed" else 0

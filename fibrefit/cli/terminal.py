@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import shlex
 import sys
 import unicodedata
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
@@ -21,7 +19,6 @@ from fibrefit.core.paths import is_folder
 
 NOT_TRUSTED = 5
 """Exit code of a command that has a result which is not to be used."""
-Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +52,10 @@ class Terminal:
         else:
             say(spelt(text, sys.stdout.encoding), err=False)
 
+    def report(self, found: Any) -> None:
+        """Give a result that has a report and a summary."""
+        self.answer(found.report(), found.summary().model_dump(mode="json", by_alias=True))
+
     def remark(self, text: str) -> None:
         """Say something beside the answer."""
         if not self.quiet:
@@ -68,7 +69,8 @@ class Terminal:
         more : str
             What there is to say of it besides.
         """
-        names = [path.name for path in sorted(folder.iterdir(), key=_rank) if not path.name.startswith(".")]
+        paths = sorted(folder.iterdir(), key=lambda path: (path.is_dir(), path.name != "summary.json", path.name))
+        names = [path.name for path in paths if not path.name.startswith(".")]
         self.remark(f"\nWritten to {folder}: {', '.join(names)}.{more}")
 
     def made(self, folder: Path | None) -> None:
@@ -87,10 +89,6 @@ def first_missing(folder: Path) -> Path | None:
     """The uppermost folder on the way to `folder` that does not exist; None where all do."""
     missing = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     return missing[-1] if missing else None
-
-
-def _rank(path: Path) -> tuple[bool, bool, str]:
-    return path.is_dir(), path.name != "summary.json", path.name
 
 
 def say(text: str, *, err: bool = True, newline: bool = True) -> None:
@@ -164,16 +162,3 @@ def as_typed(*words: str, windows: bool = os.name == "nt") -> str:
     from subprocess import list2cmdline  # half a hundredth of a second, where a command is told at all
 
     return list2cmdline(words) if windows else shlex.join(words)
-
-
-def with_terminal(command: Command) -> Command:
-    """Give a command the options ``--json``, ``-q`` and ``-v``, and a `Terminal` as its first argument."""
-
-    @click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout, everything else on stderr.")
-    @click.option("-q", "--quiet", is_flag=True, help="No remarks and no progress.")
-    @click.option("-v", "--verbose", is_flag=True, help="Show the traceback of a fault.", expose_value=False)
-    @functools.wraps(command)
-    def wrapped(*args: Any, as_json: bool, quiet: bool, **options: Any) -> Any:
-        return command(Terminal(as_json, quiet), *args, **options)
-
-    return wrapped  # type: ignore[return-value]

@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from fibrefit.cli.choosing import ask_candidate, distinct_names, listed_steps
+from fibrefit.cli.discover import ask_candidate, distinct_names, listed_steps
 from fibrefit.cli.terminal import Terminal
 from fibrefit.study.summaries.discovery import Candidate
 from fibrefit.study.summaries.results import ParameterSummary

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.cli import show
+from fibrefit.cli import results
 from fibrefit.cli.main import AGAIN, AT_FIRST, COMMANDS, look_for_garbage_late, with_files
 from fibrefit.cli.terminal import first_missing
 from fibrefit.core.errors import DataError, StudyError, UsageError, as_one
@@ -101,7 +101,7 @@ def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     def raises(*args: object, **options: object) -> None:
         raise error
 
-    monkeypatch.setattr(show.command, "callback", raises)
+    monkeypatch.setattr(results.show_command, "callback", raises)
 
 
 @pytest.mark.parametrize(("error", "code"), [(UsageError, 2), (DataError, 3), (StudyError, 4)])
@@ -189,7 +189,7 @@ def test_an_interruption_says_what_is_kept(fibrefit: Run, monkeypatch: pytest.Mo
             (result.path / "chain.h5").write_text("half")
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(show.command, "callback", interrupted)
+    monkeypatch.setattr(results.show_command, "callback", interrupted)
     done = fibrefit("show", "x", "--json")
     assert done.code == 130
     assert "kept in out.partial; --resume goes on" in done.err

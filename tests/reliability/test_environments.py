@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fibrefit.cli.interruption import stop_requested
+from fibrefit.cli.progress import stop_requested
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core import environment, programs
 
