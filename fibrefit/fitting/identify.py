@@ -280,7 +280,7 @@ def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSol
     minima = Minima(task, starts, second, plain, bars, best, how.rivals)
     weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, _unjudged(problem))
     force = ForceBalance.of(task, best.values)
-    balance = None if force is None else ChannelGap.beside(math.nan, force.rms, "N", force.explained)
+    balance = None if force is None else ChannelGap.against_noise(math.nan, force.rms, "N", force.explained)
     doubtful = most_doubtful(problem.layout, best.values, best.bars)
     explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
     agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores, bars, task.rate)

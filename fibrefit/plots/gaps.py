@@ -29,7 +29,7 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
-from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed_candidates
 from fibrefit.study.summaries.results import Gap
 
 ROW, BETWEEN = 5.0, 6.0
@@ -126,7 +126,7 @@ def candidates_figure(ranking: Sequence[Candidate], gap_before: float, added: st
     noise : float
         Gap that noise alone leaves.
     """
-    ranked = listed(ranking, MOST_CANDIDATES, added)
+    ranked = listed_candidates(ranking, MOST_CANDIDATES, added)
     shown = ranked.shown
     names = [cut_name(candidate.effect, 2 * LONGEST_BESIDE_AXES) for candidate in shown]
     left = 5.0 + LETTER * max(map(len, names))

@@ -34,7 +34,7 @@ from fibrefit.plots.style import (
     set_caption,
     title,
 )
-from fibrefit.study.summaries.check import lacking, leaves_more
+from fibrefit.study.summaries.check import above_noise, failed_model_checks
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.results import FitResultSummary, ParameterSummary
 
@@ -95,9 +95,9 @@ def overview_figure(summary: FitResultSummary, final: Fitted, first: Fitted | No
 
 def _verdict(summary: FitResultSummary) -> str:
     if not isinstance(summary, DiscoverySummary):
-        if summary.status != "ok" or not lacking(summary.checks):
+        if summary.status != "ok" or not failed_model_checks(summary.checks):
             return VERDICTS[summary.status]
-        return LACKS[summary.bars_allow] if leaves_more(summary.checks) else DOUBTED
+        return LACKS[summary.bars_allow] if above_noise(summary.checks) else DOUBTED
     if summary.verdict == "named":
         return f"The model lacked {in_words(or_others(name, summary.cannot_tell_apart) for name in summary.added)}"
     if summary.verdict == "nothing_missing":
@@ -132,10 +132,10 @@ def _gap_in_words(summary: FitResultSummary) -> str:
 def _caption(summary: FitResultSummary) -> str:
     gap = f"{_gap_in_words(summary)[:1].upper()}{_gap_in_words(summary)[1:]}."
     values = ", ".join(_in_words(name, one) for name, one in list(summary.parameters.items())[:4] if one.free)
-    lacks = len(lacking(summary.checks))
+    lacks = len(failed_model_checks(summary.checks))
     failed = sum(not check.passed for check in summary.checks) - lacks
     said = [f"{failed} check{'s' * (failed != 1)} of the numbers failed"] * bool(failed)
-    doubt = "say{} that the model lacks something" if leaves_more(summary.checks) else "leave{} a doubt about the model"
+    doubt = "say{} that the model lacks something" if above_noise(summary.checks) else "leave{} a doubt about the model"
     said += [f"{lacks} {doubt.format('s' * (lacks == 1))}"] * bool(lacks)
     return f"{gap} {values}. {'; '.join(said) or 'All checks passed'}."
 

@@ -45,7 +45,7 @@ from fibrefit.study.summaries.discovery import (
     DiscoverySummary,
     ListedCandidates,
     ProposedLawSummary,
-    listed,
+    listed_candidates,
 )
 from fibrefit.study.summaries.results import Gap, ParameterSummary
 
@@ -330,7 +330,7 @@ def _tried(summary: DiscoverySummary) -> list[str]:
 
 
 def _candidates(ranking: Sequence[Candidate], added: str | None = None) -> list[str]:
-    ranked = listed(ranking, MOST_CANDIDATES, added or "")
+    ranked = listed_candidates(ranking, MOST_CANDIDATES, added or "")
     rows = [row for candidate in ranked.shown for row in _candidate_rows(candidate)]
     lines = table(("effect", "gap after", "evidence", "its values"), rows, right={1, 2})
     if ranked.others:

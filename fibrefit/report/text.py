@@ -25,7 +25,7 @@ from fibrefit.report.layout import (
 from fibrefit.report.sentences.alike import between_sentence, taken_alike_sentence
 from fibrefit.report.sentences.minima import multistart_sentence
 from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
-from fibrefit.study.summaries.check import OTHERWISE, lacking, leaves_more
+from fibrefit.study.summaries.check import OTHERWISE, above_noise, failed_model_checks
 from fibrefit.study.summaries.results import (
     ChannelGap,
     ConditionSummary,
@@ -114,13 +114,13 @@ def known_quantity(value: float, unit: str, digits: int = 3) -> str:
 
 def _left(summary: FitResultSummary) -> str:
     """Whether what is left is noise."""
-    found = lacking(summary.checks)
+    found = failed_model_checks(summary.checks)
     total = "" if summary.gap.total is None else f" ({summary.gap.total:.3g} times it)"
     if summary.status == "failed":
         return ""
     if not found:
         return "What is left is noise." if summary.status == "ok" else ""
-    if not leaves_more(found):
+    if not above_noise(found):
         return f"What is left is no larger than the noise{total}; what is to be doubted all the same stands below."
     bars = "error bars allow for it, and " if summary.bars_allow else ""
     return f"What is left is more than the noise{total}: {bars}the model lacks something."

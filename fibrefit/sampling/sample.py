@@ -118,7 +118,7 @@ def _gap(task: Task, ready: Ready) -> dict[str, ChannelGap]:
     number = np.stack([np.sum(np.asarray(data.weight[c]) > 0.0, axis=1) for c in channels], axis=1)
     noise = np.sqrt(np.sum(unit_of(data, channels) ** 2 * number, axis=0) / np.maximum(number.sum(axis=0), 1))
     sizes = zip(channels, noise.tolist(), ready.ratio.tolist(), strict=True)
-    return {c: ChannelGap.beside(rms, ratio * rms, task.units[c]) for c, rms, ratio in sizes if rms > 0.0}
+    return {c: ChannelGap.against_noise(rms, ratio * rms, task.units[c]) for c, rms, ratio in sizes if rms > 0.0}
 
 
 def _differ_within(ready: Ready) -> list[Check]:

@@ -24,31 +24,31 @@ FARTHEST = 10.0
 UNIT_ROUNDING = 1e-9
 
 #: A quantity whose unit the parameter's declaration tells; a bare number is right only where that unit is "-".
-Written = StrictStr | StrictFloat
+Quantity = StrictStr | StrictFloat
 
 
 class NormalPrior(StudyTable):
     """Normal distribution; truncated where a limit is given."""
 
     kind: Literal["normal"]
-    mean: Written
-    sd: Written
-    lower: Written | None = None
-    upper: Written | None = None
+    mean: Quantity
+    sd: Quantity
+    lower: Quantity | None = None
+    upper: Quantity | None = None
 
 
 class HalfNormalPrior(StudyTable):
     """Normal distribution around zero, positive half."""
 
     kind: Literal["half_normal"]
-    sd: Written
+    sd: Quantity
 
 
 class LogNormalPrior(StudyTable):
     """Normal distribution of the logarithm; `log_sd` is its standard deviation, a pure number."""
 
     kind: Literal["log_normal"]
-    median: Written
+    median: Quantity
     log_sd: Annotated[float, Field(gt=0, le=100.0)]
 
 
@@ -56,16 +56,16 @@ class UniformPrior(StudyTable):
     """Equal density between two limits."""
 
     kind: Literal["uniform"]
-    lower: Written
-    upper: Written
+    lower: Quantity
+    upper: Quantity
 
 
 class LogUniformPrior(StudyTable):
     """Equal density of the logarithm between two positive limits."""
 
     kind: Literal["log_uniform"]
-    lower: Written
-    upper: Written
+    lower: Quantity
+    upper: Quantity
 
 
 AnyPrior = Annotated[
@@ -91,11 +91,11 @@ Prior = Annotated[AnyPrior, BeforeValidator(_normal_prior, json_schema_input_typ
 class ParameterTable(StudyTable):
     """One table ``[parameters.NAME]`` of a study."""
 
-    initial: Written | None = None
+    initial: Quantity | None = None
     """Starting value; found from the data when absent."""
-    bounds: tuple[Written, Written] | None = None
+    bounds: tuple[Quantity, Quantity] | None = None
     """Lower and upper limit."""
-    fixed: StrictBool | Written = False
+    fixed: StrictBool | Quantity = False
     """true holds `initial`; a quantity holds itself."""
     prior: Prior | None = None
     """Distribution before the data; "3.1 +/- 0.05 kg" is a normal one."""
@@ -193,7 +193,7 @@ def setting_of(name: str, table: ParameterTable, unit: str, locate: Callable[[st
         If a quantity has the wrong unit, limits are swapped, the start lies outside them, or a held value is missing.
     """
 
-    def number(key: str, written: Written) -> float:
+    def number(key: str, written: Quantity) -> float:
         """Number in `unit`: a bare one for a pure number, else text with a unit."""
         if unit == "-" and isinstance(written, float):
             return written
@@ -282,7 +282,7 @@ def _reaches(low: float, high: float) -> bool:
 
 
 def _prior(
-    prior: Prior, number: Callable[[str, Written], float], unit: str, locate: Callable[[str], str]
+    prior: Prior, number: Callable[[str, Quantity], float], unit: str, locate: Callable[[str], str]
 ) -> PriorSetting:
     """Prior in SI, its limits and widths checked."""
 

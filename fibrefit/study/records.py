@@ -45,7 +45,7 @@ def optional(description: str) -> Any:
     return Field(default=None, description=description)
 
 
-def instead(description: str | None = None) -> Any:
+def no_condition(description: str | None = None) -> Any:
     """Field that may be absent and is no condition: what a file tells by itself, or what is done with it."""
     return Field(default=None, description=description, json_schema_extra=NO_CONDITION)
 
@@ -63,8 +63,8 @@ class RecordTable(Shown, StudyTable):
     """Name in results; the file's name when absent."""
     taken: Moment | None = None
     """Day and time of the test; values are set against it."""
-    sampling_rate: Frequency | None = instead("Where the file has no time column, or no file exists yet.")
-    duration: Duration | None = instead("Length of a planned record.")
+    sampling_rate: Frequency | None = no_condition("Where the file has no time column, or no file exists yet.")
+    duration: Duration | None = no_condition("Length of a planned record.")
     parts: tuple[StrictStr, ...] | None = None
     """Further files that continue this one, in their order."""
     beside: BesideTable | None = None

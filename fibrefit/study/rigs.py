@@ -19,7 +19,7 @@ from fibrefit.core.declarations import ROLES, Parameter, declared_in
 from fibrefit.core.limits import MOST_SWEPT
 from fibrefit.study import quantity as q
 from fibrefit.study.reading import ChannelEntry
-from fibrefit.study.records import DriveLimits, RecordTable, RigLimits, instead, optional, required
+from fibrefit.study.records import DriveLimits, RecordTable, RigLimits, no_condition, optional, required
 from fibrefit.study.study import Study
 from fibrefit.study.table import StudyTable
 from fibrefit.study.thresholds import STEPS_A_PERIOD
@@ -52,8 +52,8 @@ class FibreMassRecord(FibreMassConstants, RecordTable):
 
     lift: q.Distance | None = None
     """Height above the point where the fibre is just taut; found from the data when absent."""
-    release: q.Instant | None = instead("When the weight was let go; found from the data when absent.")
-    position_zero: q.Position | None = instead(
+    release: q.Instant | None = no_condition("When the weight was let go; found from the data when absent.")
+    position_zero: q.Position | None = no_condition(
         "Reading of the position where the fibre is just taut; found when absent."
     )
 
@@ -105,7 +105,7 @@ class PulleyDriveRecord(PulleyDriveConstants, RecordTable):
     amplitude: q.Length | None = optional("Travel of the drive.")
     rate: q.Speed | None = optional("Speed of the drive.")
     hold: q.Pause | None = optional("Time at rest between movements; of a planned record 0.6 s when absent.")
-    position_zero: q.Position | None = instead()
+    position_zero: q.Position | None = no_condition()
     """Reading of the position where the whole fibre is just taut; found when absent."""
 
 
@@ -205,7 +205,7 @@ class SweptStudy(Study):
 class GuidedMassConstants(StudyTable):
     """Constants of a mass in a guide that a measured force drives."""
 
-    window: q.Duration | None = instead("Length of the stretches that are simulated from states of their own.")
+    window: q.Duration | None = no_condition("Length of the stretches that are simulated from states of their own.")
     added_mass: q.MassOrNone | None = None
     """Mass added to the moving one; records that differ in it calibrate the force."""
     gain: q.Gain | None = optional("Force on the mass per measured force; 1 when absent.")

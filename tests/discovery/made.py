@@ -69,7 +69,7 @@ def identified(
         readings,
     )
     ratio = float(np.hypot(1.0, wrong / np.sqrt(2.0)))
-    gap = {c: ChannelGap.beside(noise[c], ratio * noise[c], task.units[c]) for c in channels}
+    gap = {c: ChannelGap.against_noise(noise[c], ratio * noise[c], task.units[c]) for c in channels}
     values = np.array([estimate.found.value for estimate in estimates])
     names = tuple(slot.name for slot, r in layout.entries if r is None)
     ends = np.tile(values[: len(names)], (4, 1))

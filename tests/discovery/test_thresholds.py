@@ -463,7 +463,9 @@ def as_at_rest(slow: float) -> bool:
 
 def unremarked(gap: float) -> bool:
     """Whether such a gap is taken for noise where detection limits are told."""
-    fit: Any = SimpleNamespace(gap={"force": ChannelGap.beside(1.0, gap, "N")}, expected_gap=1.0, error_inflation=1.0)
+    fit: Any = SimpleNamespace(
+        gap={"force": ChannelGap.against_noise(1.0, gap, "N")}, expected_gap=1.0, error_inflation=1.0
+    )
     return limits._beyond_noise(fit) == ((), 1.0)
 
 

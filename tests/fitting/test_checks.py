@@ -36,7 +36,7 @@ def starts(basin: list[int], cost: list[float]) -> Starts:
 
 
 def gap(ratio: float) -> dict[str, ChannelGap]:
-    return {"force": ChannelGap.beside(1.0, ratio, "N"), "position": ChannelGap.beside(1.0, ratio, "m")}
+    return {"force": ChannelGap.against_noise(1.0, ratio, "N"), "position": ChannelGap.against_noise(1.0, ratio, "m")}
 
 
 def known(samples: int) -> dict[str, Noise]:

@@ -58,7 +58,7 @@ def test_a_value_that_was_driven_to_nothing_is_held_against_its_typical_size() -
 
 def test_it_fails_a_fit_that_does_not_explain_the_signal() -> None:
     explained, left = (
-        judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", share)}) for share in (0.999, 0.98)
+        judge.signal_explained({"force": ChannelGap.against_noise(1e-6, 1.0, "N", share)}) for share in (0.999, 0.98)
     )
     told = judge.useless(left, said(1.5))
     assert status_by([told]) == "failed"

@@ -47,7 +47,7 @@ __all__ = ["clean"]
 
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
-    return judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
+    return judge.signal_explained({"force": ChannelGap.against_noise(1e-6, 1.0, "N", 1.0 - share)})
 
 
 def stands_out(size: float) -> bool:

@@ -16,7 +16,7 @@ from fibrefit.report.discovery import (
 from fibrefit.report.layout import WIDTH, shortened
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import results as s
-from fibrefit.study.summaries.discovery import listed
+from fibrefit.study.summaries.discovery import listed_candidates
 from tests.report.test_text import suspect
 from tests.study.test_summaries import EXAMPLES, GAP, STIFFNESS
 
@@ -236,12 +236,12 @@ def test_candidates_that_gain_nothing_are_counted_unless_none_gains() -> None:
         found.model_copy(update={"effect": f"guide.law_{n}", "evidence": gain})
         for n, gain in enumerate((40.0, 3.0, 0.4, -0.3, -7.0))
     ]
-    told = listed(gains, 6)
+    told = listed_candidates(gains, 6)
     assert [one.effect for one in told.shown] == ["guide.law_0", "guide.law_1"]
     assert others_listed(told) == "and 3 more that gain nothing"
-    assert others_listed(listed(gains, 1)) == "and 4 more with less evidence"
-    assert [one.effect for one in listed(gains, 6, "guide.law_4").shown][-1] == "guide.law_4"
-    assert listed(gains[2:], 2).shown == tuple(gains[2:4])
+    assert others_listed(listed_candidates(gains, 1)) == "and 4 more with less evidence"
+    assert [one.effect for one in listed_candidates(gains, 6, "guide.law_4").shown][-1] == "guide.law_4"
+    assert listed_candidates(gains[2:], 2).shown == tuple(gains[2:4])
     assert [evidence_text(one) for one in gains[2:]] == ["0", "0", "-7"]
 
 

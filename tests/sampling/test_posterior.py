@@ -318,5 +318,5 @@ def test_what_is_left_is_told_in_units_of_the_channel() -> None:
     task = SimpleNamespace(problem=problem, units={"force": "N", "position": "m"})
     found = _gap(cast(Any, task), cast(Any, ready))
     noise = np.sqrt((2 * 0.5**2 + 3 * 1.0**2) / 5)
-    assert found["force"] == ChannelGap.beside(noise, 1.5 * noise, "N")
+    assert found["force"] == ChannelGap.against_noise(noise, 1.5 * noise, "N")
     assert (found["position"].rms, found["position"].unit) == (pytest.approx(1e-4), "m")

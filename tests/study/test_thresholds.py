@@ -17,7 +17,7 @@ def gains(nats: float) -> bool:
     found = [
         Candidate(effect=name, gap_after=1.0, evidence=size, parameters={}) for name, size in (("a", 9.0), ("b", nats))
     ]
-    return len(discovery.listed(found, 5).shown) == 2
+    return len(discovery.listed_candidates(found, 5).shown) == 2
 
 
 def stepped(steps: float) -> bool:

@@ -186,7 +186,7 @@ def test_a_constant_of_the_rig_that_was_found_is_predicted_with(tmp_path: Path) 
 
 def test_a_posterior_says_what_its_model_left(tmp_path: Path) -> None:
     """One of before does not."""
-    gap = Gap(**{c: ChannelGap.beside(n, 1.5 * n, UNITS[c]) for c, n in NOISE.items()})
+    gap = Gap(**{c: ChannelGap.against_noise(n, 1.5 * n, UNITS[c]) for c, n in NOISE.items()})
     study = holding(tmp_path)
     assert known_of(EACH, DRAWS, study, "posterior").gaps == {}
     gaps = known_of(EACH.model_copy(update={"gap": gap}), DRAWS, study, "posterior").gaps
@@ -210,7 +210,9 @@ def test_what_a_model_lacked_in_a_posterior_may_be_missing_in_new_records(
     found = posterior().model_copy(
         update={
             "parameters": {name: of_posterior(value, UNITS[name]) for name, value in values.items()},
-            "gap": Gap(**{c: ChannelGap.beside(n, 1.5 * n, UNITS[c]) for c, n in NOISE.items()}) if told else Gap(),
+            "gap": Gap(**{c: ChannelGap.against_noise(n, 1.5 * n, UNITS[c]) for c, n in NOISE.items()})
+            if told
+            else Gap(),
         }
     )
     draws = {name: Variable(value * np.array([[0.9999, 1.0001]]), ("chain", "draw")) for name, value in values.items()}

@@ -46,7 +46,7 @@ def predicted(noise: np.ndarray, model: float = 0.0, values: float = 0.0) -> Pre
     size = np.sqrt(noise**2 + model**2 + values**2)
     problem = a_problem(noise, size * random.standard_normal(NUMBER))
     rms = float(np.sqrt(np.mean(problem.observations.measured["force"][0, :-1] ** 2)))
-    gap = ChannelGap.beside(QUIET, rms, "N")
+    gap = ChannelGap.against_noise(QUIET, rms, "N")
     seen = SimpleNamespace(gap={"force": gap}, motion=SimpleNamespace(readings={"force": np.zeros((1, NUMBER))}))
     parts = {
         cause: (of / noise)[None, None] ** 2
@@ -95,7 +95,7 @@ def test_what_a_model_lacks_is_no_larger_where_the_noise_is(monkeypatch: pytest.
     monkeypatch.setattr(predict, "Problem", lambda model, layout, data: a_problem(GROWING))
     monkeypatch.setattr(predict, "predictive_slopes", lambda *given: np.zeros((1, 1, NUMBER, 0)))
     known: Any = SimpleNamespace(
-        names=(), covariance=np.zeros((0, 0)), gaps={"force": ChannelGap.beside(0.3, 0.5, "N")}, differences={}
+        names=(), covariance=np.zeros((0, 0)), gaps={"force": ChannelGap.against_noise(0.3, 0.5, "N")}, differences={}
     )  # fmt: skip
     task: Any = SimpleNamespace(problem=a_problem(GROWING))
     held: Any = SimpleNamespace(task=task, local=None)

@@ -125,7 +125,7 @@ def test_a_force_that_nothing_is_known_of_is_not_said_to_be_as_predicted(predict
 def test_what_a_model_lacked_may_be_missing_in_new_records(predicted: Prediction) -> None:
     """It left 1.5 times the noise of its own records."""
     channels = predicted.summary().channels
-    gaps = {name: ChannelGap.beside(one, 1.5 * one, channels[name].unit) for name, one in made.NOISE.items()}
+    gaps = {name: ChannelGap.against_noise(one, 1.5 * one, channels[name].unit) for name, one in made.NOISE.items()}
     known = replace(predicted.known, gaps=gaps)
     told = replace(predicted, known=known).summary().channels
     for channel, noise in made.NOISE.items():

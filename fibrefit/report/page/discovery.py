@@ -22,7 +22,7 @@ from fibrefit.report.page.blocks import Block, PageContent, Records, Result, Ste
 from fibrefit.report.page.common import ARROW, changed, gaps_table, page_content, records_table, values_tables
 from fibrefit.report.page.records import CourseModel, Sight, fit_bands, records_block, simulated
 from fibrefit.report.text import with_error
-from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed
+from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, listed_candidates
 from fibrefit.study.summaries.part import Groups
 from fibrefit.study.summaries.results import Gap
 from fibrefit.study.thresholds import LEAST_LISTED
@@ -127,7 +127,7 @@ def _story(summary: DiscoverySummary, keys: Sequence[str]) -> Story | None:
 
 
 def _candidates(heading: str, ranking: Sequence[Candidate], added: str | None = None) -> TableBlock:
-    ranked = listed(ranking, MOST_CANDIDATES, added or "")
+    ranked = listed_candidates(ranking, MOST_CANDIDATES, added or "")
     rows = [
         (
             one.effect,

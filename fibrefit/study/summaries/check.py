@@ -56,14 +56,14 @@ SIZE = "residual_size"
 """Identifier of the check that what is left is no larger than the noise."""
 
 
-def lacking(checks: Sequence[Check]) -> list[Check]:
+def failed_model_checks(checks: Sequence[Check]) -> list[Check]:
     """Failed checks of the model, which leave the numbers alone."""
     return [check for check in checks if check.about == "model" and not check.passed]
 
 
-def leaves_more(checks: Sequence[Check]) -> bool:
+def above_noise(checks: Sequence[Check]) -> bool:
     """Whether the model leaves more than the noise; that its noise is not known, or not white, does not say so."""
-    return any(check.identifier == SIZE for check in lacking(checks))
+    return any(check.identifier == SIZE for check in failed_model_checks(checks))
 
 
 def status_by(checks: Sequence[Check]) -> Status:

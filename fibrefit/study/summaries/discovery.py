@@ -57,7 +57,7 @@ class ListedCandidates(NamedTuple):
     gain: bool
 
 
-def listed(ranking: Sequence[Candidate], most: int, added: str = "") -> ListedCandidates:
+def listed_candidates(ranking: Sequence[Candidate], most: int, added: str = "") -> ListedCandidates:
     """Candidates that gain something, and what was added; of a round in which none does, those that come nearest.
 
     Parameters

@@ -59,7 +59,7 @@ class ChannelGap(Part):
     uniform motion, on a rig simulated in windows; of a force that drives the rig, by inverse dynamics."""
 
     @classmethod
-    def beside(cls, noise: float, rms: float, unit: str, explained: float = math.nan) -> Self:
+    def against_noise(cls, noise: float, rms: float, unit: str, explained: float = math.nan) -> Self:
         """A residual with its ratio to the noise, both in `unit`; nan stands for what is not known."""
         return cls(rms=rms, unit=unit, noise=noise, ratio=rms / noise, explained=explained)
 

@@ -15,7 +15,7 @@ from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.report.checks import quantity_of
 from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
-from fibrefit.study.summaries.check import Status, lacking
+from fibrefit.study.summaries.check import Status, failed_model_checks
 from fibrefit.study.summaries.results import FitSummary
 from fibrefit.study.summaries.series import BatchItem
 
@@ -234,7 +234,7 @@ def outcome_of(job: Job, summary: FitSummary, digest: str, fingerprint: Fingerpr
         status=summary.status,
         parameters=summary.parameters,
         gap=summary.gap.total,
-        lacks=tuple(quantity_of(check) for check in lacking(summary.checks)),
+        lacks=tuple(quantity_of(check) for check in failed_model_checks(summary.checks)),
         speeds=_speeds(summary) if job.record is not None else {},
     )
     seen = None if fingerprint is None else fingerprint._asdict()
