@@ -1,1 +1,1 @@
-"""The command line: one file a command, each of which imports what it needs when it runs."""
+"""The command line: commands, each of which imports what it needs when it runs."""

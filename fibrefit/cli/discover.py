@@ -191,10 +191,10 @@ def listed_steps(terminal: Terminal) -> Iterator[Progress]:
     """Say each step of the work once, on a line of its own: a moving bar would hide the questions."""
     last = ""
 
-    def say(doing: str, share: float | None) -> None:
+    def note(doing: str, share: float | None) -> None:
         nonlocal last
         if doing != last:
             terminal.remark(f"... {doing}")
             last = doing
 
-    yield say
+    yield note
