@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.cli import doctor
+from fibrefit.cli import doctor, init
 from fibrefit.cli.terminal import Terminal, as_typed
-from fibrefit.core import paths
 from fibrefit.core.declarations import Parameter
 from fibrefit.store import write_summary
 from fibrefit.study import PriorSetting, load_study
@@ -70,7 +69,7 @@ def test_init_on_a_full_disk_leaves_nothing_of_its_own(
     fibrefit: Run, monkeypatch: pytest.MonkeyPatch, there: bool
 ) -> None:
     """The study has its room, the record beside it has none."""
-    folder, written = Path("here"), paths.write_whole
+    folder, written = Path("here"), init.write_whole
     if there:
         folder.mkdir()
         (folder / "thesis.tex").write_text("x")
@@ -80,7 +79,7 @@ def test_init_on_a_full_disk_leaves_nothing_of_its_own(
             raise OSError(errno.ENOSPC, "No space left on device")
         written(path, content)
 
-    monkeypatch.setattr(paths, "write_whole", write)
+    monkeypatch.setattr(init, "write_whole", write)
     done = fibrefit("init", "here")
     assert done.code == 2
     assert "No space left on device" in done.err
