@@ -30,8 +30,8 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
+from fibrefit.series.meta_analysis import BY_ORDER
 from fibrefit.series.thresholds import SIGNIFICANT
-from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.series import speed_name
 
 if TYPE_CHECKING:

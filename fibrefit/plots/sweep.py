@@ -26,7 +26,7 @@ from fibrefit.plots.style import (
     stacked_figure,
     title,
 )
-from fibrefit.series.marks import Extremes, jumps, ranges
+from fibrefit.series.jumps import Extremes, jumps, ranges
 from fibrefit.study.summaries.part import Array, Groups
 from fibrefit.study.summaries.results import CurveSummary, SweepSummary
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from fibrefit.core.formatting import format_number, shown_unit
 from fibrefit.report.layout import decimals_of, items, table
 from fibrefit.report.text import quantity_text
+from fibrefit.series.meta_analysis import BY_ORDER
 from fibrefit.series.thresholds import SIGNIFICANT
-from fibrefit.series.trends import BY_ORDER
 from fibrefit.study.summaries.series import PopulationSummary, TrendSummary
 
 MOST_TRENDS = 6

@@ -12,7 +12,8 @@ from fibrefit.report.checks import GLOSSARY, failures, passes
 from fibrefit.report.layout import items, paragraph, section, shortened, table, titled
 from fibrefit.report.sentences.alike import between_sentence
 from fibrefit.report.text import alike_in_digits, rows_of, with_error
-from fibrefit.sampling.thresholds import DECISIVE, PARETO_K, PRIOR_MATTERS
+from fibrefit.sampling.thresholds import PARETO_K, PRIOR_MATTERS
+from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.part import Measure
 from fibrefit.study.summaries.results import ComparedModel, PosteriorParameter, PosteriorSummary
@@ -173,7 +174,7 @@ def better_model(rival: ComparedModel) -> str:
 
 def _better_by(difference: Measure, blocks: int | None) -> str:
     """Which one predicts better, by a difference that is known from how it scatters between so many blocks."""
-    share = 1.0 - 0.5 * DECISIVE
+    share = 1.0 - 0.5 * SIGNIFICANT
     most = float(ndtri(share) if blocks is None else stdtrit(blocks - 1, share)) * difference.error
     return "alike" if abs(difference.value) <= most else "this one" if difference.value > 0.0 else "the other"
 

@@ -24,7 +24,7 @@ from fibrefit.report.layout import (
 )
 from fibrefit.report.sentences.alike import between_sentence, taken_alike_sentence
 from fibrefit.report.sentences.minima import multistart_sentence
-from fibrefit.sampling.thresholds import PRIOR_MATTERS, UNCONTRACTED
+from fibrefit.sampling.thresholds import PRIOR_MATTERS, SAME_WIDTH
 from fibrefit.study.summaries.check import OTHERWISE, above_noise, failed_model_checks
 from fibrefit.study.summaries.results import (
     ChannelGap,
@@ -218,7 +218,7 @@ def prior_sentences(parameters: Mapping[str, ParameterSummary]) -> list[str]:
             continue
         share = one.std_error / one.prior_error
         prior = quantity_text(one.prior_centre, one.prior_error, one.unit)
-        word = "is held by" if share > UNCONTRACTED else "rests also on" if share > PRIOR_MATTERS else "hardly hangs on"
+        word = "is held by" if share > SAME_WIDTH else "rests also on" if share > PRIOR_MATTERS else "hardly hangs on"
         width = f"{100.0 * share:.0f} %" if share < 1.0 else "all"
         said.append(f"{name} {word} its prior, {prior}: its error is {width} of the prior's.")
     return said

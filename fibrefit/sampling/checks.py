@@ -3,78 +3,83 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.thresholds import GAP_OF_NOISE
-from fibrefit.sampling.chains.ensembles import ChainHistory
-from fibrefit.sampling.mode.modes import Mode
+from fibrefit.sampling.chains import ChainHistory, Target
+from fibrefit.sampling.evidence import Mode
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.settings import Settings
-from fibrefit.sampling.target import Target
 from fibrefit.sampling.thresholds import (
     FAR_FROM_START,
     HOPELESS_ESS,
     HOPELESS_R_HAT,
+    OVERLOOKED,
     PRIOR_MATTERS,
-    SECOND_MODE,
+    SAME_WIDTH,
     STRONG_CORRELATION,
     STUCK,
     TRUNCATED,
-    UNCONTRACTED,
 )
 from fibrefit.study.summaries.check import Check
+
+#: What each check asserts, and the quantity it tests, by its identifier.
+CHECKS = {
+    "convergence": ("the ensembles agree", "convergence (R-hat)"),
+    "effective_sample_size": ("there are enough draws", "effective sample size"),
+    "walker_mixing": ("the walkers mix", "mixing of the walkers"),
+    "second_mode": ("there is one mode", "weight of other modes"),
+    "contraction": ("every posterior is narrower than its prior", "posterior width against prior width"),
+    "posterior_correlation": ("no strong posterior correlation", "strongest posterior correlation"),
+    "distance_from_fit": ("the posterior lies at the fit", "distance of the posterior from the fit"),
+    "proper_priors": ("every prior is proper", "propriety of the priors"),
+    "truncation": ("no posterior is truncated by a bound", "posteriors truncated by a bound"),
+    "residual_size": ("the residuals are noise", "residual size"),
+}
+
+
+def _check(
+    identifier: str, passed: bool, statistic: float, threshold: float, fatal: bool = False, **facts: Any
+) -> Check:
+    name, quantity = CHECKS[identifier]
+    return Check(
+        name=name,
+        passed=passed,
+        statistic=statistic,
+        threshold=threshold,
+        fatal=fatal,
+        identifier=identifier,
+        quantity=quantity,
+        facts=facts,
+    )
 
 
 def ensembles_agree(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
     """Convergence: R-hat between ensembles."""
     found = course.mixing.r_hat
-    worst, value = names[int(np.argmax(found))], float(found.max())
-    return Check(
-        name="the ensembles agree",
-        passed=value < settings.r_hat,
-        statistic=value,
-        threshold=settings.r_hat,
-        fatal=value > HOPELESS_R_HAT,
-        identifier="convergence",
-        quantity="convergence (R-hat)",
-        facts={"worst": worst, "ensembles": len(course.points)},
+    worst, value, limit = names[int(np.argmax(found))], float(found.max()), settings.r_hat
+    return _check(
+        "convergence", value < limit, value, limit, value > HOPELESS_R_HAT, worst=worst, ensembles=len(course.points)
     )
 
 
 def draws_suffice(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
     """Effective sample size."""
     found = np.minimum(course.mixing.ess_bulk, course.mixing.ess_tail)
-    worst, value = names[int(np.argmin(found))], float(found.min())
-    return Check(
-        name="there are enough draws",
-        passed=value > settings.ess,
-        statistic=value,
-        threshold=settings.ess,
-        fatal=value < HOPELESS_ESS,
-        identifier="effective_sample_size",
-        quantity="effective sample size",
-        facts={"worst": worst},
-    )
+    worst, value, least = names[int(np.argmin(found))], float(found.min()), settings.ess
+    return _check("effective_sample_size", value > least, value, least, value < HOPELESS_ESS, worst=worst)
 
 
 def walkers_mix(names: Sequence[str], course: ChainHistory, settings: Settings) -> Check:
     """Whether every walker explores the whole mode: R-hat between walkers, and acceptance."""
-    found = course.mixing.r_hat_walkers
+    found, limit = course.mixing.r_hat_walkers, settings.r_hat_walkers
     worst, value = names[int(np.argmax(found))], float(found.max())
     stuck = float(np.mean(course.acceptance < STUCK))
-    passed = value < settings.r_hat_walkers and stuck == 0.0
-    return Check(
-        name="the walkers mix",
-        passed=passed,
-        statistic=value,
-        threshold=settings.r_hat_walkers,
-        fatal=not passed,
-        identifier="walker_mixing",
-        quantity="mixing of the walkers",
-        facts={"worst": worst, "stuck": stuck, "least": STUCK},
-    )
+    passed = value < limit and stuck == 0.0
+    return _check("walker_mixing", passed, value, limit, not passed, worst=worst, stuck=stuck, least=STUCK)
 
 
 def one_mode(modes: Sequence[Mode], target: Target) -> Check:
@@ -82,39 +87,20 @@ def one_mode(modes: Sequence[Mode], target: Target) -> Check:
     others = [mode for mode in modes[1:] if not mode.absorbed]
     weight = float(sum(mode.weight for mode in others))
     # Of many that have it together, those are named that have as much as they have in the mean.
-    named = [modes[0], *(mode for mode in others if mode.weight * len(others) >= SECOND_MODE)]
-    return Check(
-        name="there is one mode",
-        passed=weight < SECOND_MODE,
-        statistic=weight,
-        threshold=SECOND_MODE,
-        identifier="second_mode",
-        quantity="weight of other modes",
-        facts={"others": len(others), "modes": tuple(_described(mode, target) for mode in named)},
-    )
-
-
-def _described(mode: Mode, target: Target) -> tuple[float, tuple[tuple[str, float, str], ...]]:
-    """Weight of a mode, and its values by name with their units."""
-    centre = target.values(mode.approximation.centre[None])[0]
-    return mode.weight, tuple(zip(target.names, centre.tolist(), target.units, strict=True))
+    described = []
+    for mode in (modes[0], *(mode for mode in others if mode.weight * len(others) >= OVERLOOKED)):
+        centre = target.values(mode.approximation.centre[None])[0]
+        described.append((mode.weight, tuple(zip(target.names, centre.tolist(), target.units, strict=True))))
+    return _check("second_mode", weight < OVERLOOKED, weight, OVERLOOKED, others=len(others), modes=tuple(described))
 
 
 def contraction(found: Mapping[str, Marginal]) -> Check:
     """Whether the posterior is narrower than the prior."""
     shares = {name: marginal.prior_share for name, marginal in found.items() if np.isfinite(marginal.prior_share)}
-    nothing = [name for name, share in shares.items() if share > UNCONTRACTED]
+    nothing = tuple(name for name, share in shares.items() if share > SAME_WIDTH)
     worst = max(shares.values(), default=0.0)
     matters = tuple(name for name, share in shares.items() if share >= PRIOR_MATTERS)
-    return Check(
-        name="every posterior is narrower than its prior",
-        passed=not nothing,
-        statistic=worst,
-        threshold=UNCONTRACTED,
-        identifier="contraction",
-        quantity="posterior width against prior width",
-        facts={"nothing": tuple(nothing), "matters": matters},
-    )
+    return _check("contraction", not nothing, worst, SAME_WIDTH, nothing=nothing, matters=matters)
 
 
 def correlation(names: Sequence[str], course: ChainHistory) -> Check:
@@ -124,16 +110,9 @@ def correlation(names: Sequence[str], course: ChainHistory) -> Check:
     moving = np.flatnonzero(spread > 0.0)
     every = np.abs(np.corrcoef(points[:, moving].T)) - np.eye(len(moving)) if len(moving) > 1 else np.zeros((1, 1))
     a, b = np.unravel_index(int(np.argmax(every)), every.shape)
-    value = float(every[a, b])
-    return Check(
-        name="no strong posterior correlation",
-        passed=value < STRONG_CORRELATION,
-        statistic=value,
-        threshold=STRONG_CORRELATION,
-        identifier="posterior_correlation",
-        quantity="strongest posterior correlation",
-        facts={"pair": tuple(names[moving[k]] for k in (a, b)) if len(moving) else ()},
-    )
+    value, limit = float(every[a, b]), STRONG_CORRELATION
+    pair = tuple(names[moving[k]] for k in (a, b)) if len(moving) else ()
+    return _check("posterior_correlation", value < limit, value, limit, pair=pair)
 
 
 def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Check:
@@ -145,27 +124,14 @@ def start_is_near(target: Target, course: ChainHistory, start: np.ndarray) -> Ch
     inverse = np.linalg.pinv(equilibrated(covariance, scale), rcond=1e-10, hermitian=True)
     distance = float(np.sqrt(max(difference @ inverse @ difference, 0.0)))
     limit = float(np.sqrt(len(start)) + FAR_FROM_START)
-    return Check(
-        name="the posterior lies at the fit",
-        passed=distance < limit,
-        statistic=distance,
-        threshold=limit,
-        identifier="distance_from_fit",
-        quantity="distance of the posterior from the fit",
-        facts={"worst": target.names[int(np.argmax(np.abs(difference)))]},
-    )
+    worst = target.names[int(np.argmax(np.abs(difference)))]
+    return _check("distance_from_fit", distance < limit, distance, limit, worst=worst)
 
 
 def priors_proper(target: Target) -> Check:
     """Whether every prior is a proper distribution."""
     improper = [n for n, prior in zip(target.names, target.priors, strict=False) if not prior.proper]
-    return Check.none_of(
-        improper,
-        name="every prior is proper",
-        identifier="proper_priors",
-        quantity="propriety of the priors",
-        facts={"parameters": tuple(improper)},
-    )
+    return _check("proper_priors", not improper, float(len(improper)), 0.0, parameters=tuple(improper))
 
 
 def truncation(found: Mapping[str, Marginal]) -> Check:
@@ -175,15 +141,9 @@ def truncation(found: Mapping[str, Marginal]) -> Check:
         if marginal.prior is None or marginal.sd == 0.0:
             continue
         gaps = (marginal.ends[0] - marginal.prior.lower, marginal.prior.upper - marginal.ends[1])
-        if min(gaps) < TRUNCATED * marginal.sd and marginal.prior_share < UNCONTRACTED:
+        if min(gaps) < TRUNCATED * marginal.sd and marginal.prior_share < SAME_WIDTH:
             truncated.append(name)
-    return Check.none_of(
-        truncated,
-        name="no posterior is truncated by a bound",
-        identifier="truncation",
-        quantity="posteriors truncated by a bound",
-        facts={"parameters": tuple(truncated)},
-    )
+    return _check("truncation", not truncated, float(len(truncated)), 0.0, parameters=tuple(truncated))
 
 
 def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
@@ -195,15 +155,8 @@ def residual_size(channels: tuple[str, ...], ratio: np.ndarray) -> Check:
         Residual RMS over that expected from the noise at rest, or stated by the study, and from that of inputs.
     """
     worst = int(np.argmax(ratio))
-    return Check(
-        name="the residuals are noise",
-        passed=bool(ratio[worst] <= GAP_OF_NOISE),
-        statistic=float(ratio[worst]),
-        threshold=GAP_OF_NOISE,
-        identifier="residual_size",
-        quantity="residual size",
-        facts={"channel": channels[worst]},
-    )
+    value, limit = float(ratio[worst]), GAP_OF_NOISE
+    return _check("residual_size", bool(ratio[worst] <= limit), value, limit, channel=channels[worst])
 
 
 def assess(

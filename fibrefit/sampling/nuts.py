@@ -15,9 +15,9 @@ import numpy as np
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import Progress
 from fibrefit.problem.posterior.log_posterior import LogPosterior
-from fibrefit.sampling.diagnostics import effective_draws, mixing
+from fibrefit.sampling.chains import effective_draws, mixing
 from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.thresholds import DIFFERS, DIVERGENT, NUTS_R_HAT
+from fibrefit.sampling.thresholds import DIFFERS, NUTS_R_HAT, OVERLOOKED
 from fibrefit.study.summaries.check import Check
 
 CHAINS, CHAIN_DRAWS = 4, 200
@@ -61,7 +61,7 @@ class CrossCheck:
     @property
     def converged(self) -> bool:
         """Whether the chains of NUTS agree among themselves, and few of their transitions were divergent."""
-        return bool(np.max(self.r_hat) < NUTS_R_HAT) and self.divergent <= DIVERGENT * self.draws
+        return bool(np.max(self.r_hat) < NUTS_R_HAT) and self.divergent <= OVERLOOKED * self.draws
 
     @property
     def draws(self) -> int:
@@ -83,7 +83,7 @@ class CrossCheck:
         """
         every = np.abs([self.scores, self.spread_scores])
         which, worst = divmod(int(np.argmax(every)), every.shape[1])
-        apart = int(np.argmax(self.r_hat))
+        least_mixed = int(np.argmax(self.r_hat))
         return Check(
             name="NUTS finds the same posterior",
             passed=self.agrees,
@@ -94,8 +94,8 @@ class CrossCheck:
                 "of": ("mean", "standard deviation")[which],
                 "worst": names[worst],
                 "alike": self.alike,
-                "r_hat": (float(self.r_hat[apart]), names[apart], NUTS_R_HAT),
-                "divergent": (self.divergent, self.draws, DIVERGENT),
+                "r_hat": (float(self.r_hat[least_mixed]), names[least_mixed], NUTS_R_HAT),
+                "divergent": (self.divergent, self.draws, OVERLOOKED),
             },
         )
 

@@ -11,14 +11,12 @@ from fibrefit.core.declarations import Statement
 from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.noise.choose import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior
-from fibrefit.problem.posterior.prior import Prior
-from fibrefit.sampling.chains.ensembles import ChainHistory
-from fibrefit.sampling.evidence import Evidence
-from fibrefit.sampling.mode.inputs import DrawnInputs
-from fibrefit.sampling.mode.modes import Mode
+from fibrefit.problem.posterior.prior import Prior, Priors
+from fibrefit.sampling.chains import ChainHistory, Target
+from fibrefit.sampling.evidence import Evidence, Mode
+from fibrefit.sampling.latent import Deviations, DrawnInputs
 from fibrefit.sampling.settings import Settings
-from fibrefit.sampling.target import Target
-from fibrefit.sampling.thresholds import GAINED
+from fibrefit.sampling.thresholds import SAME_WIDTH
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.results import BetweenRecordsSummary, ChannelGap
 
@@ -79,19 +77,49 @@ def marginals(target: Target, course: ChainHistory, probability: float) -> dict[
             ess_bulk=float(course.mixing.ess_bulk[i]),
             ess_tail=float(course.mixing.ess_tail[i]),
             prior=prior,
-            prior_share=np.nan if prior is None else _share_left(prior, draws[:, i]),
+            # On the scale on which the prior is uniform, of a width of one over the root of 12.
+            prior_share=np.nan if prior is None else float(min(np.sqrt(12.0) * np.std(prior.cdf(draws[:, i])), 1.0)),
         )
     return found
 
 
-def _share_left(prior: Prior, draws: np.ndarray) -> float:
-    """Spread of the draws on the scale on which the prior is uniform, over that of the prior."""
-    return float(min(np.sqrt(12.0) * np.std(prior.cdf(draws)), 1.0))
+@dataclass(frozen=True, kw_only=True)
+class PosteriorSetup:
+    """All that is known before the first draw: noise, mode, how records differ, errors of inputs.
+
+    Parameters
+    ----------
+    ratio : (n_channel,)
+        RMS residual at the mode, errors of inputs taken off, over that of noise.
+    values : (n_free,) in SI units
+        Where the walkers begin.
+    deviations : Deviations or None
+        None where no mode is reached.
+    inputs : DrawnInputs or None
+        Errors of measured inputs, which belong to each record; None where inputs are exact.
+    alike : bool
+        Whether records are taken for alike that might differ.
+    moving : float
+        Standard deviations by which errors of inputs still moved when readings were last linearised in them; 0 where
+        they had come to rest.
+    """
+
+    ratio: np.ndarray
+    noise_model: NoiseModel
+    priors: Priors
+    density: LogPosterior
+    target: Target
+    values: np.ndarray
+    hausman: HausmanTest
+    deviations: Deviations | None = None
+    inputs: DrawnInputs | None = None
+    alike: bool = False
+    moving: float = 0.0
 
 
-@dataclass(frozen=True)
-class Posterior:
-    """The joint posterior of a problem's free values and its noise.
+@dataclass(frozen=True, kw_only=True)
+class Posterior(PosteriorSetup):
+    """The joint posterior of a problem's free values and its noise: the setup, and the draws.
 
     Parameters
     ----------
@@ -104,32 +132,18 @@ class Posterior:
     channel_units : mapping of channel to str
     between : mapping of name to BetweenRecordsSummary
         How much records differ; empty where that was not sought.
-    inputs : DrawnInputs or None
-        Errors of measured inputs, which belong to each record; None where inputs are exact.
-    alike : bool
-        Whether records are taken for alike that might differ.
-    moving : float
-        Standard deviations by which errors of inputs still moved when readings were last linearised in them; 0 where
-        they had come to rest.
     gap : mapping of channel to ChannelGap
-        What is left of each channel at the mode, beside its noise.
+        RMS residual of each channel at the mode, and its noise.
     """
 
-    target: Target
-    density: LogPosterior
-    noise_model: NoiseModel
     modes: tuple[Mode, ...]
     marginals: Mapping[str, Marginal]
     checks: tuple[Check, ...]
-    hausman: HausmanTest
     start: np.ndarray
     settings: Settings
     channel_units: Mapping[str, str]
     seconds: float
     between: Mapping[str, BetweenRecordsSummary] = field(default_factory=dict)
-    inputs: DrawnInputs | None = None
-    alike: bool = False
-    moving: float = 0.0
     gap: Mapping[str, ChannelGap] = field(default_factory=dict)
 
     @property
@@ -154,22 +168,14 @@ class Posterior:
     @property
     def remarks(self) -> tuple[Statement, ...]:
         """What a reader should know besides the checks."""
-        return (*self._of_records(), *self._of_inputs(), *self._of_autocorrelation())
-
-    def _of_records(self) -> tuple[Statement, ...]:
-        """Where records may differ, and no mode in which they may was reached."""
-        return (Statement("records_alike"),) if self.alike else ()
-
-    def _of_inputs(self) -> tuple[Statement, ...]:
-        """Where errors of measured inputs had not come to rest before the first draw."""
-        return (Statement("inputs_moving", {"moving": self.moving}),) if self.moving else ()
-
-    def _of_autocorrelation(self) -> tuple[Statement, ...]:
-        """Where the noise spectrum makes much of a difference: GLS against OLS standard errors."""
+        found = [Statement("records_alike")] if self.alike else []
+        if self.moving:
+            found.append(Statement("inputs_moving", {"moving": self.moving}))
+        # Where the noise spectrum makes much of a difference: GLS against OLS standard errors.
         shared = [i for i, (_, record) in enumerate(self.density.problem.layout.entries) if record is None]
         gains = [(float(self.hausman.efficiency[i]), self.target.names[i]) for i in shared]
-        gains = sorted(gain for gain in gains if 0.0 < gain[0] < GAINED)
-        return (Statement("gls_gains", {"factors": tuple(gains)}),) if gains else ()
+        gains = sorted(gain for gain in gains if 0.0 < gain[0] < SAME_WIDTH)
+        return (*found, *([Statement("gls_gains", {"factors": tuple(gains)})] if gains else []))
 
     @property
     def log_evidence(self) -> Evidence | None:

@@ -14,13 +14,8 @@ AS_A_FIT = "fit"
 """The noise that a fit takes, from what the model leaves of the records."""
 NOISE_KINDS = (AS_A_FIT, "auto", "white", "autoregressive", "coloured")
 """Kinds of noise that can be requested."""
-LARGEST_BATCH = 32
-MOST_WALKERS = 10_000
-"""Of all ensembles together: a hundred times what is usual, beyond which they take gigabytes."""
 USUAL_WALKERS = 32
 """Of an ensemble, where nobody says how many."""
-MOST_DRAWS = 100_000_000
-"""A thousand times what is usual: of three parameters they take 2.4 GB."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +59,11 @@ class Settings:
     def __post_init__(self) -> None:
         """Refuse what cannot work."""
         self._refuse(self.ensembles < FEWEST_ENSEMBLES, "ensembles", f"{FEWEST_ENSEMBLES} or more")
-        walkers = f"{MOST_WALKERS} walkers at most, of all ensembles together"
-        self._refuse(self.ensembles > MOST_WALKERS, "ensembles", walkers)
-        self._refuse(self.walkers is not None and self.walkers * self.ensembles > MOST_WALKERS, "walkers", walkers)
+        # Of all ensembles together: a hundred times what is usual, beyond which they take gigabytes.
+        most_walkers = 10_000
+        walkers = f"{most_walkers} walkers at most, of all ensembles together"
+        self._refuse(self.ensembles > most_walkers, "ensembles", walkers)
+        self._refuse(self.walkers is not None and self.walkers * self.ensembles > most_walkers, "walkers", walkers)
         self._refuse(self.walkers is not None and self.walkers < 2, "walkers", "an even number, 2 or more")
         # Written so that a number that is none is refused too: it compares with nothing.
         self._refuse(not 1.0 < self.r_hat < math.inf, "r_hat", "a number above 1, such as 1.01")
@@ -76,7 +73,8 @@ class Settings:
         self._refuse(not 0.0 < self.ess < math.inf, "ess", "a positive number, such as 400")
         self._refuse(self.max_seconds is not None and not self.max_seconds >= 0.0, "max_seconds", "seconds, 0 or more")
         self._refuse(not self.checkpoint_seconds >= 0.0, "checkpoint_seconds", "seconds, 0 or more")
-        most = MOST_DRAWS // (self.ensembles * (self.walkers or USUAL_WALKERS))
+        # A thousand times the draws that are usual: of three parameters they take 2.4 GB.
+        most = 100_000_000 // (self.ensembles * (self.walkers or USUAL_WALKERS))
         self._refuse(not 1 <= self.max_steps <= most, "max_steps", f"1 to {most}: draws are kept in memory")
         self._refuse(not 0.0 < self.interval < 1.0, "interval", "a probability between 0 and 1")
 
@@ -95,9 +93,9 @@ class Settings:
         return self.walkers
 
     def batch_for(self, size: int) -> int:
-        """Points evaluated at once: an even part of half an ensemble, which is what a move asks for."""
+        """Points evaluated at once: an even part of half an ensemble, which is what a move asks for, 32 at most."""
         half = self.walkers_for(size) // 2
-        return max(part for part in range(1, LARGEST_BATCH + 1) if half % part == 0)
+        return max(part for part in range(1, 33) if half % part == 0)
 
     def _refuse(self, wrong: bool, name: str, expected: str) -> None:
         if wrong:

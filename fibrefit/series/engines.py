@@ -22,8 +22,6 @@ from typing import Any, NamedTuple
 
 from fibrefit.core.errors import UsageError
 
-AHEAD = 2
-"""Pieces handed over beyond those that are worked on, so that no process waits while an outcome is put away."""
 PATIENCE = 10.0
 """Time in which a scheduler must answer, in s."""
 
@@ -54,33 +52,26 @@ Work = Callable[[Any], Any]
 
 def in_this_process(work: Work, arguments: Sequence[Any]) -> Generator[Done, None, None]:
     """One after the other."""
-    frozen = 0
+    frozen_before = gc.get_freeze_count()
     try:
         for number, argument in enumerate(arguments):
             try:
-                done = Done(number, work(argument))
+                done = Done(number, _first_then_frozen(work, argument))
             except Exception as error:
                 done = Done(number, None, error)
-            frozen = frozen or _freeze()
             yield done
     finally:
-        if frozen:
+        if not frozen_before:
             gc.unfreeze()
 
 
-def _freeze() -> int:
-    """Take what a first piece of work left (packages, programs) out of the search for garbage, which it slows."""
-    gc.freeze()
-    return gc.get_freeze_count()
-
-
 def _first_then_frozen(work: Work, argument: Any) -> Any:
-    """The work; what the first piece left in a process of its own is not searched for garbage again."""
+    """The work; what its first piece left (packages, programs) is not searched for garbage again, which takes long."""
     try:
         return work(argument)
     finally:
         if not gc.get_freeze_count():
-            _freeze()
+            gc.freeze()
 
 
 def in_processes(work: Work, arguments: Sequence[Any], processes: int) -> Generator[Done, None, None]:
@@ -119,17 +110,24 @@ def _until_one_dies(
     # JAX does not survive a fork.
     context = multiprocessing.get_context("spawn")
     began = context.Event()
-    held, lifeline = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(processes, context, _begin, (held, began))
+    other_end, lifeline = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(processes, context, _begin, (other_end, began))
     running: dict[Future[Any], int] = {}
     try:
         while waiting or running:
-            while waiting and len(running) < processes + AHEAD:
-                with _interruptions_held():
+            # Two more than are worked on: no process waits while an outcome is put away.
+            while waiting and len(running) < processes + 2:
+                with _interruptions_blocked():
                     running[pool.submit(_first_then_frozen, work, arguments[waiting[0]])] = waiting[0]
                 waiting.popleft()
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                done = _done(running[future], future)
+                number = running[future]
+                try:
+                    done = Done(number, future.result())
+                except BrokenProcessPool:
+                    raise
+                except Exception as error:
+                    done = Done(number, None, error)
                 del running[future]
                 yield done
     except BrokenProcessPool:
@@ -146,11 +144,11 @@ def _until_one_dies(
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
         lifeline.close()
-        held.close()
+        other_end.close()
 
 
 @contextmanager
-def _interruptions_held() -> Iterator[None]:
+def _interruptions_blocked() -> Iterator[None]:
     """Block in which a process may begin: Ctrl-C is for its parent, also while it still loads what it needs."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
@@ -160,15 +158,6 @@ def _interruptions_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _done(number: int, future: Future[Any]) -> Done:
-    try:
-        return Done(number, future.result())
-    except BrokenProcessPool:
-        raise
-    except Exception as error:
-        return Done(number, None, error)
 
 
 def _begin(lifeline: Connection, began: Event) -> None:
@@ -206,7 +195,7 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Generato
         If `distributed` is not installed, nobody answers, or the scheduler is lost on the way.
     """
     try:
-        from distributed import Client, as_completed
+        from distributed import Client, KilledWorker, as_completed
     except ImportError:
         raise UsageError(
             "scheduler",
@@ -227,23 +216,15 @@ def on_cluster(work: Work, arguments: Sequence[Any], scheduler: str) -> Generato
         futures = {client.submit(work, argument, pure=False): n for n, argument in enumerate(arguments)}
         for future in as_completed(list(futures), loop=client.loop):
             # A cluster keeps what somebody still holds.
-            number = futures.pop(future)
-            yield _gathered(number, future)
+            number, failed = futures.pop(future), future.exception()
+            if isinstance(failed, CancelledError):
+                raise failed
+            if isinstance(failed, KilledWorker):  # a piece is begun anew on another worker where one dies
+                failed = ProcessDiedError("each worker that was at it died, most likely for want of memory")
+            yield Done(number, None if failed else future.result(), failed)
     except (CancelledError, OSError):
         raise UsageError(
             f"--scheduler {scheduler}", "was lost during the run", "a scheduler that stays", "Start one and go on."
         ) from None
     finally:
         client.close()
-
-
-def _gathered(number: int, future: Any) -> Done:
-    """Outcome of a piece of work on a cluster, which begins it anew on another worker where one dies."""
-    from distributed import KilledWorker
-
-    failed = future.exception()
-    if isinstance(failed, CancelledError):
-        raise failed
-    if isinstance(failed, KilledWorker):
-        failed = ProcessDiedError("each worker that was at it died, most likely for want of memory")
-    return Done(number, None if failed else future.result(), failed)

@@ -7,10 +7,9 @@ PREFERRED = 5.0
 strong", J. Am. Stat. Assoc. 90 (1995)."""
 SIMPLER_LAW = 1.0
 """Nats within which the law with fewer parameters is taken: "not worth more than a bare mention", as there."""
-MOST_LAWS = 3
-"""Laws of speed in one model: one for each parameter of a base model that can have one."""
 SIGNIFICANT = 0.05
-"""Probability, corrected for all looks, below which a trend is reported: the usual one in twenty."""
+"""Probability by chance below which a difference is reported, the usual one in twenty: of a trend, corrected for all
+looks, and of the predictive performance of two posteriors, by Student's law."""
 OUTLIER = 0.01
 """Probability by chance of an outlier in a whole series, all records and lines of it together, below which a record is
 named: one series in a hundred."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from fibrefit.core.errors import UsageError
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
+from fibrefit.sampling.predict import CrossValidation
 from fibrefit.sampling.thresholds import PARETO_K
 from fibrefit.store import read_result, read_summary, sha256_of
 from fibrefit.study import Study

@@ -22,8 +22,7 @@ from fibrefit.report.sentences.fit import (
     prior_not_weighed,
     taken_for_exact,
 )
-from fibrefit.series.together.laws import laws_on
-from fibrefit.series.together.speeds import speeds_of
+from fibrefit.series.speed_laws import laws_on, speeds_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fibrefit.series.marks import jumps, ranges
+from fibrefit.series.jumps import jumps, ranges
 from fibrefit.series.sweep import Branch, SweptCurve
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.results import BranchSummary, CurveSummary, JumpSummary, PeakSummary

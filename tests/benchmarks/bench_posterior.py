@@ -18,12 +18,18 @@ import numpy as np
 import pytest
 from emcee import EnsembleSampler
 
-from fibrefit.problem.posterior.prior import Priors
+from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
+from fibrefit.problem.posterior.prior import Density, Priors
 from fibrefit.problem.task import Task
-from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of, density_of, noise_model_of
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import (
+    ChainStart,
+    PosteriorRequest,
+    batched,
+    coordinates_of,
+    noise_model_of,
+    sample_posterior,
+)
 from fibrefit.sampling.settings import Settings
-from fibrefit.sampling.target import Batched
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.benchmarks import scipy_drop
@@ -51,15 +57,16 @@ def median_of(run: Callable[[], object], times: int) -> float:
     return float(np.median(took))
 
 
-def density(task: Task, values: np.ndarray, noise: str) -> tuple[Batched, np.ndarray]:
+def density(task: Task, values: np.ndarray, noise: str) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
     linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(values)))
     model = noise_model_of(task, task.problem, linear, PosteriorRequest(noise))
     priors = Priors.of(task.problem.layout, task.problem.model, values, {})
-    posterior = density_of(task.problem, priors, model.likelihood)
-    return Batched(posterior, 16), coordinates_of(posterior, values)
+    noise_prior = Density.of(noise_priors(model.likelihood))
+    posterior = LogPosterior(task.problem, priors.density, noise_prior, model.likelihood)
+    return batched(posterior, 16), coordinates_of(posterior, values)
 
 
-def rate(evaluate: Batched, point: np.ndarray, count: int) -> float:
+def rate(evaluate: Callable[[np.ndarray], np.ndarray], point: np.ndarray, count: int) -> float:
     """Log densities a second, one thread a core, as the ensembles use them."""
     points = point + 1e-6 * np.random.default_rng(0).standard_normal((count, len(point)))
     cores = os.cpu_count() or 1

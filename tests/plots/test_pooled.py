@@ -10,7 +10,7 @@ from fibrefit.plots.batch import _parameters, batch_figures
 from fibrefit.plots.pooled import RecordValue, population_figure, trends_figure
 from fibrefit.plots.style import caption_of
 from fibrefit.report.pooled import population_rows
-from fibrefit.series.trends import BY_ORDER
+from fibrefit.series.meta_analysis import BY_ORDER
 from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.study.summaries.series import BatchItem, BatchSummary, OutlierSummary, PopulationSummary, TrendSummary
 from fibrefit.workflow.together.pooled import quantities_of

@@ -19,7 +19,7 @@ from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.problem.noise.whitening import Levelled, White
 from fibrefit.problem.posterior.log_posterior import InputEffects, Mixture, RandomEffects
 from fibrefit.problem.statement.problem import Linearised
-from fibrefit.sampling.mode.inputs import DrawnInputs, input_effects_of
+from fibrefit.sampling.latent import DrawnInputs, input_effects_of
 
 RECORDS, SAMPLES, VALUES, WAVES = 2, 20, 3, 6
 SIZE = 2 * SAMPLES

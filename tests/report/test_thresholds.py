@@ -8,9 +8,11 @@ from typing import Any, cast
 import pytest
 
 from fibrefit.report import batch, confusion, text
+from fibrefit.report import posterior as posterior_report
 from fibrefit.report.sentences import alike, discovery, posterior, thresholds
 from fibrefit.study.summaries.discovery import Separation, Weight
-from fibrefit.study.summaries.results import BetweenRecordsSummary, ParameterSummary
+from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.results import BetweenRecordsSummary, ComparedModel, ParameterSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -62,6 +64,14 @@ def told_to_agree(most: float) -> bool:
     return "no difference beyond the errors" in alike.between_sentence({"stiffness": one})
 
 
+def models_alike(difference: float) -> bool:
+    """Whether two models count as alike, so many standard errors apart."""
+    rival = ComparedModel(
+        result="results/other", study="drops", effects=(), elpd=Measure(value=difference, error=1.0)
+    )  # fmt: skip
+    return "alike" in "".join(posterior_report._rivals([rival]))
+
+
 CASES = (
     Bracket("SMALL_DIFFERENCE", alike, told_to_agree, 0.005, 0.01),
     Bracket("SURE", discovery, lambda x: "only" not in of_weight(x, 0.1), 6.0, 4.0),
@@ -72,13 +82,14 @@ CASES = (
     Bracket("HEAVY_TAILS", posterior, normal, 0.8, 1.3),
 )
 
-OF_A_PRIOR = (
-    Bracket("UNCONTRACTED", text, lambda x: "is held by" not in of_prior(x), 0.7, 0.9),
+OF_OTHER_FLOORS = (
+    Bracket("SIGNIFICANT", posterior_report, models_alike, 1.8, 2.1),
+    Bracket("SAME_WIDTH", text, lambda x: "is held by" not in of_prior(x), 0.7, 0.9),
     Bracket("PRIOR_MATTERS", text, lambda x: "hardly" in of_prior(x), 0.25, 0.35),
 )
 
 
-@pytest.mark.parametrize("case", [*CASES, *OF_A_PRIOR], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", [*CASES, *OF_OTHER_FLOORS], ids=lambda case: case.name)
 def test_the_words_turn_at_the_threshold(case: Bracket, monkeypatch: pytest.MonkeyPatch) -> None:
     case.test(monkeypatch)
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.sampling.approximation import Approximation
-from fibrefit.sampling.target import Target
+from fibrefit.sampling.chains import Target
+from fibrefit.sampling.mode import Approximation
 
 
 def target(log_density: Callable[[np.ndarray], np.ndarray], size: int, priors: tuple[Prior, ...] = ()) -> Target:

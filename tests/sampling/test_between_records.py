@@ -16,15 +16,18 @@ from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import remark
-from fibrefit.sampling import deviations
-from fibrefit.sampling import ready as readiness
-from fibrefit.sampling.approximation import Approximation
-from fibrefit.sampling.deviations import records_at
-from fibrefit.sampling.mode import mode as searches
-from fibrefit.sampling.mode.mode import find_mode
-from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling import latent
+from fibrefit.sampling import mode as searches
+from fibrefit.sampling.latent import records_at
+from fibrefit.sampling.mode import Approximation, find_mode
+from fibrefit.sampling.posterior import Posterior, PosteriorSetup
+from fibrefit.sampling.sample import (
+    ChainStart,
+    PosteriorRequest,
+    coordinates_of,
+    prepare,
+    sample_posterior,
+)
 from fibrefit.sampling.settings import AS_A_FIT, Settings
 from tests.sampling.drops import NOISE, TRUTH, fitted, series, task_of
 
@@ -61,18 +64,18 @@ def differing_series(
     return task_of(traces, share)
 
 
-def prepared(task: Task, noise: str = AS_A_FIT) -> readiness.Ready:
-    return readiness.prepare(task, ChainStart(fitted(task)), {}, PosteriorRequest(noise, settings=SETTINGS))
+def prepared(task: Task, noise: str = AS_A_FIT) -> PosteriorSetup:
+    return prepare(task, ChainStart(fitted(task)), {}, PosteriorRequest(noise, settings=SETTINGS))
 
 
-def mode_of(ready: readiness.Ready, deviating: bool = True) -> Approximation:
+def mode_of(ready: PosteriorSetup, deviating: bool = True) -> Approximation:
     density = ready.density if deviating else replace(ready.density, random_effects=None)
-    priors = ready.priors.each + noise_priors(ready.model.likelihood)
+    priors = ready.priors.each + noise_priors(ready.noise_model.likelihood)
     return find_mode(density, coordinates_of(density, ready.values), priors)[0]
 
 
 @pytest.fixture(scope="module")
-def ready() -> readiness.Ready:
+def ready() -> PosteriorSetup:
     return prepared(differing_series(AWAY))
 
 
@@ -83,7 +86,7 @@ def posterior() -> Posterior:
 
 
 @pytest.mark.slow
-def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: readiness.Ready, posterior: Posterior) -> None:
+def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: PosteriorSetup, posterior: Posterior) -> None:
     evidence = ready.deviations.evidence
     for index, name in enumerate(("stiffness", "damping", "friction")):
         low, high = np.exp(evidence.interval_95(index)) * evidence.mode.unknowns.reference[index]
@@ -94,7 +97,7 @@ def test_intervals_of_records_that_differ_are_those_of_a_fit(ready: readiness.Re
 
 
 @pytest.mark.slow
-def test_how_much_they_differ_is_what_a_fit_says(ready: readiness.Ready, posterior: Posterior) -> None:
+def test_how_much_they_differ_is_what_a_fit_says(ready: PosteriorSetup, posterior: Posterior) -> None:
     for name, expected in ready.deviations.evidence.between_records().items():
         found = posterior.between[name]
         assert found.agree == pytest.approx(expected.agree, abs=0.05), name
@@ -113,10 +116,10 @@ def test_the_bridge_finds_the_evidence_of_laplace(posterior: Posterior) -> None:
 
 @pytest.mark.slow
 def test_what_slopes_promise_and_no_step_brings_is_no_evidence(
-    ready: readiness.Ready, monkeypatch: pytest.MonkeyPatch
+    ready: PosteriorSetup, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A search that takes no step: where it stands the density is lower, and so is what Laplace's method counts."""
-    density, priors = ready.density, ready.priors.each + noise_priors(ready.model.likelihood)
+    density, priors = ready.density, ready.priors.each + noise_priors(ready.noise_model.likelihood)
     top = mode_of(ready)
     monkeypatch.setattr(searches, "MOST_STEPS", 0)
     for side in (-1.0, 1.0):
@@ -191,12 +194,12 @@ def test_errors_of_inputs_that_had_not_come_to_rest_are_told(posterior: Posterio
 
 
 @pytest.mark.slow
-def test_where_records_agree_nothing_widens(ready: readiness.Ready) -> None:
+def test_where_records_agree_nothing_widens(ready: PosteriorSetup) -> None:
     index = ready.target.names.index("stiffness")
     same = prepared(differing_series(np.zeros(5)))
     assert not same.deviations.found
 
-    def sd(of: readiness.Ready, deviating: bool) -> float:
+    def sd(of: PosteriorSetup, deviating: bool) -> float:
         return float(np.sqrt(mode_of(of, deviating).covariance[index, index]))
 
     assert sd(same, True) < 1.1 * sd(same, False)
@@ -217,7 +220,7 @@ def test_plain_and_whitened_estimates_are_compared_record_by_record() -> None:
 def test_intervals_hold_only_where_the_density_knows_of_deviations(monkeypatch: pytest.MonkeyPatch) -> None:
     """Coverage of a population's mean over many series; the control leaves the deviations out of the density."""
     # One size of the grid for all, so that one program serves them.
-    monkeypatch.setattr(deviations, "ROWS", 1024)
+    monkeypatch.setattr(latent, "ROWS", 1024)
     random = np.random.default_rng(11)
     held = {True: 0, False: 0}
     for number in range(SERIES):
@@ -235,7 +238,7 @@ def test_intervals_hold_only_where_the_density_knows_of_deviations(monkeypatch: 
 
 
 @pytest.mark.slow
-def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: readiness.Ready) -> None:
+def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: PosteriorSetup) -> None:
     """As a fit: no level of the noise is unknown, and records do not differ for what rounding does to them."""
     steps = {"force": 1.5, "position": 5e-5}
     made = [
@@ -248,7 +251,7 @@ def test_readings_in_coarse_steps_are_what_a_fit_takes_them_for(ready: readiness
     }
     coarse = replace(task, steps={channel: steps_of(made, channel, rms[channel]) for channel in steps})
     found = prepared(coarse)
-    assert found.model.likelihood.known == (True, True)
+    assert found.noise_model.likelihood.known == (True, True)
     assert not found.deviations.found
     before = {channel: float(step.noise[0]) for channel, step in found.density.problem.observations.steps.items()}
     assert before == pytest.approx(NOISE, rel=0.15)
@@ -294,7 +297,7 @@ def test_evidence_of_three_models_is_that_of_the_likelihood() -> None:
     assert bridge[1] > bridge[0] + 5.0
 
 
-def _of_fit(ready: readiness.Ready) -> float:
+def _of_fit(ready: PosteriorSetup) -> float:
     """Evidence of the likelihood that fits share, with the posterior's priors in place of its flat ones."""
     evidence = ready.deviations.evidence
     unknowns, place = evidence.mode.unknowns, evidence.mode.place

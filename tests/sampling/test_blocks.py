@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import norm
 
 from fibrefit.problem.noise.likelihood import Likelihood
-from fibrefit.sampling import compare
+from fibrefit.sampling import predict
 
 #: Of two channels the first was measured in the first half alone.
 WEIGHT = {"force": np.array([[1.0, 1.0, 0.0, 0.0]]), "position": np.ones((1, 4))}
@@ -46,7 +46,7 @@ class Density:
 def test_a_block_has_the_levels_of_the_channels_it_holds() -> None:
     levels = np.array([0.5, 3.0])
     points, white = jnp.log(jnp.asarray(levels))[None], jnp.asarray(RESIDUALS)[None]
-    found = np.asarray(compare._blockwise(cast(Any, Density()), white, points, jnp.asarray(BLOCKS), 3))[0]
+    found = np.asarray(predict._blockwise(cast(Any, Density()), white, points, jnp.asarray(BLOCKS), 3))[0]
     each = norm.logpdf(RESIDUALS[0], scale=levels[:, None])
     whole = np.where([WEIGHT["force"][0] > 0.0, WEIGHT["position"][0] > 0.0], each, 0.0).sum(axis=0)
     np.testing.assert_allclose(found, [whole[:2].sum(), whole[2:].sum(), 0.0], rtol=1e-6, atol=1e-9)

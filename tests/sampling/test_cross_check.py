@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.report.sentences.posterior import posterior_sentence
-from fibrefit.sampling.approximation import Approximation
+from fibrefit.sampling.mode import Approximation
 from fibrefit.sampling.nuts import CrossCheck, _compared, cross_check
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.sampling.files import _cross_check

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.sampling.diagnostics import mixing
+from fibrefit.sampling.chains import mixing
 
 
 def chain(correlation: float, seed: int, shape: tuple[int, int, int] = (4, 400, 32)) -> np.ndarray:

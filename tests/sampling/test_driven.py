@@ -16,15 +16,17 @@ from fibrefit.fitting.result import Identification
 from fibrefit.problem.noise.whitening import innovations
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.task import Task
-from fibrefit.sampling.approximation import Approximation
-from fibrefit.sampling.compare import cross_validate
-from fibrefit.sampling.deviations import between_of, records_at
-from fibrefit.sampling.mode.inputs import whitened_residuals
-from fibrefit.sampling.mode.mode import find_mode
-from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.predict import predict
-from fibrefit.sampling.ready import ChainStart, PosteriorRequest, Ready, coordinates_of, prepare
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.latent import between_of, records_at, whitened_residuals
+from fibrefit.sampling.mode import Approximation, find_mode
+from fibrefit.sampling.posterior import Posterior, PosteriorSetup
+from fibrefit.sampling.predict import cross_validate, predict
+from fibrefit.sampling.sample import (
+    ChainStart,
+    PosteriorRequest,
+    coordinates_of,
+    prepare,
+    sample_posterior,
+)
 from fibrefit.sampling.settings import Settings
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of, task_to_fit
@@ -53,7 +55,7 @@ class Driven(NamedTuple):
     task: Task
     fit: Identification
     begin: ChainStart
-    ready: Ready
+    ready: PosteriorSetup
 
 
 def driven(folder: Path, scatter: float) -> Driven:
@@ -73,13 +75,13 @@ def driven(folder: Path, scatter: float) -> Driven:
     return Driven(task, fit, begin, prepare(task, begin, {}, PosteriorRequest(settings=SETTINGS)))
 
 
-def mode_of(ready: Ready, density: LogPosterior | None = None) -> Approximation:
+def mode_of(ready: PosteriorSetup, density: LogPosterior | None = None) -> Approximation:
     density = density or ready.density
-    priors = ready.priors.each + noise_priors(ready.model.likelihood)
+    priors = ready.priors.each + noise_priors(ready.noise_model.likelihood)
     return find_mode(density, coordinates_of(density, ready.values), priors)[0]
 
 
-def spread(found: Approximation, ready: Ready) -> np.ndarray:
+def spread(found: Approximation, ready: PosteriorSetup) -> np.ndarray:
     """Standard deviations ``(n,)`` of the values at a mode, in SI units."""
     error = np.sqrt(np.diag(found.covariance))
     low, high = (ready.target.values((found.centre + side * error)[None])[0] for side in (-1.0, 1.0))
@@ -203,7 +205,9 @@ def bent(posterior: Posterior, points: np.ndarray) -> np.ndarray:
     likelihood, local = density.likelihood, records_at(density, points)
     noise = jnp.log(jnp.asarray(drawn.spread))
     offset = np.asarray(drawn.seen.raw.offset).reshape(drawn.seen.raw.downweight.shape)
-    zero = whitened_residuals(density.problem, likelihood.whitening, local) / drawn.spread[:, None]
+    zero = (
+        np.array(whitened_residuals(density.problem, likelihood.whitening, jnp.asarray(local))) / drawn.spread[:, None]
+    )
     zero += np.asarray(innovations(drawn.seen.whitening, offset))
     lost = []
     for rows, own in zip(zero, local, strict=True):

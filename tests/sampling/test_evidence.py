@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.sampling.chains.ensembles import run_ensembles
-from fibrefit.sampling.evidence import Evidence, bridge
-from fibrefit.sampling.mode import modes as several
-from fibrefit.sampling.mode.modes import LOOK_STEPS, distinct, sample_modes
+from fibrefit.sampling import evidence as several
+from fibrefit.sampling.chains import run_ensembles
+from fibrefit.sampling.evidence import LOOK_STEPS, Evidence, bridge, distinct, sample_modes
 from fibrefit.sampling.settings import Settings
 from tests.sampling.targets import around, correlated, normal, target
 

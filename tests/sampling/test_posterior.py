@@ -20,13 +20,11 @@ from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
-from fibrefit.sampling.compare import cross_validate
-from fibrefit.sampling.mode.mode import find_mode
-from fibrefit.sampling.mode.modes import distinct
+from fibrefit.sampling.evidence import distinct
+from fibrefit.sampling.mode import find_mode
 from fibrefit.sampling.posterior import Posterior
-from fibrefit.sampling.predict import Bands, draw_noise, predict
-from fibrefit.sampling.ready import ChainStart, PosteriorRequest, coordinates_of, prepare
-from fibrefit.sampling.sample import _gap, sample_posterior
+from fibrefit.sampling.predict import Bands, cross_validate, draw_noise, predict
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, _gap, coordinates_of, prepare, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.store.hdf5 import read_result, write_result
 from fibrefit.study.summaries.results import ChannelGap, Provenance
@@ -86,7 +84,7 @@ def test_noise_mode_and_evidence_are_those_of_a_fit(small: tuple[Task, np.ndarra
     assert fit.gls is not None
     ready = prepare(task, ChainStart(fit.plain.values), {}, PosteriorRequest())
     frequency = np.geomspace(3.0, 900.0, 40)
-    for mine, its in zip(ready.model.noise, fit.gls.noise, strict=True):
+    for mine, its in zip(ready.noise_model.noise, fit.gls.noise, strict=True):
         np.testing.assert_allclose(mine.density(frequency), its.density(frequency), rtol=0.02)
     found = ready.deviations
     assert found is not None
@@ -262,7 +260,7 @@ def test_another_minimum_is_looked_into(posterior: Posterior, small: tuple[Task,
 
 def test_a_search_that_is_given_up_is_no_mode(small: tuple[Task, np.ndarray], monkeypatch: pytest.MonkeyPatch) -> None:
     """On the slope of a mode Laplace's method counts the mass of that mode: it was sampled a second time for it."""
-    monkeypatch.setattr("fibrefit.sampling.mode.mode.MOST_STEPS", 3)
+    monkeypatch.setattr("fibrefit.sampling.mode.MOST_STEPS", 3)
     task, values = small
     far = values * np.array([1.1, 1.5, 0.7, *np.ones(4)])
     found = sample_posterior(task, ChainStart(values, basins=[far]), PosteriorRequest(settings=SHORT))
@@ -273,7 +271,7 @@ def test_a_search_from_afar_arrives(small: tuple[Task, np.ndarray]) -> None:
     task, values = small
     far = values * np.array([1.1, 1.5, 0.7, *np.ones(4)])
     ready = prepare(task, ChainStart(values), {}, PosteriorRequest(settings=SHORT))
-    priors = ready.priors.each + noise_priors(ready.model.likelihood)
+    priors = ready.priors.each + noise_priors(ready.noise_model.likelihood)
     ends = [find_mode(ready.density, coordinates_of(ready.density, one), priors) for one in (values, far)]
     assert [arrived for _, arrived in ends] == [True, True]
     assert len(distinct([mode for mode, _ in ends])) == 1

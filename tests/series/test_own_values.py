@@ -16,10 +16,9 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evide
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Unknowns
-from fibrefit.series.population import population
-from fibrefit.series.together import left_out, models
-from fibrefit.series.together.models import own_evidence, with_counted_gain
-from fibrefit.series.together.verdict import own_values_about
+from fibrefit.series import speed_models as models
+from fibrefit.series.meta_analysis import population
+from fibrefit.series.speed_models import own_evidence, own_values_about, with_counted_gain
 from tests.problem.toys import REFERENCE, SIZE, Linear, begun, unknowns
 
 EXACT = 1e-4
@@ -77,8 +76,8 @@ def test_what_is_said_of_a_record_left_out_is_the_difference_of_two_evidences(mo
     seen = SimpleNamespace(grams=lambda local, columns, targets, counts: linear.gram(local, columns, targets))
     noise = SimpleNamespace(whitened=lambda supermodel: seen)
     search = SimpleNamespace(context=SimpleNamespace(whole=None), inference=SimpleNamespace(common_noise=noise))
-    monkeypatch.setattr(left_out, "gap_of_record", lambda *of: 1.0)
-    said = left_out.own_left_out(cast(Any, search), own).elpd
+    monkeypatch.setattr(models, "gap_of_record", lambda *of: 1.0)
+    said = models.own_left_out(cast(Any, search), own).elpd
     every = list(range(RECORDS))
     wanted = [exact(linear, every) - exact(linear, [s for s in every if s != r]) for r in every]
     # Up to what a record without readings leaves of its nuisances, which is alike in all models and records.
@@ -178,8 +177,7 @@ def test_a_law_that_was_taken_counts_by_what_its_scores_leave(monkeypatch: pytes
         "laws_on": lambda rig: (),
         "identify": lambda *of, **options: None,
         "prepared_search": lambda *of: (search, constant),
-        "_grown": lambda *of: ([SimpleNamespace(search=search, found=())], law),
-        "_constant": lambda *of: constant,
+        "_grown": lambda *of: ([SimpleNamespace(search=search, parent=constant, found=())], law, ()),
         "own_values": lambda *of: own,
     }
     for name, step in steps.items():

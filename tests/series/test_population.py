@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.series.population import population
+from fibrefit.series.meta_analysis import population
 
 SERIES = 100
 #: Of so many series, an interval of 95 % holds in this share or more with a probability of 0.998.

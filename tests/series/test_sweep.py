@@ -12,7 +12,7 @@ import pytest
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.series import sweep as sweeping
-from fibrefit.series.marks import jumps, ranges
+from fibrefit.series.jumps import jumps, ranges
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from tests.simulation.drops import PENDULUM_CONDITIONS, pendulum, respond

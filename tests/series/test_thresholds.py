@@ -8,8 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.series import marks, population, thresholds, trends
-from fibrefit.series.together import models
+from fibrefit.report import pooled
+from fibrefit.series import jumps, thresholds
+from fibrefit.series import meta_analysis as trends
+from fibrefit.series import speed_models as models
+from fibrefit.study.summaries.series import OutlierSummary, TrendSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -51,11 +54,13 @@ def outlier(chance: float) -> bool:
     """Whether a record is named that so large a share of series would have by chance."""
     values = np.random.default_rng(0).standard_normal(NUMBER)
     values[7] += 6.0
-    line = trends._line(ORDER.values, values, np.zeros(NUMBER), np.full(NUMBER, 0.1))
-    assert line is not None
-    found = trends._outlier(line, cast(Any, 1e-9))
-    assert found is not None
-    return trends._outlier(line, cast(Any, 1e-9 * chance / found[2])) is not None
+
+    def named(looks: float) -> tuple[OutlierSummary, ...]:
+        found = trends.trend_of(NAMES, series(values), ORDER, cast(Any, looks))
+        assert found is not None
+        return found.outliers
+
+    return bool(named(1e-9 * chance / named(1e-9)[0].chance))
 
 
 def line_of(records: int) -> bool:
@@ -68,26 +73,32 @@ def line_of(records: int) -> bool:
 def logarithmic(error: float) -> bool:
     """Whether values with such relative errors are told by their logarithms."""
     values = np.array([90.0, 100.0, 110.0])
-    found = population.population(values, error * values)
+    found = trends.population(values, error * values)
     return found is not None and found.logarithmic
 
 
 def smooth(*amplitude: float) -> bool:
     """Whether a curve has no jump."""
-    return not marks.jumps(np.arange(float(len(amplitude))), np.array(amplitude))
+    return not jumps.jumps(np.arange(float(len(amplitude))), np.array(amplitude))
+
+
+def trend(chance: float) -> TrendSummary:
+    """A trend that chance makes so often, corrected for all looks."""
+    line = trends.trend_of(NAMES, series(np.random.default_rng(0).standard_normal(NUMBER)), ORDER)
+    assert line is not None
+    return line.model_copy(update={"chance_corrected": chance, "outliers": ()})
 
 
 CASES = (
     Bracket("PREFERRED", models, lambda x: chosen(law(x, 1)) is None, 4.0, 6.0),
     Bracket("SIMPLER_LAW", models, lambda x: simpler(law(50.0, 2), law(50.0 - x, 1)), 0.8, 1.3),
-    Bracket("MOST_LAWS", models, lambda n: models._may_grow(SimpleNamespace(effects=(None,) * int(n)), 1), 2, 3),
-    Bracket("SIGNIFICANT", trends, lambda x: trends.Trend.found.fget(SimpleNamespace(chance_corrected=x)), 0.04, 0.07),
+    Bracket("SIGNIFICANT", pooled, lambda x: "None of" not in pooled.trend_sentences([trend(x)])[0], 0.04, 0.07),
     Bracket("OUTLIER", trends, outlier, 0.008, 0.013),
     Bracket("FEWEST_RECORDS", trends, lambda n: line_of(int(n)), 4, 3),
     Bracket("MOST_OUTLIERS", trends, outliers, 0.1, 0.15),
-    Bracket("LOGARITHMIC", population, logarithmic, 0.25, 0.4),
-    Bracket("HIGH", marks, lambda x: smooth(1.0 - x, 1.0 - x, 1.0 - x, 1.0, 1.0, 1.0), 0.04, 0.07),
-    Bracket("STEEP_JUMP", marks, lambda x: smooth(0.0, 0.2, 0.2 + 0.2 * x, 0.4 + 0.2 * x), 2.5, 3.5),
+    Bracket("LOGARITHMIC", trends, logarithmic, 0.25, 0.4),
+    Bracket("HIGH", jumps, lambda x: smooth(1.0 - x, 1.0 - x, 1.0 - x, 1.0, 1.0, 1.0), 0.04, 0.07),
+    Bracket("STEEP_JUMP", jumps, lambda x: smooth(0.0, 0.2, 0.2 + 0.2 * x, 0.4 + 0.2 * x), 2.5, 3.5),
 )
 
 

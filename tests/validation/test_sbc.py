@@ -15,8 +15,7 @@ import pytest
 from scipy.stats import chisquare
 
 from fibrefit.problem.posterior.prior import Prior
-from fibrefit.sampling.ready import ChainStart, PosteriorRequest
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import AS_A_FIT, Settings
 from tests.sampling.drops import fitted, series, task_of
 

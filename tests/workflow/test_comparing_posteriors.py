@@ -11,9 +11,9 @@ import pytest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.report.posterior import better_model, posterior_report
-from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.evidence import Evidence
-from fibrefit.sampling.thresholds import DECISIVE
+from fibrefit.sampling.predict import CrossValidation
+from fibrefit.series.thresholds import SIGNIFICANT
 from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
@@ -137,7 +137,7 @@ def test_models_that_predict_alike_are_told_apart_once_in_twenty_times(number: i
     random, rounds, nothing = np.random.default_rng(5), 2000, np.zeros(number)
     found = [against(random.standard_normal(number), nothing, nothing) for _ in range(rounds)]
     apart = np.mean([better_model(one) != "alike" for one in found])
-    assert apart == pytest.approx(DECISIVE, abs=0.02)
+    assert apart == pytest.approx(SIGNIFICANT, abs=0.02)
     normal = np.mean([abs(one.elpd.value) > 2.0 * one.elpd.error for one in found])
     assert normal > 0.2 if number == 2 else normal >= apart - 0.01
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fibrefit.sampling.chains.ensembles import SamplerProgress
+from fibrefit.sampling.chains import SamplerProgress
 from fibrefit.sampling.settings import Settings
 from fibrefit.workflow.sampling.progress import followed, line_of, share_of, spoken
 

@@ -23,10 +23,9 @@ from fibrefit.laws.functions_of_speed import DampingSpeedExponent
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.report.any import report_of
-from fibrefit.series.together import models
-from fibrefit.series.together.laws import LAWS
-from fibrefit.series.together.models import _at_its_mode
-from fibrefit.series.together.search import SpeedSearch
+from fibrefit.series import speed_models as models
+from fibrefit.series.speed_laws import LAWS
+from fibrefit.series.speed_models import SpeedSearch
 from fibrefit.store.summary import read_summary
 from fibrefit.study import load_study
 from fibrefit.study.summaries.part import Z_95
@@ -175,18 +174,21 @@ def test_a_law_that_stood_in_for_another_one_is_left_out_once_that_is_found(
         return Comparison(search, parent, next(rounds))
 
     monkeypatch.setattr(models, "comparison_of", compared)
-    rounds, law = models._grown(search, base, quiet)
+    _, law, rivals = models._grown(search, base, quiet)
     assert seen == [(), (later.name,), true.names]
     assert law.names == true.names
-    assert models._beside(rounds, law) == (both,)
+    assert rivals == (both,)
 
 
-def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(lawful: SeriesResult) -> None:
+def test_a_law_that_slopes_promise_nothing_of_is_told_at_its_mode(
+    lawful: SeriesResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
     found = lawful.verdict.models
     inference, effects = found.search.inference, found.law.effects[:1]
     blank = inference.absent(found.constant, found.law.supermodel, effects, -1.0)
     assert not np.isfinite(blank.evidence.spread).any()
-    told = _at_its_mode(Comparison(found.search, found.constant, (blank,)))
+    monkeypatch.setattr(models, "comparison_of", lambda search, parent, what: Comparison(search, parent, (blank,)))
+    _, told, _ = models._grown(found.search, found.constant, quiet)
     assert np.isfinite(told.evidence.spread).all()
     assert told.log > found.constant.log
 

@@ -11,10 +11,9 @@ import pytest
 from fibrefit.core.declarations import Parameter
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
-from fibrefit.series.population import population
-from fibrefit.series.together.laws import BY_EFFECT
-from fibrefit.series.together.verdict import LawCurve, OwnValues, Verdict
-from fibrefit.series.trends import BY_ORDER, Quantity
+from fibrefit.series.meta_analysis import BY_ORDER, Quantity, population
+from fibrefit.series.speed_laws import BY_EFFECT
+from fibrefit.series.speed_models import LawCurve, OwnValues, Verdict
 from fibrefit.study.parameters import ParameterSetting
 from fibrefit.workflow.together import files, words
 from fibrefit.workflow.together.series import SeriesResult

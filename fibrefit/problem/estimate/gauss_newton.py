@@ -2,7 +2,7 @@
 
 All that is needed of the records are, for each, the products of its whitened slopes and residuals. Fits, candidates of
 a search and how records differ in a posterior vary in who supplies them and in which values are unknown. The mode of
-a posterior, whose noise levels are unknown too, has a search of its own (`sampling.mode.mode`). What is minimised is
+a posterior, whose noise levels are unknown too, has a search of its own (`sampling.mode`). What is minimised is
 the ``Q`` of `fibrefit.problem.linear_model`.
 
 A descent ends in the nearest minimum, and a record may have two: a weight that sticks comes to rest at one of its

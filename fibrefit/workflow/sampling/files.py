@@ -7,10 +7,10 @@ import numpy as np
 
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_checks, prior_words, remark
-from fibrefit.sampling.compare import LEFT_OUT_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
-from fibrefit.sampling.mode.modes import Mode
+from fibrefit.sampling.evidence import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
+from fibrefit.sampling.predict import LEFT_OUT_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.part import Measure
 from fibrefit.study.summaries.results import (
@@ -155,7 +155,7 @@ def scored_draws(draws: int, ensembles: int) -> np.ndarray:
 def _log_likelihood(posterior: Posterior) -> dict[str, Variable]:
     """Log likelihood of each block of time at some of the draws, as ArviZ compares models by it.
 
-    Noise is autocorrelated, so that a block is left out, not a sample; see `fibrefit.sampling.compare`.
+    Noise is autocorrelated, so that a block is left out, not a sample; see `fibrefit.sampling.predict`.
     """
     course, density = posterior.course, posterior.density
     kept = course.kept.reshape(len(course.kept), -1, course.kept.shape[-1])

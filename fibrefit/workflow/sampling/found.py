@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fibrefit.core.errors import refuse_unknown
-from fibrefit.sampling.compare import CrossValidation
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import Marginal, Posterior, status
-from fibrefit.sampling.predict import Bands
+from fibrefit.sampling.predict import Bands, CrossValidation
 from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check, Status

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from fibrefit.core.limits import Progress
-from fibrefit.sampling.chains.ensembles import SamplerProgress
+from fibrefit.sampling.chains import SamplerProgress
 from fibrefit.sampling.settings import Settings
 
 

@@ -15,11 +15,9 @@ from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
 from fibrefit.problem.posterior.prior import Priors
 from fibrefit.problem.task import Task
-from fibrefit.sampling.compare import CrossValidation, cross_validate
 from fibrefit.sampling.nuts import cross_check, require_nuts
-from fibrefit.sampling.predict import predict
-from fibrefit.sampling.ready import ChainStart, PosteriorRequest, number_of_coordinates
-from fibrefit.sampling.sample import sample_posterior
+from fibrefit.sampling.predict import CrossValidation, cross_validate, predict
+from fibrefit.sampling.sample import ChainStart, PosteriorRequest, number_of_coordinates, sample_posterior
 from fibrefit.sampling.settings import AS_A_FIT, Settings
 from fibrefit.store.summary import files_of_result, provenance
 from fibrefit.study import PriorSetting, Study, as_study

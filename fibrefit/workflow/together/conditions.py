@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.problem.formulate.formulate import stated_of
 from fibrefit.rigs.catalogue import rig_of
-from fibrefit.series.trends import BY_ORDER, Quantity
+from fibrefit.series.meta_analysis import BY_ORDER, Quantity
 from fibrefit.study import Study
 from fibrefit.study.records import RecordTable
 from fibrefit.workflow.together.pooled import MOTION, varying

@@ -9,9 +9,9 @@ import numpy as np
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.fitting.estimates import interval_of_shared, kind_of_interval
 from fibrefit.problem.thresholds import GAP_OF_NOISE
-from fibrefit.series.together.laws import BY_EFFECT, parameter_of
-from fibrefit.series.together.verdict import LawCurve, Verdict
-from fibrefit.series.trends import Quantity
+from fibrefit.series.meta_analysis import Quantity
+from fibrefit.series.speed_laws import BY_EFFECT, parameter_of
+from fibrefit.series.speed_models import LawCurve, Verdict
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, with_initial

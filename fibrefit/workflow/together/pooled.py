@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.series.population import Population, population
-from fibrefit.series.trends import BY_ORDER, Quantity, trends
+from fibrefit.series.meta_analysis import BY_ORDER, Population, Quantity, population, trends
 from fibrefit.study.summaries.part import Measure
 from fibrefit.study.summaries.series import SPEED_OF, BatchItem, PopulationSummary, TrendSummary, speed_name
 
@@ -114,7 +113,7 @@ def pooled_batch(items: Mapping[str, BatchItem]) -> PooledBatch:
         for n, name in enumerate(names)
     }
     pairs = [(y, x) for y in parameters for one in conditions if (x := _seen_by(y, one)) is not None]
-    return PooledBatch(populations, tuple(map(TrendSummary.of, trends(names, pairs))), shrunk)
+    return PooledBatch(populations, trends(names, pairs), shrunk)
 
 
 def _seen_by(parameter: Quantity, condition: Quantity) -> Quantity | None:

@@ -14,9 +14,9 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
-from fibrefit.series.together.laws import laws_on, parameter_of
-from fibrefit.series.together.verdict import Answer, Verdict, judged
-from fibrefit.series.trends import Quantity, Trend, trends
+from fibrefit.series.meta_analysis import Quantity, trends
+from fibrefit.series.speed_laws import laws_on, parameter_of
+from fibrefit.series.speed_models import Answer, Verdict, compare_models
 from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
@@ -105,7 +105,7 @@ class SeriesResult(FoundResult):
         }
 
     @cached_property
-    def trends(self) -> tuple[Trend, ...]:
+    def trends(self) -> tuple[TrendSummary, ...]:
         """Every parameter against every condition and, where it has one, its speed; the surest first."""
         speeds = {name: (speed_condition(rows),) for name, rows in self.verdict.speeds.items()}
         pairs = [(y, x) for y in self.parameters for x in (*speeds.get(y.name, ()), *self.conditions)]
@@ -127,7 +127,7 @@ class SeriesResult(FoundResult):
             curves=tuple(files.speed_curve_summary(found, one) for one in found.curves),
             population={name: population_summary(one, found.units[name]) for name, one in found.populations.items()},
             records=files.record_summaries(found, self.names, self._with_speeds),
-            trends=tuple(map(TrendSummary.of, self.trends)),
+            trends=self.trends,
             checks=files.series_checks(found),
             advice=self._advice(),
             provenance=provenance(self.study, inputs, seed=self.seed, seconds=self.seconds),
@@ -228,4 +228,4 @@ def series_study(study: Study | str | Path, *, seed: int = 0, progress: Progress
         do = "Leave out fixed and shared of them: this command asks whether they are constant."
         raise StudyError(str(study.source), f"{' and '.join(held)} fixed, or not shared", "free and shared", do)
     names = tuple(trace.name for trace in task.traces)
-    return SeriesResult(study, names, judged(task, seed, tell), seed, time.perf_counter() - began)
+    return SeriesResult(study, names, compare_models(task, seed, tell), seed, time.perf_counter() - began)

@@ -14,7 +14,7 @@ from fibrefit.store.csv_text import headed, neutral
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.series.trends import Quantity
+    from fibrefit.series.meta_analysis import Quantity
     from fibrefit.study.summaries.part import Measure
 
 

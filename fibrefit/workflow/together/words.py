@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from fibrefit.core.formatting import format_number, format_quantity, in_words
+from fibrefit.series.speed_laws import BY_EFFECT, parameter_of, span
+from fibrefit.series.speed_models import LawCurve, Verdict
 from fibrefit.series.thresholds import PREFERRED
-from fibrefit.series.together.laws import BY_EFFECT, parameter_of
-from fibrefit.series.together.speeds import span
-from fibrefit.series.together.verdict import LawCurve, Verdict
 from fibrefit.workflow.thresholds import RECORDS_DIFFER
 
 

@@ -65,9 +65,9 @@ def jumps(frequencies: np.ndarray, amplitude: np.ndarray) -> tuple[Jump, ...]:
         NaN where the pendulum overturned; next to that there is no jump.
     """
     change = np.abs(np.diff(amplitude))
-    beside = np.stack([np.r_[np.nan, change[:-1]], np.r_[change[1:], np.nan]])
-    known = np.isfinite(beside)
-    steepest = np.max(np.where(known, beside, 0.0), axis=0)
+    neighbours = np.stack([np.r_[np.nan, change[:-1]], np.r_[change[1:], np.nan]])
+    known = np.isfinite(neighbours)
+    steepest = np.max(np.where(known, neighbours, 0.0), axis=0)
     size = np.nanmax(amplitude, initial=0.0)
     # A flank with no neighbour to compare it with is no evidence.
     found = (change > HIGH * size) & (change > STEEP_JUMP * steepest) & known.any(axis=0)

@@ -1,1 +1,0 @@
-"""Where the posterior is highest, and how wide it is there."""
