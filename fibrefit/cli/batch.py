@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from fibrefit.cli.options import OF_RESULT, RIG, ROBUST, TRUST_OPTION, FileName, check_trust, option, plain_command
-from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import MOST_STARTS
@@ -60,7 +60,7 @@ def batch_command(
     for study in studies_of(origins_of(series, options["rig"], overrides)):
         check_trust(study, overrides)
     part, out = None if shard is None else shard_of(shard), options.pop("out")
-    with shown_progress(terminal) as progress:
+    with progress_display(terminal) as progress:
         found = batch(series, out, overrides=overrides, processes=jobs, shard=part, progress=progress, **options)
     terminal.report(found)
     if found.taken_up:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.options import Duration, Request, option, study_command
-from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed, say
 from fibrefit.core.errors import did_you_mean
 from fibrefit.core.limits import Progress
@@ -78,7 +78,7 @@ def discover_command(
         terminal.remark(f"The same search was made before; this is its result in {folder}. {more}.{drawn}")
         return _answered(terminal, known)
     person = Person() if interactive else None
-    shown = listed_steps(terminal) if interactive else shown_progress(terminal)
+    shown = listed_steps(terminal) if interactive else progress_display(terminal)
     with journal_folder(folder, study, options, force=force, resume=resume) as (directory, journal), shown as progress:
         found = discover_study(
             study, **tried, seed=seed, seconds=seconds, choose=person, folder=journal, progress=progress

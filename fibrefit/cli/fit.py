@@ -6,7 +6,7 @@ import click
 
 from fibrefit.cli.failure import INTERRUPTED
 from fibrefit.cli.options import ROBUST, Request, option, study_command
-from fibrefit.cli.progress import shown_progress, stop_requested
+from fibrefit.cli.progress import progress_display, stop_requested
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed
 from fibrefit.core.limits import MOST_STARTS
 from fibrefit.core.paths import FIGURES, requested_formats
@@ -29,7 +29,7 @@ def fit_command(terminal: Terminal, request: Request, starts: int, robust: bool,
 
     options = {"starts": starts, "seed": request.seed, "robust": robust, "profile": profile}
     with reserved as folder, stop_requested(terminal) as stop:
-        with shown_progress(terminal) as progress:
+        with progress_display(terminal) as progress:
             fit = fit_study(request.study, **options, progress=progress, stop=stop)  # type: ignore[arg-type]
         report, document = fit.report(), fit.summary().model_dump(mode="json", by_alias=True)
         if requested_formats():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import LARGEST_SEED
@@ -218,7 +218,7 @@ class Request(NamedTuple):
         tells : bool
             Whether progress tells that it is saved.
         """
-        with place as folder, shown_progress(terminal) as progress:
+        with place as folder, progress_display(terminal) as progress:
             found = work(progress=progress)
             if tells:
                 progress("drawing and writing", None)

@@ -19,7 +19,7 @@ EVERY = 30.0
 
 
 @contextmanager
-def shown_progress(terminal: Terminal) -> Iterator[Progress]:
+def progress_display(terminal: Terminal) -> Iterator[Progress]:
     """Line on stderr that follows the work done in the block; a line each `EVERY` seconds where stderr is a file.
 
     Parameters

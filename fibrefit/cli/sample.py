@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from fibrefit.cli.options import Request, option, study_command
-from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 
@@ -66,7 +66,7 @@ def sample_command(
     # What it is compared with may be others when it goes on, but none of them may lie where it is written.
     run = replace(run, inputs=(*run.inputs, *files_compared(options)))
     place = growing_folder(folder, KEPT, force=request.force, resume=resume, run=run)
-    with place as directory, shown_progress(terminal) as progress:
+    with place as directory, progress_display(terminal) as progress:
         found = sample_study(
             request.study, settings=settings, options=options, folder=directory.path, progress=progress
         )

@@ -21,7 +21,7 @@ from fibrefit.cli.options import (
     study_command,
     study_from,
 )
-from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import is_plain_file, sha256_of
@@ -40,7 +40,7 @@ def simulate_command(terminal: Terminal, request: Request) -> None:
     """
     from fibrefit.workflow.simulate import simulate_study
 
-    with request.reserved("simulate") as folder, shown_progress(terminal) as progress:
+    with request.reserved("simulate") as folder, progress_display(terminal) as progress:
         progress("simulating", None)
         simulate_study(request.study).save(folder, force=request.force)
     written = sorted(path.relative_to(folder).as_posix() for path in folder.glob("simulated/*.csv"))

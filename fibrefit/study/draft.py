@@ -22,7 +22,7 @@ READING = ("channels", "units", "files")
 
 
 @dataclass(frozen=True, slots=True)
-class Understood:
+class FileReading:
     """What a study has to say of one file.
 
     Parameters
@@ -64,12 +64,12 @@ def split_overrides(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     return reading, [override for override in overrides if override not in reading]
 
 
-def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequence[str], folder: Path) -> StudyText:
+def study_text(files: Sequence[FileReading], kind: str | None, overrides: Sequence[str], folder: Path) -> StudyText:
     """Study file of bare records.
 
     Parameters
     ----------
-    files : sequence of Understood
+    files : sequence of FileReading
         At least one.
     kind : str or None
         Kind of the rig; None takes the one whose channels are there.
@@ -136,7 +136,7 @@ def study_text(files: Sequence[Understood], kind: str | None, overrides: Sequenc
     return _with_remarks(raw, kind)
 
 
-def _with_channels_of(kind: str, one: Understood) -> Understood:
+def _with_channels_of(kind: str, one: FileReading) -> FileReading:
     """A file with the channels that a rig has; those that other rigs have besides are left out.
 
     Raises
@@ -159,7 +159,7 @@ def _with_channels_of(kind: str, one: Understood) -> Understood:
     return replace(one, channels=kept, units=units, declared=[role for role in one.declared if role not in others])
 
 
-def _measured(kind: str, files: Sequence[Understood]) -> dict[str, str]:
+def _measured(kind: str, files: Sequence[FileReading]) -> dict[str, str]:
     """What was measured, where a rig's study has to say so: all files lack a channel of the usual records."""
     field = study_type(kind).model_fields["rig"].annotation.model_fields.get("measured")  # type: ignore[union-attr]
     if field is None:

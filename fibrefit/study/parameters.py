@@ -17,7 +17,7 @@ from fibrefit.core.units import IN_PERCENT, NOT_IN_PERCENT, in_percent, uncertai
 from fibrefit.study.quantity import CHECK_IT, quantity_in, quoted, refusal
 from fibrefit.study.table import StudyTable
 
-FARTHEST = 10.0
+NORMAL_SUPPORT = 10.0
 """Standard deviations from its mean beyond which a normal prior allows nothing: less than 1e-23 of it lies there."""
 
 #: What a change of units may add to a limit: pi/2 rad and 90 deg are one.
@@ -137,7 +137,7 @@ class PriorSetting:
 
     def _tail(self, side: float) -> float:
         normal = not math.isnan(self.centre) and self.kind != "log_normal"
-        return self.centre + side * FARTHEST * self.spread if normal else side * math.inf
+        return self.centre + side * NORMAL_SUPPORT * self.spread if normal else side * math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ _HEADER = re.compile(r"\s*(?P<key>[^\[(]+?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s
 _DECIMAL = re.compile(r"[+-]?\d*[.,]\d+(?:[eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _NAMES = ("file", "name")
-PURE = ("gain",)
+DIMENSIONLESS = ("gain",)
 """What is stated of records and has no unit: a study writes it without quotes."""
 
 
@@ -61,7 +61,7 @@ def read_series(path: Path) -> list[dict[str, str | float]]:
         records.append({key: f"{cell} {unit}".strip() for (key, unit), cell in zip(columns, row, strict=True) if cell})
         # What is a pure number a study writes without quotes.
         for (key, unit), cell in zip(columns, row, strict=True):
-            if cell and key in PURE and unit in ("", "-", "1"):
+            if cell and key in DIMENSIONLESS and unit in ("", "-", "1"):
                 with suppress(ValueError):
                     records[-1][key] = float(cell)
     return records

@@ -12,7 +12,7 @@ from click.shell_completion import ShellComplete
 from fibrefit.cli import progress
 from fibrefit.cli.main import group
 from fibrefit.cli.options import study_from
-from fibrefit.cli.progress import shown_progress
+from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import UsageError
 
@@ -75,7 +75,7 @@ def test_progress_is_for_those_who_look(monkeypatch: pytest.MonkeyPatch, quiet: 
     screen = Screen()
     monkeypatch.setattr("sys.stderr", screen)
     monkeypatch.setenv("TERM", "xterm")
-    with shown_progress(Terminal(quiet=quiet)) as follow:
+    with progress_display(Terminal(quiet=quiet)) as follow:
         follow("fitting", None)
         follow("fitting", 0.5)
     assert ("fitting" in screen.text) is shown
@@ -87,21 +87,21 @@ def test_where_no_person_looks_a_line_now_and_then_says_where_the_work_stands(
     """A line each half a minute; here a hundredth of a second stands for that."""
     assert progress.EVERY == 30.0
     monkeypatch.setattr(progress, "EVERY", 0.01)
-    with shown_progress(Terminal()) as follow:
+    with progress_display(Terminal()) as follow:
         follow("trying fibre.mass", 0.5)
         until = time.monotonic() + 10.0
         said = ""
         while "trying" not in said and time.monotonic() < until:
             said += capsys.readouterr().err
     assert re.search(r"^ +0 s: trying fibre\.mass, 50 %$", said, re.MULTILINE), said
-    with shown_progress(Terminal(quiet=True)) as follow:
+    with progress_display(Terminal(quiet=True)) as follow:
         follow("trying fibre.mass", 0.5)
         time.sleep(0.05)
     assert capsys.readouterr().err == ""
 
 
 def test_progress_does_not_go_to_files(capsys: pytest.CaptureFixture[str]) -> None:
-    with shown_progress(Terminal()) as follow:
+    with progress_display(Terminal()) as follow:
         follow("fitting", 0.5)
     assert capsys.readouterr() == ("", "")
 

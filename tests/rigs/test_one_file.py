@@ -17,7 +17,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load, load_study, study_from_files
-from fibrefit.study.draft import Understood, study_text
+from fibrefit.study.draft import FileReading, study_text
 from fibrefit.study.rigs import RIG_KEYS, declared_keys, study_of, study_type
 from fibrefit.workflow.fit import fit_study
 from tests.rigs import cubic_spring
@@ -94,7 +94,7 @@ def test_its_study_survives_being_written(tmp_path: Path) -> None:
     ],
 )
 def test_bare_files_are_taken_for_the_rig_whose_channels_they_hold(roles: tuple[str, ...], kind: str) -> None:
-    files = [Understood(Path("x.csv"), dict.fromkeys(roles, "x"))]
+    files = [FileReading(Path("x.csv"), dict.fromkeys(roles, "x"))]
     assert f'kind = "{kind}"' in study_text(files, None, (), Path()).text
 
 

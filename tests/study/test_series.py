@@ -12,7 +12,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.study import Study, load_study
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs import study_type
-from fibrefit.study.series import PURE
+from fibrefit.study.series import DIMENSIONLESS
 from tests.study.conftest import TEXT, Loader
 
 HEAD = TEXT[: TEXT.index("[[records]]")].replace("name =", 'records = "series.csv"\nname =')
@@ -121,7 +121,7 @@ def test_the_pure_numbers_are_those_of_the_rigs() -> None:
             numbers = [said for kind_of, *said in filter(None, choices) if kind_of in (int, float)]
             if any(not any(isinstance(one, Unit) for one in said) for said in numbers):
                 found.add(name)
-    assert found == set(PURE)
+    assert found == set(DIMENSIONLESS)
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import read_plain_file
 from fibrefit.records.grammar.headings import split_heading
-from fibrefit.study.draft import Understood, split_overrides, study_text
+from fibrefit.study.draft import FileReading, split_overrides, study_text
 from fibrefit.study.reading import reading_of
 from fibrefit.workflow.inspection.inspection import Inspection, Seen
 
@@ -92,7 +92,7 @@ def _refused(unusable: Seen, where: str) -> UsageError:
     return UsageError(where, got, "files that are understood", do)
 
 
-def _understood(table: Table, given: bool) -> Understood:
+def _understood(table: Table, given: bool) -> FileReading:
     """Channels and units as a study writes them, so that the file is read the same way again.
 
     Parameters
@@ -119,4 +119,4 @@ def _understood(table: Table, given: bool) -> Understood:
         heading = split_heading(base.header)[1]
         stated = heading == base.unit if given else heading or table.layout.get("unit_line")
         declared += [] if stated else ["time"]
-    return Understood(table.path, channels, units, tuple(declared))
+    return FileReading(table.path, channels, units, tuple(declared))
