@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.fitting.result import Gap
 from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.noise.spectrum import unbroken
+from fibrefit.problem.noise.readings import unbroken
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.signals.rest import rests

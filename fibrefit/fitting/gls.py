@@ -23,8 +23,7 @@ from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_i
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode, record_wise_start
-from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
-from fibrefit.problem.inputs.linearity_weights import counted
+from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors, instant_weights
 from fibrefit.problem.linear_model.normal_equations import Arrowhead
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
@@ -119,9 +118,9 @@ def _next_look(task: Task, bars: ErrorBars, found: GlsEstimate) -> GlsEstimate |
 
 def _linearisation(task: Task, found: GlsEstimate) -> _Linearisation:
     assert found.seen.raw is not None
-    counts, downweight = counted(task.problem), found.seen.raw.downweight
+    counts, downweight = instant_weights(task.problem), found.seen.raw.downweight
     left = np.asarray(problem_at(task, found).linearised_at(found.local).residuals)
-    share = float(counted(task.problem, downweight).sum() / counts.sum())
+    share = float(instant_weights(task.problem, downweight).sum() / counts.sum())
     # Readings in coarse steps leave nothing as long as they lie in theirs: a complete model leaves far less than one.
     leaves = float(np.sum(found.residuals**2))
     scale = leaves / (share * counts.sum()) if task.steps and leaves > 0.0 else 1.0

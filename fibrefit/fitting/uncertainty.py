@@ -19,8 +19,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from fibrefit.fitting.thresholds import BLIND_PART
-from fibrefit.problem.noise.spectrum import periodogram, whittle
-from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
+from fibrefit.problem.noise.spectrum import half_weights, periodogram, products_of_spectra, whittle
 from fibrefit.problem.statement.layout import assembled, gathered
 from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem

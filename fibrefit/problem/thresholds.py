@@ -23,8 +23,6 @@ SLOWEST_LINE = 20.0
 """Lowest frequency in Hz of a line: what a rig itself does is slower, and no noise."""
 BESIDE_MAINS = 4.0
 """Distance in Hz from the mains within which power may be theirs: a window of a quarter of a second tells no less."""
-SHORTEST_LINE = 0.1
-"""Time in s of the shortest rest that tells the line of the mains: five of its periods."""
 FEW_MASKED = 0.05
 """Share of the readings of a rest that may be masked for all of it to tell the noise: each repeats the one before it,
 which leaves the level of white noise as it is and its spectrum flat to a tenth."""
@@ -43,8 +41,6 @@ WIDE_PRIOR = 10.0
 """Default priors reach this many times the typical size of a parameter; limits that are no wider are a uniform one."""
 NEGLIGIBLE_PART = 1e-4
 """Share of the variance below which a first-order part is left out."""
-SAMPLE_COUNTS = 0.3
-"""Weight of a sample over the largest below which it tells nothing of the noise; that of a loud one is not so small."""
 GROWS = 3.0
 """Standard errors from which noise is taken to grow with the load. In 68 series of both rigs with noise that does not,
 20 of them with a hidden effect, it was between -2.3 and 1.9 (some twelve in coarse steps tell nothing); in 12 with

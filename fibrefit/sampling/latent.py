@@ -22,20 +22,19 @@ import numpy as np
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import record_wise_start
 from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.inputs.error_signals import taken_off
 from fibrefit.problem.inputs.errors_in_variables import (
     InputCoefficients,
     InputErrors,
+    cleaned_inputs,
     corrected,
+    downweighted,
     input_errors,
     no_errors,
 )
-from fibrefit.problem.inputs.linearity_weights import downweighted
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.noise.choose import after_step, least_squares_step
-from fibrefit.problem.noise.whitening import Whitening, innovations
+from fibrefit.problem.noise.whitening import Whitening, innovations, least_squares_step, linearised_after_step
 from fibrefit.problem.posterior.log_posterior import Conditional, InputEffects, LogPosterior, Mixture, RandomEffects
 from fibrefit.problem.statement.layout import Layout, assembled
 from fibrefit.problem.statement.matrices import pseudo_inverse
@@ -93,7 +92,7 @@ def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
     layout, local = seen.problem.layout, np.asarray(seen.problem.layout.local(values))
     slopes = np.asarray(seen.problem.followed(local)[0].slopes)
     rows = np.moveaxis(slopes, -1, 1).reshape(len(slopes), slopes.shape[-1], -1)
-    reduced = rows if seen.raw is None else seen.raw.left(rows)
+    reduced = rows if seen.raw is None else seen.raw.without_errors(rows)
     normal = assembled(np.einsum("rin,rjn->rij", rows, reduced), layout.local_columns, layout.size)
     known = np.diag(pseudo_inverse(normal + layout.prior_gram(values)[:-1, :-1]))
     errors = np.sqrt(np.where(known > 0.0, known, np.inf))
@@ -213,7 +212,9 @@ def hausman_of_records(
     values = np.array([local[record or 0, layout.names.index(slot.name)] for slot, record in separate.entries])
     if seen.raw is None:
         step = least_squares_step(separate, linear, separate.prior_gram(values))
-        found = HausmanTest.at(separate, after_step(separate, linear, step), *noise, separate.prior_gram(values + step))
+        found = HausmanTest.at(
+            separate, linearised_after_step(separate, linear, step), *noise, separate.prior_gram(values + step)
+        )
     else:
         without = linear._replace(residuals=seen.without_errors(np.asarray(linear.residuals)))
         found = HausmanTest.with_input_errors(separate, without, seen.raw, noise, separate.prior_gram(values))
@@ -452,7 +453,7 @@ def _readings(problem: Problem, known: Any, local: jax.Array, errors: Any) -> di
     experiment = problem.observations.experiment
 
     def one(row: tuple[jax.Array, Any]) -> dict[str, jax.Array]:
-        inputs = jax.vmap(taken_off)(experiment.inputs, experiment.times, known, row[1])
+        inputs = jax.vmap(cleaned_inputs)(experiment.inputs, experiment.times, known, row[1])
         return problem.predict(row[0], experiment._replace(inputs=inputs))
 
     return jax.lax.map(one, (local, errors))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.core.declarations import Statement
 from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.noise.choose import NoiseModel
+from fibrefit.problem.noise.likelihood import NoiseModel
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.problem.posterior.prior import Prior, Priors
 from fibrefit.sampling.chains import ChainHistory, Target

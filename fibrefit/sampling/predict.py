@@ -13,7 +13,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.noise.likelihood import Likelihood, unit_of
+from fibrefit.problem.noise.likelihood import Likelihood
+from fibrefit.problem.noise.whitening import unit_of
 from fibrefit.problem.posterior.log_posterior import LogPosterior
 from fibrefit.sampling.latent import DrawnInputs, records_at, whitened_residuals
 from fibrefit.sampling.posterior import Posterior

@@ -18,10 +18,16 @@ from fibrefit.core.errors import StudyError
 from fibrefit.problem.estimate.gls import level_of
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
-from fibrefit.problem.noise.choose import NoiseModel, choose_noise_model, least_squares_step
-from fibrefit.problem.noise.likelihood import TAIL_START, Likelihood, counted_in_part, unit_of
+from fibrefit.problem.noise.kinds import OF_A_FIT
+from fibrefit.problem.noise.likelihood import (
+    TAIL_START,
+    Likelihood,
+    NoiseModel,
+    choose_noise_model,
+    downweighted_likelihood,
+)
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
-from fibrefit.problem.noise.whitening import Levelled
+from fibrefit.problem.noise.whitening import Levelled, least_squares_step, unit_of
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.posterior.prior import Density, Prior, Priors
@@ -67,9 +73,10 @@ class PosteriorRequest(NamedTuple):
 
     Parameters
     ----------
-    noise : {"fit", "auto", "white", "autoregressive", "coloured"}
-        Noise spectrum: that of a fit; the kind that the residuals at the start choose; one kind, where ``"coloured"``
-        is the spectrum of the rests if all channels have one. With measured inputs, the first, second and last are one.
+    noise : str
+        ``"fit"``, the noise that a fit takes; ``"auto"``, the kind that the residuals at the start choose; or one of
+        `KINDS`, with the spectra of the rests if it is made of spectra and all channels have one. With measured inputs
+        the first two and `OF_A_FIT` are one.
     heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one.
     """
@@ -213,7 +220,7 @@ def _counted(task: Task, seen: View, likelihood: Likelihood) -> Likelihood:
     """The likelihood, of which samples that are badly predicted linearly count in part."""
     if seen.raw is None:
         return likelihood
-    return counted_in_part(likelihood, task.problem.observations, seen.raw.downweight)
+    return downweighted_likelihood(likelihood, task.problem.observations, seen.raw.downweight)
 
 
 def _noise_and_mode(
@@ -309,11 +316,11 @@ def noise_model_of(
     """
     channels, (noise, heavy, _) = task.problem.model.rig.channels, request
     known = tuple(channel in task.noise_given for channel in channels)
-    if noise == AS_A_FIT or (residuals is not None and noise in ("auto", "coloured")):
+    if noise == AS_A_FIT or (residuals is not None and noise in ("auto", OF_A_FIT)):
         rows = np.asarray(linear.residuals)[None] if residuals is None else residuals
         spectrum = dict(zip(channels, noise_of_residuals(problem, rows), strict=True))
-        found = choose_noise_model(problem, linear, "coloured", known, heavy, spectrum)
-        return replace(found, requested="coloured" if noise == "coloured" else AS_A_FIT)
+        found = choose_noise_model(problem, linear, OF_A_FIT, known, heavy, spectrum)
+        return replace(found, requested=noise if noise == OF_A_FIT else AS_A_FIT)
     measured = {c: n for c, n in task.noise.items() if c not in task.noise_given and n.samples}
     return choose_noise_model(problem, linear, noise, known, heavy, measured)
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import refuse_seed
 from fibrefit.core.threads import THREADS
+from fibrefit.problem.noise.kinds import KINDS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
 AS_A_FIT = "fit"
 """The noise that a fit takes, from what the model leaves of the records."""
-NOISE_KINDS = (AS_A_FIT, "auto", "white", "autoregressive", "coloured")
+NOISE_KINDS = (AS_A_FIT, "auto", *KINDS)
 """Kinds of noise that can be requested."""
 USUAL_WALKERS = 32
 """Of an ensemble, where nobody says how many."""

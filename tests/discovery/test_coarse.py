@@ -15,7 +15,7 @@ import pytest
 from fibrefit.discovery.engine.common_noise import common_noise_of, steps_at
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.supermodel import supermodel_of
-from fibrefit.problem.inputs.step_likelihood import StepLikelihood
+from fibrefit.problem.inputs.sensitivities import StepLikelihood
 from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task

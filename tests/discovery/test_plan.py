@@ -47,7 +47,7 @@ from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.plots.plan import plan_figures
 from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities
-from fibrefit.problem.noise.blocks import BLOCK, BlockFilter
+from fibrefit.problem.noise.coloured import BLOCK, BlockFilter
 from fibrefit.problem.task import Task
 from fibrefit.report.any import report_of
 from fibrefit.report.sentences.discovery import further_record

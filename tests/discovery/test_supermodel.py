@@ -31,7 +31,7 @@ from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors
 from fibrefit.problem.linear_model.view import beyond_inputs
-from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.noise.coloured import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS

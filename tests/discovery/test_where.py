@@ -18,7 +18,8 @@ from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import most_of, phase_shares, places
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.noise.spectrum import Noise, noise_of
+from fibrefit.problem.noise.readings import noise_of
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.left import BOUNCE, CHANNELS, COUNT, RATE, RECORDS, SIGMA, TAUT, noise_alone, of_colour, with_gap
 

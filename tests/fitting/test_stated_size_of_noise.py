@@ -14,7 +14,7 @@ from fibrefit.fitting.evaluate import readings_at_rest
 from fibrefit.fitting.misfit.structure import _spectrum
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.formulate import formulate
-from fibrefit.problem.noise.growth import largest_load, louder_under_load
+from fibrefit.problem.noise.readings import largest_load, louder_under_load
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
 from fibrefit.problem.task import Task

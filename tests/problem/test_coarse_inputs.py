@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
+from fibrefit.problem.noise.rounding import noise_of_rounding
 from fibrefit.problem.noise.spectrum import periodogram
 from fibrefit.rigs.signals.trace import Trace
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.inputs import smoothing
-from fibrefit.problem.inputs.corners import corner_motion
+from fibrefit.problem.inputs.smoothing import corner_motion
 
 STEP = 1.0 / 2000.0
 TIMES = STEP * np.arange(2400)
@@ -23,7 +23,7 @@ def motion(instants: np.ndarray = INSTANTS, jumps: np.ndarray = JUMPS) -> np.nda
 
 def of_corners(values: np.ndarray, noise: float) -> np.ndarray:
     """What the corners of a reading make."""
-    return corner_motion(values, STEP, noise, lambda v, half: smoothing._parabolas(v, half, STEP)[0][:, 0])
+    return corner_motion(values, TIMES, noise)
 
 
 def by_windows(values: np.ndarray) -> np.ndarray:

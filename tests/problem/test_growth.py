@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.problem.noise.growth import growth_and_error, growth_with_load, largest_load, louder_under_load
+from fibrefit.problem.noise.readings import growth_and_error, growth_with_load, largest_load, louder_under_load
 from fibrefit.problem.thresholds import GROWS
 from tests.independent.sensors import Noise, logged
 

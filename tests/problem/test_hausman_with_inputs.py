@@ -12,7 +12,8 @@ from scipy.linalg import toeplitz
 
 from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
-from fibrefit.problem.noise.whitening import Autoregressive, White, Whitening
+from fibrefit.problem.noise.autoregressive import Autoregressive
+from fibrefit.problem.noise.whitening import White, Whitening
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.task import Task

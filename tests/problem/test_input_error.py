@@ -12,17 +12,19 @@ import pytest
 
 from fibrefit.core.limits import OutOfTimeError, time_limit
 from fibrefit.problem.formulate.formulate import formulate
-from fibrefit.problem.inputs.error_signals import InputErrors, smoothed_cosines, stacked_weights
 from fibrefit.problem.inputs.errors_in_variables import (
     COSINES,
+    InputErrors,
     corrected,
+    downweights,
     error_rms,
     expanded,
     input_errors,
     no_errors,
     residuals,
+    smoothed_cosines,
+    stacked_weights,
 )
-from fibrefit.problem.inputs.linearity_weights import downweights
 from fibrefit.problem.inputs.sensitivities import NEGLIGIBLE, weighted_sensitivities, without_input_errors
 from fibrefit.problem.inputs.smoothing import smoothed, smoother
 from fibrefit.problem.noise.spectrum import Noise
@@ -131,13 +133,15 @@ def test_waves_of_variance_one_have_the_power_of_the_noise(task: Task, known: di
 def test_records_are_linearised_one_by_one_as_long_as_there_is_time(
     task: Task, known: dict[str, InputErrors], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[int] = []
-    monkeypatch.setattr("fibrefit.problem.inputs.errors_in_variables._linear", lambda *of: asked.append(of[-1]))
+    asked: list[jax.Array] = []
+    monkeypatch.setattr(
+        "fibrefit.problem.inputs.errors_in_variables._linearised", lambda _, local, *rest: asked.append(local) or ()
+    )
     with time_limit(0.0), pytest.raises(OutOfTimeError):
         expanded(task.problem, known, task.start, no_errors(known))
     assert not asked
     expanded(task.problem, known, task.start, no_errors(known), [0])
-    assert asked == [0]
+    np.testing.assert_array_equal(asked, task.problem.layout.local(task.start)[:1])
 
 
 @pytest.mark.slow

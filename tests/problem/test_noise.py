@@ -5,16 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.inputs.error_signals import amplitudes, wave_numbers
-from fibrefit.problem.noise.spectrum import (
-    Noise,
-    at_rest,
-    estimate_noise,
-    noise_of,
-    periodogram,
-    whittle,
-    without_lines,
-)
+from fibrefit.problem.inputs.errors_in_variables import amplitudes, half_periods
+from fibrefit.problem.noise.readings import at_rest, estimate_noise, noise_of
+from fibrefit.problem.noise.spectrum import Noise, periodogram, whittle, without_lines
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
@@ -180,7 +173,7 @@ def test_hum_of_a_drive_is_an_error_of_it_in_each_record_however_long_the_others
     durations: tuple[float, float],
 ) -> None:
     noise, each = Noise(1e-12, 0.0, 0.0, 1000, lines=((50.0, 1e-10),)), np.array(durations)
-    numbers = wave_numbers(noise, each)
+    numbers = half_periods(noise, each)
     for row, duration in zip(numbers, durations, strict=True):
         near = np.abs(0.5 * row / duration - 50.0) <= 1.0
         assert np.sum(amplitudes(noise, duration, row)[near] ** 2) / 2.0 == pytest.approx(1e-10, rel=0.2)
@@ -195,3 +188,11 @@ def test_lines_are_taken_off_and_a_level_and_what_is_beside_them_stay() -> None:
     # Of each line noise loses two numbers.
     assert np.std(left - 7.0 - noise) < np.sqrt(8.0 / 701.0)
     np.testing.assert_allclose(without_lines(noise, times, ()), noise)
+
+
+@pytest.mark.parametrize(("seconds", "shown"), [(0.14, True), (0.07, False)])
+def test_a_rest_of_less_than_five_periods_tells_no_line(seconds: float, shown: bool) -> None:
+    count = round(1e4 * seconds)
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(count)
+    values = noise + np.sin(2.0 * np.pi * 50.0 * np.arange(count) / 1e4)
+    assert (noise_of([(values, 1e4)]).line > 0.4) == shown

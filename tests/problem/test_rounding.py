@@ -11,13 +11,9 @@ import pytest
 from scipy.signal import butter, sosfilt
 from scipy.stats import norm
 
-from fibrefit.problem.noise.rounding import (
-    coarse_step,
-    noise_in_motion,
-    noise_of_steps,
-    steps_of,
-    with_noise_before_rounding,
-)
+from fibrefit.problem.noise.readings import coarse_step, noise_in_motion
+from fibrefit.problem.noise.rounding import steps_of, with_noise_before_rounding
+from fibrefit.problem.noise.whittle import noise_of_steps
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.observations import Steps, log_probability, stack, step_residuals
 from fibrefit.problem.statement.problem import Problem

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
-from fibrefit.problem.inputs.step_likelihood import StepLikelihood, step_likelihood
+from fibrefit.problem.inputs.sensitivities import (
+    InputSensitivities,
+    StepLikelihood,
+    step_likelihood,
+    weighted_sensitivities,
+)
 from fibrefit.problem.statement.observations import Steps, step_residuals
 
 STEP, NOISE = 0.5, 0.1
@@ -101,7 +105,7 @@ def test_a_rest_within_a_step_is_not_taken_for_what_its_readings_are() -> None:
     off = np.concatenate([np.full(len(TIMES), 0.3 * STEP), np.zeros(len(TIMES))])
     true = _seen(off, np.zeros(6), np.random.default_rng(1))
     wrong, likelihood = true - off / LEVEL, _likelihood(true, _fine())
-    left = [_fine().left(one[None, None])[0, 0] for one in (true, wrong)]
+    left = [_fine().without_errors(one[None, None])[0, 0] for one in (true, wrong)]
     assert np.sum(left[0] ** 2) > np.sum(left[1] ** 2) + 40.0
     assert _cost(likelihood, true) < _cost(likelihood, wrong) - 40.0
 

@@ -19,9 +19,9 @@ from fibrefit.problem.estimate import evidence, gls
 from fibrefit.problem.estimate.evidence import FURTHER, grid_over, usual_axes
 from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.formulate import traces
-from fibrefit.problem.inputs import corners, error_signals, smoothing
+from fibrefit.problem.inputs import errors_in_variables, smoothing
 from fibrefit.problem.linear_model import unknowns
-from fibrefit.problem.noise import growth, rounding, spectrum, whittle
+from fibrefit.problem.noise import readings, whittle
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.posterior import prior
 from fibrefit.problem.statement import observations
@@ -42,9 +42,9 @@ def compared(share: float) -> bool:
 def cornered(height: float) -> bool:
     """Whether a wave as a corner leaves it, so high in its matched filter where the noise is one, is a corner."""
     step, size = 1.0 / 2000.0, 2400
-    shapes = corners._Shapes(34, step, lambda v: v - smoothing._parabolas(v, 34, step)[0][:, 0])
+    shapes = smoothing._Shapes(34, step, lambda v: v - smoothing._parabolas(v, 34, step)[0][:, 0])
     wave = shapes.columns(np.array([0.6]), size)[0][:, 0]
-    return bool(len(corners._selected(height * wave / np.linalg.norm(wave), shapes, 1.0)[0]))
+    return bool(len(smoothing._selected(height * wave / np.linalg.norm(wave), shapes, 1.0)[0]))
 
 
 class _Rubs(NamedTuple):
@@ -92,33 +92,23 @@ def clear(distance: float) -> bool:
 
 def slow_part(variance: float) -> bool:
     """Whether a first-order part of such a variance beside white noise of one is named."""
-    with (
-        patch.object(whittle, "periodograms", lambda *_: None),
-        patch.object(whittle, "fitted", lambda _: np.array([variance, 0.0, 1.0])),
-    ):
+    found = SimpleNamespace(bands=SimpleNamespace(simplest=lambda: np.array([variance, 0.0, 1.0])))
+    with patch.object(whittle, "periodograms", lambda *_: found):
         return bool(whittle._noise(DRAWS, lines=False).slow)
-
-
-def counting(weight: float) -> bool:
-    """Whether a sample of such a weight tells of the noise beside those of a weight of one."""
-    rig = SimpleNamespace(channels=("force",))
-    data = SimpleNamespace(weight={"force": np.array([[1.0, weight]])})
-    problem: Any = SimpleNamespace(observations=data, model=SimpleNamespace(rig=rig))
-    return bool(whittle.sample_mask(problem)[0, 0, 1])
 
 
 def grows(errors: float) -> bool:
     """Whether noise that is so many standard errors larger under load is taken to grow with it."""
-    with patch.object(growth, "growth_and_error", lambda *_: (errors, 1.0)):
-        return growth.growth_with_load((), "force") > 0.0
+    with patch.object(readings, "growth_and_error", lambda *_: (errors, 1.0)):
+        return readings.growth_with_load((), "force") > 0.0
 
 
-def told_by(readings: float) -> bool:
+def told_by(number: float) -> bool:
     """Whether so many readings at each of eight levels of the load tell how its noise grows."""
-    noise = np.random.default_rng(4).normal(size=8 * int(readings))
-    traces: Any = [SimpleNamespace(channels={"force": np.repeat(np.arange(8) * 1e3 + 500.0, int(readings)) + noise})]
-    with patch.object(growth, "coarse_step", lambda *_: None):
-        return bool(np.isfinite(growth.growth_and_error(traces, "force")[1]))
+    noise = np.random.default_rng(4).normal(size=8 * int(number))
+    traces: Any = [SimpleNamespace(channels={"force": np.repeat(np.arange(8) * 1e3 + 500.0, int(number)) + noise})]
+    with patch.object(readings, "coarse_step", lambda *_: None):
+        return bool(np.isfinite(readings.growth_and_error(traces, "force")[1]))
 
 
 def touching(samples: float) -> bool:
@@ -244,8 +234,8 @@ def bridged(samples: float) -> bool:
 def of_mains(distance: float) -> bool:
     """Whether an ordinate so far below the mains in Hz is left out of the noise."""
     told: list[float] = []
-    with patch.object(spectrum, "whittle", lambda frequency, power: (told.extend(frequency.tolist()), (1.0, 0.0))[1]):
-        spectrum.noise_of([(np.random.default_rng(0).standard_normal(1000), 1000.0)])
+    with patch.object(readings, "whittle", lambda frequency, power: (told.extend(frequency.tolist()), (1.0, 0.0))[1]):
+        readings.noise_of([(np.random.default_rng(0).standard_normal(1000), 1000.0)])
     return not np.any(np.abs(np.array(told) - (50.0 - distance)) < 1e-6)
 
 
@@ -253,33 +243,26 @@ def told_though_masked(share: float) -> bool:
     """Whether all of a rest tells the noise of which such a share is masked."""
     values = np.zeros(1000)
     values[:: round(1.0 / share)] = np.nan
-    return len(spectrum.unbroken(values)) == 1000
-
-
-def line_told(seconds: float) -> bool:
-    """Whether the line of the mains is told by a rest of such a length."""
-    count = round(1e4 * seconds)
-    noise = 1e-3 * np.random.default_rng(0).standard_normal(count)
-    return spectrum.noise_of([(noise + np.sin(2.0 * np.pi * 50.0 * np.arange(count) / 1e4), 1e4)]).line > 0.4
+    return len(readings.unbroken(values)) == 1000
 
 
 def line_reaches(distance: float) -> bool:
     """Whether errors of an input may hold power of the mains so far from them in Hz."""
     half_periods = np.array([round((50.0 - distance) * 20.0)])
-    return bool(error_signals.amplitudes(Noise(0.0, 0.0, 1.0, 1000), 10.0, half_periods)[0] > 0.0)
+    return bool(errors_in_variables.amplitudes(Noise(0.0, 0.0, 1.0, 1000), 10.0, half_periods)[0] > 0.0)
 
 
 def coarse(noise: float) -> bool:
     """Whether readings are coarse whose noise is such a share of their step."""
     trace = Trace("a", np.arange(9.0), {"force": np.arange(9.0)}, {}, {})
-    with patch.object(rounding, "fast_part", lambda _: noise):
-        return rounding.coarse_step([trace], "force") is not None
+    with patch.object(readings, "fast_part", lambda _: noise):
+        return readings.coarse_step([trace], "force") is not None
 
 
 def crossing(steps: float) -> bool:
     """Whether readings that rise by so many steps within a window show their noise."""
-    rising = np.resize(np.linspace(0.0, steps, rounding.WINDOW), 10 * rounding.WINDOW)
-    return rounding.noise_in_motion([Trace("a", np.arange(320.0), {"force": rising}, {}, {})], "force", 1.0) > 0.0
+    rising = np.resize(np.linspace(0.0, steps, readings.WINDOW), 10 * readings.WINDOW)
+    return readings.noise_in_motion([Trace("a", np.arange(320.0), {"force": rising}, {}, {})], "force", 1.0) > 0.0
 
 
 def uniform(width: float) -> bool:
@@ -317,12 +300,11 @@ def within(told: float) -> bool:
 CASES = (
     Bracket("END_TOLD", evidence, lambda x: not ending(x).beyond_levels, 1.5, 2.5),
     Bracket("END_TOLD", evidence, within, 1.5, 2.5),
-    Bracket("BESIDE_MAINS", spectrum, of_mains, 3.0, 6.0),
-    Bracket("SHORTEST_LINE", spectrum, line_told, 0.14, 0.07),
-    Bracket("FEW_MASKED", spectrum, told_though_masked, 0.04, 0.07),
-    Bracket("LINE_WIDTH", error_signals, line_reaches, 0.8, 1.4),
-    Bracket("COARSE_STEPS", rounding, coarse, 0.4, 0.7),
-    Bracket("CROSSED", rounding, crossing, 3.0, 2.0),
+    Bracket("BESIDE_MAINS", readings, of_mains, 3.0, 6.0),
+    Bracket("FEW_MASKED", readings, told_though_masked, 0.04, 0.07),
+    Bracket("LINE_WIDTH", errors_in_variables, line_reaches, 0.8, 1.4),
+    Bracket("COARSE_STEPS", readings, coarse, 0.4, 0.7),
+    Bracket("CROSSED", readings, crossing, 3.0, 2.0),
     Bracket("NOT_LOGARITHMIC", unknowns, lambda x: unknowns._row(MASS, 1.0, x)[0], 0.15, 0.3),
     Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
     Bracket("MISREAD", channels, lambda x: not channels.is_off(x, 0.01), 1.2, 1.3),
@@ -341,9 +323,8 @@ CASES = (
     Bracket("SLOWEST_LINE", whittle, lambda x: line(30.0, int(x)), 25, 15),
     Bracket("CLEAR", whittle, clear, 4.0, 2.0),
     Bracket("NEGLIGIBLE_PART", whittle, slow_part, 1.4e-4, 0.7e-4),
-    Bracket("SAMPLE_COUNTS", whittle, counting, 0.4, 0.2),
-    Bracket("GROWS", growth, grows, 4.0, 2.0),
-    Bracket("LEVEL_READINGS", growth, told_by, 75, 35),
+    Bracket("GROWS", readings, grows, 4.0, 2.0),
+    Bracket("LEVEL_READINGS", readings, told_by, 75, 35),
     Bracket(
         "UNLIKELY",
         gls,
@@ -353,7 +334,7 @@ CASES = (
     ),
     Bracket("FEWEST_READINGS", traces, read_often, 20, 12),
     Bracket("FEWEST_AROUND", smoothing, bridged, 4, 3),
-    Bracket("CORNER", corners, cornered, 6.0, 4.0),
+    Bracket("CORNER", smoothing, cornered, 6.0, 4.0),
     Bracket("STANDING", newton, standing, 7e-4, 1.3e-3),
     Bracket("SLIGHT", gls, compared, 0.015, 0.025),
     Bracket("BALANCE", newton, lambda x: ForceBalance(1.0, x, 1.0 - x**2).check().passed, 0.08, 0.12),

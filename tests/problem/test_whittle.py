@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.estimate.gls import scattered
+from fibrefit.problem.noise.autoregressive import Autoregressive
 from fibrefit.problem.noise.coloured import bank_for
-from fibrefit.problem.noise.periodogram_fit import STEPS, _Bands, fitted
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whitening import Autoregressive
 from fibrefit.problem.noise.whittle import (
+    STEPS,
+    _Bands,
     _nearest,
     noise_of_residuals,
     noise_of_signals,
@@ -211,7 +212,7 @@ def test_the_expected_periodogram_is_that_of_many_draws() -> None:
     bank = bank_for(*map(np.asarray, records(valid).observations.experiment[:2]))
     draws = np.where(valid, np.array([relaxing(random) for _ in range(60)]), 0.0)
     found = periodograms(draws, valid, counts, bank)
-    weights = fitted(found)
+    weights = found.bands.simplest()
     assert np.all(weights >= 0.0)
     share = found.power / (found.expected @ weights)
     # Sixty draws of five records: an ordinate is known to thirteen percent, a tenth of the band to one.

@@ -84,7 +84,7 @@ def test_noise_mode_and_evidence_are_those_of_a_fit(small: tuple[Task, np.ndarra
     assert fit.gls is not None
     ready = prepare(task, ChainStart(fit.plain.values), {}, PosteriorRequest())
     frequency = np.geomspace(3.0, 900.0, 40)
-    for mine, its in zip(ready.noise_model.noise, fit.gls.noise, strict=True):
+    for mine, its in zip(ready.noise_model.parameters, fit.gls.noise, strict=True):
         np.testing.assert_allclose(mine.density(frequency), its.density(frequency), rtol=0.02)
     found = ready.deviations
     assert found is not None

@@ -9,12 +9,11 @@ import numpy as np
 
 from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel
-from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
-from fibrefit.problem.inputs.step_likelihood import StepLikelihood, step_likelihood
-from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
-from fibrefit.problem.noise.rounding import noise_of_steps, with_steps
+from fibrefit.problem.inputs.sensitivities import StepLikelihood, step_likelihood, whitened_sensitivities
+from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
+from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import whitening_of
+from fibrefit.problem.noise.whittle import noise_of_steps, whitening_of
 from fibrefit.problem.statement.observations import Steps
 
 

@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, beyond_inputs, drawn_about, spread_about
-from fibrefit.problem.noise.blocks import BlockFilter, in_blocks
+from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
 from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
 from fibrefit.problem.noise.rounding import with_steps
 from fibrefit.problem.noise.spectrum import Noise

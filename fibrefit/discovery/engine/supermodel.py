@@ -19,11 +19,9 @@ from fibrefit.core.limits import check_time
 from fibrefit.core.programs import kept_program
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.laws.law import Effect, SensorLaw, extends
-from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
-from fibrefit.problem.inputs.linearity_weights import counted, downweighted
-from fibrefit.problem.inputs.sensitivities import InputSensitivities
-from fibrefit.problem.inputs.step_likelihood import StepLikelihood
-from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.inputs.errors_in_variables import corrected, downweighted, input_errors, instant_weights
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, StepLikelihood
+from fibrefit.problem.noise.coloured import BlockFilter
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Problem
@@ -75,7 +73,7 @@ class Supermodel:
         """Number of samples that count of each record, ``(n_record,)``."""
         # Each instant counts by the number of channels read then.
         weight = 1.0 if self.sensitivities is None else self.sensitivities.downweight
-        return counted(self.problem, weight).sum(axis=1)
+        return instant_weights(self.problem, weight).sum(axis=1)
 
     @cached_property
     def effects(self) -> tuple[type[Effect], ...]:

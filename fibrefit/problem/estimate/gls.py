@@ -18,7 +18,7 @@ import numpy as np
 from scipy.fft import next_fast_len, rfft
 
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
-from fibrefit.problem.noise.transforms import half_weights, products_of_spectra
+from fibrefit.problem.noise.spectrum import half_weights, products_of_spectra
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.layout import Layout, assembled, gathered, normal_equations
 from fibrefit.problem.statement.matrices import pseudo_inverse
@@ -192,7 +192,7 @@ class HausmanTest:
 
         rows = np.concatenate([np.asarray(linear.slopes), np.asarray(linear.residuals)[..., None]], axis=-1)
         flat = np.moveaxis(rows, -1, 1).reshape(len(rows), rows.shape[-1], -1)
-        plain = seen.left(flat)
+        plain = seen.without_errors(flat)
         prior, pull = belief[:-1, :-1], belief[:-1, -1]
         bread = pseudo_inverse(normal(flat[:, :-1], plain[:, :-1]) + prior)
         step = -bread @ (gradient(flat[:, :-1], plain[:, -1]) + pull)
@@ -201,7 +201,7 @@ class HausmanTest:
         middle = assembled(scattered(slopes, *noise) + by_errors, columns, size) + prior
         levelled = Levelled(noise[0], jnp.asarray(noise[1]))
         white = np.moveaxis(np.asarray(innovations(levelled, rows)), -1, 1).reshape(flat.shape)
-        kept = whitened_sensitivities(seen, levelled).left(white)
+        kept = whitened_sensitivities(seen, levelled).without_errors(white)
         covariance = pseudo_inverse(normal(white[:, :-1], kept[:, :-1]) + prior)
         further = -covariance @ (gradient(white[:, :-1], kept[:, -1]) + pull)
         return cls.of(further - step, bread @ middle @ bread, covariance)

@@ -13,10 +13,17 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.core.limits import MOST_PLANNED, too_long
 from fibrefit.problem.diagnose.channels import are_exchanged, refuse_misread, refuse_turned, rules_out_a_factor
 from fibrefit.problem.formulate.traces import ESTIMATED, Measured, conditions_of, in_order, trace_of
-from fibrefit.problem.noise.coarse_inputs import noise_of_rounding
-from fibrefit.problem.noise.growth import growth_with_load, largest_load, louder_under_load
-from fibrefit.problem.noise.rounding import coarse_step, noise_in_motion, steps_of
-from fibrefit.problem.noise.spectrum import Noise, at_rest, estimate_noise
+from fibrefit.problem.noise.readings import (
+    at_rest,
+    coarse_step,
+    estimate_noise,
+    growth_with_load,
+    largest_load,
+    louder_under_load,
+    noise_in_motion,
+)
+from fibrefit.problem.noise.rounding import noise_of_rounding, steps_of
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
 from fibrefit.problem.statement.observations import stack

@@ -16,11 +16,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
 from scipy.stats import chi2, norm
 
-from fibrefit.problem.noise.blocks import BlockFilter
+from fibrefit.problem.noise.coloured import BlockFilter
 
 
 class LevelShift(NamedTuple):
@@ -41,17 +40,15 @@ class LevelShift(NamedTuple):
     height: float
 
 
-CLOSE, MOST = 8, 500
-"""Samples between instants, if there are no more than so many instants in a record: innovations of slow noise show a
-jump for some dozens of samples only."""
-MARGIN = 32
-"""Samples at either end of a record among which no jump is looked for: too few lie before it, or behind."""
-AT_ONCE = 64
-"""Instants whose shapes are held in memory together."""
+CLOSE = 8
+"""Samples between instants: innovations of slow noise show a jump for some dozens of samples only."""
 
 
 def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarray) -> list[LevelShift]:
     """The likeliest jump in each channel of each record.
+
+    Noise may be louder about an instant than elsewhere: the error of a height is no less than what is left there says
+    by itself.
 
     Parameters
     ----------
@@ -61,13 +58,21 @@ def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarr
     """
     found = []
     for record, (row, count) in enumerate(zip(residuals, counts, strict=True)):
-        instants = np.arange(MARGIN, count - MARGIN, max(CLOSE, count // MOST))
+        # Among the first and the last 32 samples too few lie before a jump, or behind; 500 instants are enough of any.
+        instants = np.arange(32, count - 32, max(CLOSE, count // 500))
         if not len(instants):
             continue
-        own = BlockFilter(*(part[:, record : record + 1] for part in jax.tree.leaves(whitening)))
-        parts = np.array_split(instants, -(-len(instants) // AT_ONCE))
-        heights = np.concatenate([_heights(own, row[:, :count], part) for part in parts], axis=1)
-        for channel, (height, error) in enumerate(np.moveaxis(heights, 2, 0)):
+        own, row, parts = whitening.of_records([record]), row[:, :count], []
+        # Shapes of at most 64 instants are held in memory together.
+        for part in np.array_split(instants, -(-len(instants) // 64)):
+            after = (np.arange(count) >= part[:, None])[:, None]
+            (white,) = own.whiten_many([np.concatenate([row[None], np.where(row != 0.0, after, 0.0)])])
+            innovations, shapes = white[:1], white[1:]
+            seen = np.maximum(np.sum(shapes**2, axis=2), 1e-300)
+            height = np.sum(shapes * innovations, axis=2) / seen
+            scatter = np.sum(shapes**2 * (innovations - height[:, :, None] * shapes) ** 2, axis=2)
+            parts.append(np.stack([height, np.sqrt(np.maximum(seen, scatter)) / seen]))
+        for channel, (height, error) in enumerate(np.moveaxis(np.concatenate(parts, axis=1), 2, 0)):
             size = np.abs(height) / error
             worst = int(np.argmax(size))
             chance = min(1.0, 2.0 * len(size) * float(norm.sf(size[worst])))
@@ -77,25 +82,11 @@ def level_shifts(whitening: BlockFilter, residuals: np.ndarray, counts: np.ndarr
 
 def without_shifts(residuals: np.ndarray, shifts: Sequence[LevelShift], counts: np.ndarray) -> np.ndarray:
     """Residuals ``(..., n_record, n_channel, n_time)`` with jumps taken off; masked samples stay zero."""
-    left = residuals.copy()
+    steady = residuals.copy()
     for one in shifts:
-        after = left[..., one.record, one.channel, one.sample : counts[one.record]]
+        after = steady[..., one.record, one.channel, one.sample : counts[one.record]]
         after -= np.where(after != 0.0, one.height, 0.0)
-    return left
-
-
-def _heights(whitening: BlockFilter, row: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    """Heights of jumps at instants and their standard errors, ``(2, n_instant, n_channel)``.
-
-    Noise may be louder about an instant than elsewhere: the error is no less than what is left there says by itself.
-    """
-    after = (np.arange(row.shape[-1]) >= instants[:, None])[:, None]
-    white = whitening.whiten_many([np.concatenate([row[None], np.where(row != 0.0, after, 0.0)])])[0]
-    innovations, shapes = white[:1], white[1:]
-    seen = np.maximum(np.sum(shapes**2, axis=2), 1e-300)
-    height = np.sum(shapes * innovations, axis=2) / seen
-    scatter = np.sum(shapes**2 * (innovations - height[:, :, None] * shapes) ** 2, axis=2)
-    return np.stack([height, np.sqrt(np.maximum(seen, scatter)) / seen])
+    return steady
 
 
 def joint_probability(found: Sequence[LevelShift]) -> float:

@@ -1,20 +1,31 @@
-"""How probable the records are, given a simulation: the density of the residuals' innovations."""
+"""How probable the records are, given a simulation: the kinds of noise, and the density of residuals under one of them.
+
+Kinds are compared by their log likelihood at the same residuals, less half the logarithm of the number of samples for
+each number they contain (Schwarz's Bayesian information criterion, BIC).
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.noise.whitening import Whitening
-from fibrefit.problem.statement.observations import Observations, Steps, log_probability
+from fibrefit.core.programs import kept_program
+from fibrefit.problem.noise.kinds import KINDS, noise_kind
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whitening import NoiseEvidence, White, Whitening, innovations
+from fibrefit.problem.statement.observations import Observations, log_probability
+from fibrefit.problem.statement.problem import Linearised, Problem
 
 TAIL_START = 10.0
+"""Degrees of freedom of Student's t with which a search begins."""
 
 
 class Likelihood(eqx.Module):
@@ -61,12 +72,13 @@ class Likelihood(eqx.Module):
         place = jnp.array([i for i, known in enumerate(self.known) if not known], dtype=int)
         return jnp.ones(len(self.known)).at[place].set(jnp.exp(noise[: len(place)]))
 
-    def pointwise(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:
+    def of_innovations(self, innovations: jax.Array, noise: jax.Array) -> jax.Array:
         """Logarithm of the density of each sample given the earlier ones, up to the constants in `constant`.
 
         Parameters
         ----------
-        residuals : (n_record, n_channel, n_time) in units of the noise
+        innovations : (n_record, n_channel, n_time)
+            Of residuals in units of the noise.
         noise : (n_noise,)
 
         Returns
@@ -74,10 +86,6 @@ class Likelihood(eqx.Module):
         (n_record, n_channel, n_time)
             Zero where the innovation is.
         """
-        return self.of_innovations(self.whitening.whiten(residuals), noise)
-
-    def of_innovations(self, innovations: jax.Array, noise: jax.Array) -> jax.Array:
-        """The same of residuals that were whitened."""
         innovations = innovations / self.levels(noise)[:, None]
         if not self.heavy:
             return -0.5 * innovations**2
@@ -122,10 +130,10 @@ class Likelihood(eqx.Module):
         of_freedom = 0.25 * freedom**2 * (trigamma(0.5 * freedom) - trigamma(0.5 * freedom + 0.5))
         of_freedom -= 0.5 * freedom * (freedom + 5.0) / beyond
         counts = self.counts[jnp.array([i for i, known in enumerate(self.known) if not known], dtype=int)]
-        beside = -2.0 * freedom / beyond * counts
+        across = -2.0 * freedom / beyond * counts
         levels = jnp.diag(2.0 * freedom / (freedom + 3.0) * counts)
-        last = jnp.append(beside, jnp.sum(self.counts) * of_freedom)
-        return jnp.vstack([jnp.column_stack([levels, beside]), last])
+        last = jnp.append(across, jnp.sum(self.counts) * of_freedom)
+        return jnp.vstack([jnp.column_stack([levels, across]), last])
 
     def constant(self, noise: jax.Array) -> jax.Array:
         """The part of the log density that does not depend on the residuals."""
@@ -138,16 +146,6 @@ class Likelihood(eqx.Module):
         else:
             each = jnp.array(-0.5 * math.log(2.0 * math.pi))
         return total * each - levels - self.whitening.log_scale + self.log_unit
-
-    def log_density(self, residuals: jax.Array, noise: jax.Array) -> jax.Array:
-        """Logarithm of the density of the measured values, in SI units.
-
-        Parameters
-        ----------
-        residuals : (n_record, n_channel, n_time) in units of the noise
-        noise : (n_noise,)
-        """
-        return jnp.sum(self.pointwise(residuals, noise)) + self.constant(noise)
 
 
 def likelihood_of(
@@ -168,12 +166,15 @@ def likelihood_of(
     valid = weight > 0.0
     logs = jnp.log(jnp.where(valid, weight, 1.0))
     for channel, steps in data.steps.items():
-        logs = logs.at[:, channels.index(channel)].set(_log_unit_in_steps(steps)[:, None])
+        # Highest density of a reading in coarse steps, over that of a normal law of variance one.
+        half = 0.5 * jnp.asarray(steps.size) / jnp.asarray(steps.noise)
+        log = log_probability(jnp.zeros(()), half) - jnp.log(jnp.asarray(steps.size)) + 0.5 * math.log(2.0 * math.pi)
+        logs = logs.at[:, channels.index(channel)].set(log[:, None])
     log_unit = jnp.sum(jnp.where(valid, logs, 0.0))
     return Likelihood(whitening, jnp.sum(valid, axis=(0, 2)).astype(float), log_unit, channels, known, heavy)
 
 
-def counted_in_part(likelihood: Likelihood, data: Observations, downweight: np.ndarray) -> Likelihood:
+def downweighted_likelihood(likelihood: Likelihood, data: Observations, downweight: np.ndarray) -> Likelihood:
     """A likelihood of residuals that are smaller by factors, in which no sample gains or loses by its factor.
 
     What does not count of a sample is as probable as noise is on the average, and so is one that the whitening masks:
@@ -197,13 +198,94 @@ def counted_in_part(likelihood: Likelihood, data: Observations, downweight: np.n
     return replace(whole, counts=jnp.asarray(counts), log_unit=whole.log_unit - rest)
 
 
-def _log_unit_in_steps(steps: Steps) -> jax.Array:
-    """Logarithm of the highest density of a reading in coarse steps, over that of a normal law of variance one."""
-    half = 0.5 * jnp.asarray(steps.size) / jnp.asarray(steps.noise)
-    return log_probability(jnp.zeros(()), half) - jnp.log(jnp.asarray(steps.size)) + 0.5 * math.log(2.0 * math.pi)
+@dataclass(frozen=True)
+class NoiseModel:
+    """The likelihood chosen, and why.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    requested : str
+        ``"auto"`` where it was chosen; the kind requested; or ``"fit"`` where it is that of a fit.
+    scores : dict of str to float
+        Log likelihood less penalty of every kind that was tried, over that of white noise.
+    parameters : object
+        What the kind estimates, such as the spectrum of each channel in SI units.
+    kurtosis : float
+        Excess kurtosis of the innovations: the largest of all channels.
+    """
+
+    likelihood: Likelihood
+    kind: str
+    requested: str
+    scores: dict[str, float]
+    parameters: Any
+    kurtosis: float = 0.0
+
+    def described(self) -> tuple[str, tuple[float, ...]]:
+        """Words with places for numbers, and the numbers; see `NoiseKind`."""
+        return noise_kind(self.kind).describe(self.parameters, self.likelihood.channels)
 
 
-def unit_of(data: Observations, channels: tuple[str, ...]) -> np.ndarray:
-    """Noise rms in SI units that one unit of the residuals stands for, ``(n_record, n_channel)``."""
-    largest = np.stack([np.asarray(data.weight[c]).max(axis=1) for c in channels], axis=1)
-    return 1.0 / np.where(largest > 0.0, largest, 1.0)
+def choose_noise_model(
+    problem: Problem,
+    linear: Linearised,
+    kind: str = "auto",
+    known: tuple[bool, ...] | None = None,
+    heavy: bool = False,
+    spectrum: Mapping[str, Noise] | None = None,
+) -> NoiseModel:
+    """Likelihood for a problem whose residuals near the optimum are known.
+
+    Parameters
+    ----------
+    linear : Linearised
+        At the optimum.
+    kind : str
+        One of `KINDS`, or ``"auto"``, which chooses among all.
+    known : tuple of bool
+        Whether the noise level of each channel is given and not to be inferred; none by default.
+    heavy : bool
+        Student's t for the innovations instead of a normal law.
+    spectrum : mapping of channel to Noise
+        Noise of the rests: where a kind is requested that is made of spectra, and that of all channels is given, it is
+        taken as it is.
+    """
+    channels, data = problem.model.rig.channels, problem.observations
+    known = known or (False,) * len(channels)
+    valid = jnp.stack([data.weight[c] for c in channels], axis=1) > 0.0
+    stated = tuple((spectrum or {})[c] for c in channels if c in (spectrum or {}))
+    as_stated = kind != "auto" and len(stated) == len(channels)
+    evidence = NoiseEvidence(problem, linear, valid, known, stated if as_stated else ())
+
+    parameters, numbers, whitenings = {}, {}, {}
+    for name in KINDS if kind == "auto" else (kind,):
+        one = noise_kind(name)
+        parameters[name], numbers[name] = one.estimate(evidence)
+        whitenings[name] = one.whiten(parameters[name], evidence)
+    white = _score(White(valid), evidence, len(channels))
+    scores = {name: _score(whitening, evidence, numbers[name]) - white for name, whitening in whitenings.items()}
+    # An autoregression of order zero is white noise: rounding must not choose between two names of one thing.
+    best = max(scores, key=lambda name: round(scores[name], 6))
+
+    fresh, inside = np.asarray(innovations(whitenings[best], linear.residuals)), np.asarray(valid)
+    each = [fresh[:, c][inside[:, c]] for c in range(len(channels)) if inside[:, c].any()]
+    kurtosis = max(float(np.mean(x**4) / max(np.mean(x**2), 1e-30) ** 2 - 3.0) for x in each)
+    likelihood = likelihood_of(whitenings[best], data, channels, known, heavy)
+    return NoiseModel(likelihood, best, kind, scores, parameters[best], kurtosis)
+
+
+def _score(whitening: Whitening, evidence: NoiseEvidence, numbers: int) -> float:
+    """Log likelihood at the best level of each channel, less the penalty."""
+    squares, counts, log_scale = map(np.asarray, _squares(whitening, evidence.linear.residuals, evidence.valid))
+    squares, counts = squares[counts > 0], counts[counts > 0]
+    if (squares == 0.0).any():
+        return -math.inf
+    profile = -0.5 * np.sum(counts * (np.log(squares / counts) + 1.0))
+    return float(profile - log_scale - 0.5 * numbers * np.log(counts.sum()))
+
+
+@kept_program
+def _squares(whitening: Whitening, residuals: jax.Array, valid: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    return jnp.sum(whitening.whiten(residuals) ** 2, axis=(0, 2)), jnp.sum(valid, axis=(0, 2)), whitening.log_scale

@@ -1,68 +1,32 @@
-"""Loggers with coarse steps: which they are, and the noise before rounding, from what a model leaves.
+"""Readings in coarse steps: the noise before rounding, from what a model leaves, and what rounding does to an input.
 
-A rest says little of that noise: where the signal lies in the middle of a step, all readings are equal.
+A rest says little of that noise: where the signal lies in the middle of a step, all readings are equal. It is the one
+that makes the readings most probable, see `statement.steps`. Errors of an input that is read in coarse steps stand
+still where it does, and no reading shows them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import comb
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import minimize_scalar
 
+from fibrefit.problem.noise.readings import coarse_step, noise_in_motion
 from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.noise.whittle import noise_of_signals
 from fibrefit.problem.statement.observations import Steps, log_probability
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.thresholds import COARSE_STEPS, CROSSED
-from fibrefit.rigs.signals.rest import fast_part, resolution
+from fibrefit.problem.thresholds import COARSE_STEPS
 from fibrefit.rigs.signals.trace import Trace
 
-ROUNDED = 12.0**-0.5
-"""Noise of rounding over a step."""
-FIRST = 0.25
-"""Noise before rounding, as a share of a step, that is taken before anything is known of it."""
-LEAST, MOST = 0.05, 3.0
-"""The same, between which it is looked for."""
-ORDER, WINDOW = 3, 32
-"""Of the differences that show the noise in motion, and samples of a window in which readings have to cross steps."""
 CHANGED = 0.02
-"""Relative change of it that is not followed any more."""
-
-
-def coarse_step(traces: Sequence[Trace], channel: str) -> float | None:
-    """Step of a channel whose noise does not reach across it; None where it is fine, in SI units."""
-    signals = [trace.channels[channel] for trace in traces]
-    size = min(resolution(signal) for signal in signals)
-    fast = float(np.sqrt(np.mean([fast_part(signal) ** 2 for signal in signals])))
-    return size if size > 0.0 and fast < COARSE_STEPS * size else None
-
-
-def noise_in_motion(traces: Sequence[Trace], channel: str, size: float) -> float:
-    """Noise of readings in coarse steps, that of rounding in it, where they cross steps; zero where they never do.
-
-    At rest rounding shows as an offset, and hardly as noise.
-
-    Parameters
-    ----------
-    size : float
-        Of a step, in SI units.
-    """
-    found = []
-    for trace in traces:
-        values = trace.channels[channel]
-        number = (len(values) - ORDER) // WINDOW
-        windows = values[: number * WINDOW].reshape(number, WINDOW)
-        differences = np.diff(values, ORDER)[: number * WINDOW].reshape(number, WINDOW)
-        # Steps that are missing make a window unfit: a comparison with what is no number fails.
-        crossing = np.ptp(windows, axis=1) > CROSSED * size
-        found.append(np.mean(differences[crossing] ** 2, axis=1) / comb(2 * ORDER, ORDER))
-    power = np.concatenate(found)
-    power = power[np.isfinite(power)]
-    return float(np.sqrt(np.median(power))) if power.size else 0.0
+"""Relative change of the noise before rounding that is not followed any more."""
 
 
 def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> Steps | None:
@@ -73,13 +37,13 @@ def steps_of(traces: Sequence[Trace], channel: str, level: Sequence[float]) -> S
     level : (n_record,) in SI units
         Noise of each record.
     """
-    size = coarse_step(traces, channel)
-    # Noise behind a filter may hardly change from one sample to the next, and reach across many steps all the same.
-    if size is None or float(np.mean(level)) > np.hypot(COARSE_STEPS, ROUNDED) * size:
+    size, number = coarse_step(traces, channel), len(level)
+    # Noise behind a filter may hardly change from one sample to the next, and reach across many steps all the same; in
+    # the level is that of rounding, a step over the root of twelve.
+    if size is None or float(np.mean(level)) > np.hypot(COARSE_STEPS, 12.0**-0.5) * size:
         return None
-    return Steps(
-        *(np.array(row, dtype=float) for row in (np.full(len(level), size), [FIRST * size] * len(level), level))
-    )
+    # Before anything is known of the noise before rounding it is taken for a quarter of a step.
+    return Steps(np.full(number, size, dtype=float), np.full(number, 0.25 * size), np.array(level, dtype=float))
 
 
 def with_noise_before_rounding(problem: Problem, local: np.ndarray) -> Problem:
@@ -92,10 +56,11 @@ def with_noise_before_rounding(problem: Problem, local: np.ndarray) -> Problem:
     coarse = problem.observations.steps
     if not coarse:
         return problem
-    readings, data = _predicted(problem, local), problem.observations
-    away = {channel: np.asarray(readings[channel]) - np.asarray(data.measured[channel]) for channel in coarse}
-    counted = {channel: np.asarray(data.weight[channel]) > 0.0 for channel in coarse}
-    return with_steps(problem, {c: before_rounding(coarse[c], away[c][counted[c]]) for c in coarse})
+    readings, data, found = _predicted(problem, local), problem.observations, {}
+    for channel, steps in coarse.items():
+        distance = np.asarray(readings[channel]) - np.asarray(data.measured[channel])
+        found[channel] = before_rounding(steps, distance[np.asarray(data.weight[channel]) > 0.0])
+    return with_steps(problem, found)
 
 
 def with_steps(problem: Problem, steps: dict[str, Steps]) -> Problem:
@@ -110,18 +75,6 @@ def same_noise(one: Mapping[str, Steps], other: Mapping[str, Steps]) -> bool:
     return one.keys() == other.keys() and all(
         np.allclose(one[channel].noise, other[channel].noise, rtol=CHANGED, atol=0.0) for channel in one
     )
-
-
-def noise_of_steps(steps: Steps, rate: float, samples: int) -> Noise:
-    """Noise of a channel in coarse steps: its residuals are those of a likelihood, white and of variance one.
-
-    Parameters
-    ----------
-    rate : float, in Hz
-    samples : int
-        That tell of it.
-    """
-    return Noise(float(np.mean(np.asarray(steps.level) ** 2)) / (0.5 * rate), 0.0, 0.0, samples)
 
 
 @eqx.filter_jit
@@ -140,13 +93,44 @@ def before_rounding(known: Steps, distance: np.ndarray, share: np.ndarray | floa
         By which the logarithm of the probability of each counts.
     """
     size = float(np.asarray(known.size)[0])
-    far = jnp.asarray(np.abs(distance) / size)
-    if not bool(jnp.isfinite(far).all()):
+    away = jnp.asarray(np.abs(distance) / size)
+    if not bool(jnp.isfinite(away).all()):
         return known
 
     def cost(log: float) -> float:
-        return -float((share * log_probability(far / np.exp(log), jnp.asarray(0.5 / np.exp(log)))).sum())
+        return -float((share * log_probability(away / np.exp(log), jnp.asarray(0.5 / np.exp(log)))).sum())
 
-    best = minimize_scalar(cost, bounds=(np.log(LEAST), np.log(MOST)), method="bounded", options={"xatol": 1e-3})
+    # Below a twentieth of a step no reading tells it, beyond three steps readings are as good as fine.
+    bounds = np.log(0.05), np.log(3.0)
+    best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-3})
     found, before = size * float(np.exp(best.x)), float(np.asarray(known.noise)[0])
     return known if abs(found / before - 1.0) < CHANGED else known._replace(noise=np.full_like(known.noise, found))
+
+
+def noise_of_rounding(traces: Sequence[Trace], channel: str, size: float) -> Noise:
+    """Spectrum of what rounding does: courses as smooth as these, each elsewhere between two steps, are rounded.
+
+    They are rounded with the noise that readings show where they cross steps, which carries some of them to the next
+    step: a course that rests between two is known the better for it.
+
+    Parameters
+    ----------
+    size : float
+        Of a step, in SI units.
+    """
+    # At eight places between two steps: rounding repeats itself with each step.
+    offsets = (np.arange(8)[:, None] + 0.5) / 8
+    counts = np.array([len(trace.times) for trace in traces])
+    times, errors = np.zeros((len(traces), counts.max())), np.zeros((len(offsets), len(traces), counts.max()))
+    floor, level = size**2 / 12.0, noise_in_motion(traces, channel, size) ** 2
+    before, rng = np.sqrt(max(level - floor, 0.0)) / size, np.random.default_rng(0)
+    for r, (trace, count) in enumerate(zip(traces, counts, strict=True)):
+        seen = np.isfinite(trace.channels[channel])
+        course = np.interp(trace.times, trace.times[seen], trace.channels[channel][seen]) / size
+        # Means over 50 ms carry no steps any more, and follow what a drive does.
+        course = uniform_filter1d(course, max(round(0.05 * trace.rate), 1), mode="nearest") + offsets
+        times[r, :count] = trace.times
+        errors[:, r, :count] = size * (np.round(course + before * rng.standard_normal(course.shape)) - course)
+    found = noise_of_signals(errors, times, counts)
+    white = max(floor, level) / (0.5 * traces[0].rate)
+    return replace(found, white=max(found.white, white), samples=0, floor=floor / (0.5 * traces[0].rate))

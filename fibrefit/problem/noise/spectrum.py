@@ -1,24 +1,30 @@
-"""Noise of a channel, from the parts of the records in which nothing moves.
+"""Noise of a channel as a spectrum: white, 1/f (pink), first-order parts and lines; periodograms and their likelihood.
 
-A logger's noise is not white: 1/f noise adds to the white one, and a rest of a tenth of a second shows little of it.
-The spectrum of the rests is therefore modelled, and its total over the band of a whole record is the noise.
+Law
+---
+Ordinates ``P_k`` of a periodogram are independent and exponentially distributed about the density ``S(f_k)``: minus the
+log likelihood of a spectrum is ``sum of ln S(f_k) + P_k / S(f_k)`` (Whittle). With ``S = exp(a) + exp(b) / f`` its
+gradient is ``sum of s_i (1 - P / S)`` and its expected curvature ``sum of s_i s_j``, ``s_i`` the share of each part in
+S: damped Gauss-Newton steps in the logarithms a and b find the minimum.
+
+Source
+------
+Whittle, Ark. Mat. 2 (1953).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.thresholds import BESIDE_MAINS, FEW_MASKED, SHORTEST_LINE
-from fibrefit.rigs.signals.rest import resolution, rests, runs, white_noise
-from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.thresholds import SHORTEST_REST
+from fibrefit.problem.statement.layout import RAN_AWAY
 
 MAINS = (50.0, 60.0)
+"""Frequencies in Hz of the grids of the world: a line that is not known better lies at one of them."""
 
 
 @dataclass(frozen=True)
@@ -120,89 +126,18 @@ class Noise:
 
     def draw(self, count: int, rate: float, random: np.random.Generator) -> np.ndarray:
         """Some noise with this spectrum, the lines left out, ``(count,)``."""
-        size = _wave_sizes(self, count, rate)
-        wave = random.normal(size=len(size)) + 1j * random.normal(size=len(size))
-        return np.fft.irfft(wave * size, count)
+        size = _amplitudes(self, count, rate)
+        phasors = random.normal(size=len(size)) + 1j * random.normal(size=len(size))
+        return np.fft.irfft(phasors * size, count)
 
 
 @lru_cache(maxsize=8)
-def _wave_sizes(noise: Noise, count: int, rate: float) -> np.ndarray:
-    """Standard deviation of both parts of each wave of `count` samples at `rate` [Hz], ``(count // 2 + 1,)``."""
+def _amplitudes(noise: Noise, count: int, rate: float) -> np.ndarray:
+    """Standard deviation of both parts of each Fourier coefficient of `count` samples, ``(count // 2 + 1,)``."""
     frequency = np.fft.rfftfreq(count, 1.0 / rate)
     density = np.zeros(len(frequency))
     density[1:] = noise.density(frequency[1:])
     return np.sqrt(0.25 * density * count * rate)
-
-
-def estimate_noise(traces: Sequence[Trace], channel: str) -> Noise:
-    """Noise of one channel, from the rests of all records."""
-    pieces = at_rest(traces, channel)
-    if not pieces:
-        return _from_differences(traces, channel)
-    found, rate = noise_of(pieces), float(np.mean([rate for _, rate in pieces]))
-    floor = min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate)
-    return replace(found, white=max(found.white, floor), floor=floor)
-
-
-def at_rest(traces: Sequence[Trace], channel: str) -> list[tuple[np.ndarray, float]]:
-    """Readings of one channel in the rests of all records, and their rates in Hz."""
-    pieces = []
-    for trace in traces:
-        for rest in rests(trace):
-            values = unbroken(trace.channels[channel][rest])
-            if len(values) >= SHORTEST_REST and np.ptp(values) > 0.0:
-                pieces.append((values, trace.rate))
-    return pieces
-
-
-def unbroken(values: np.ndarray) -> np.ndarray:
-    """Readings of a rest without the masked ones; the longest stretch without one where these are many.
-
-    A few repeat the reading before them: the level of the noise stays as it is, and so do steps of coarse readings.
-
-    Parameters
-    ----------
-    values : (n,)
-        Masked ones are not numbers.
-
-    Returns
-    -------
-    (m,)
-        None where all are masked.
-    """
-    seen = np.isfinite(values)
-    if seen.mean() < 1.0 - FEW_MASKED:
-        stretches = runs(seen)
-        first, end = stretches[np.argmax(np.diff(stretches, axis=1))] if len(stretches) else (0, 0)
-        return values[first:end]
-    last = np.maximum.accumulate(np.where(seen, np.arange(len(values)), np.argmax(seen)))
-    return values[last]
-
-
-def noise_of(pieces: Sequence[tuple[np.ndarray, float]]) -> Noise:
-    """Noise of pieces that hold nothing else.
-
-    Parameters
-    ----------
-    pieces : sequence of ((n,), float)
-        Readings in SI units, and their rate in Hz.
-    """
-    frequency, power = (np.concatenate(parts) for parts in zip(*(periodogram(*p) for p in pieces), strict=True))
-    near_mains = np.min([np.abs(frequency - line) for line in MAINS], axis=0) < BESIDE_MAINS
-    white, pink = whittle(frequency[~near_mains], power[~near_mains])
-    # A piece that is too short for a line says nothing of one.
-    told = [
-        (_line_variance(values, rate), len(values)) for values, rate in pieces if len(values) / rate > SHORTEST_LINE
-    ]
-    line = sum(variance * number for variance, number in told) / max(sum(number for _, number in told), 1)
-    return Noise(white, pink, line, sum(len(piece[0]) for piece in pieces))
-
-
-def _from_differences(traces: Sequence[Trace], channel: str) -> Noise:
-    rate = np.mean([trace.rate for trace in traces])
-    variance = np.mean([white_noise(trace.channels[channel]) ** 2 for trace in traces])
-    floor = float(min(resolution(trace.channels[channel]) for trace in traces) ** 2 / 12.0 / (0.5 * rate))
-    return Noise(max(float(variance / (0.5 * rate)), floor), 0.0, 0.0, 0, floor=floor)
 
 
 def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
@@ -222,37 +157,30 @@ def periodogram(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray
 def without_lines(values: np.ndarray, times: np.ndarray, lines: Sequence[float]) -> np.ndarray:
     """What is left of readings ``(..., n)`` by the sinusoids of some frequencies in Hz that they hold most likely."""
     angle = 2.0 * np.pi * np.multiply.outer(times, lines)
-    waves = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+    sinusoids = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
     # A level is no part of a line, of which a short record need not hold whole periods.
-    basis = np.linalg.qr(waves - waves.mean(axis=0))[0]
+    basis = np.linalg.qr(sinusoids - sinusoids.mean(axis=0))[0]
     return values - (values @ basis) @ basis.T
 
 
 def whittle(frequency: np.ndarray, power: np.ndarray) -> tuple[float, float]:
-    """White level in unit²/Hz and pink level in unit² by maximum likelihood of a periodogram ``(n_ordinate,)``.
-
-    Source
-    ------
-    Whittle, Ark. Mat. 2 (1953).
-    """
+    """White level in unit²/Hz and pink level in unit² by maximum likelihood of a periodogram ``(n_ordinate,)``."""
     floor, shape = 1e-6 * power.mean(), np.stack([np.ones_like(frequency), 1.0 / frequency])
+    # The median of an exponential law is ln 2 of its mean; pink noise begins far below white noise, as it, and above.
     level = np.log(np.median(power[frequency > 0.5 * frequency.max()]) / np.log(2.0) + floor)
     starts = [np.array([level, level + shift]) for shift in (-4.0, 0.0, 4.0)]
     logs = min(starts, key=lambda start: _misfit(start, shape, power, floor)[0])
     here, damping = _misfit(logs, shape, power, floor), 1e-3
-    while damping < STIFF:
-        bend = here[2] * (1.0 + damping * np.eye(2)) + TINY * np.eye(2)
-        there = logs + np.clip(-np.linalg.solve(bend, here[1]), -FARTHEST, FARTHEST)
+    while damping < 1e9:
+        bend = here[2] * (1.0 + damping * np.eye(2)) + 1e-12 * np.eye(2)
+        # A level changes by a factor of seven a step at the most: far away the curvature says little.
+        there = logs + np.clip(-np.linalg.solve(bend, here[1]), -2.0, 2.0)
         found = _misfit(there, shape, power, floor)
         gain = here[0] - found[0]
         logs, here, damping = (there, found, 0.1 * damping) if gain > 0.0 else (logs, here, 10.0 * damping)
-        if 0.0 < gain < SETTLED:
+        if 0.0 < gain < 1e-9:
             break
     return float(np.exp(logs[0])), float(np.exp(logs[1]))
-
-
-STIFF, SETTLED, FARTHEST, TINY = 1e9, 1e-9, 2.0, 1e-12
-"""Damping that ends a search, gain that ends it, longest step of a logarithm, and what a matrix must not be below."""
 
 
 def _misfit(logs: np.ndarray, shape: np.ndarray, power: np.ndarray, floor: float) -> tuple[float, np.ndarray, Any]:
@@ -263,12 +191,18 @@ def _misfit(logs: np.ndarray, shape: np.ndarray, power: np.ndarray, floor: float
     return float(np.sum(np.log(density) + share)), pull @ (1.0 - share), pull @ pull.T
 
 
-def _line_variance(values: np.ndarray, rate: float) -> float:
-    """Variance of a sinusoid at the stronger mains frequency, less what white noise would show."""
-    found, t = [], np.arange(len(values)) / rate
-    for line in MAINS:
-        wave = np.exp(-2j * np.pi * line * t)
-        amplitude = 2.0 * abs(np.mean((values - values.mean()) * wave))
-        beside = [2.0 * abs(np.mean((values - values.mean()) * wave * np.exp(2j * np.pi * d * t))) for d in (-12, 12)]
-        found.append(max(0.0, 0.5 * (amplitude**2 - np.mean(np.square(beside)))))
-    return float(max(found))
+def half_weights(size: int) -> np.ndarray:
+    """Weights ``(size // 2 + 1,)`` of the frequencies of a real transform of `size` samples in the mean over all."""
+    found = np.full(size // 2 + 1, 2.0 / size)
+    found[0] = 1.0 / size
+    if size % 2 == 0:
+        found[-1] = 1.0 / size
+    return found
+
+
+@RAN_AWAY
+def products_of_spectra(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Real parts of the sums of ``conj(left[i]) right[j]`` over all but the first axis, ``(n_left, n_right)``."""
+    # Real and imaginary parts as so many numbers: their products are the real part.
+    pairs = [np.ascontiguousarray(part).reshape(len(part), -1).view(float) for part in (left, right)]
+    return pairs[0] @ pairs[1].T

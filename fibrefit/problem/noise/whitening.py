@@ -2,11 +2,16 @@
 
 The likelihood of correlated Gaussian residuals is that of their innovations: what each sample adds to what the earlier
 ones predicted, over the standard deviation of that. A sample that is masked is never needed.
+
+Law
+---
+With the covariance ``C = L L'`` of the residuals r, lower triangular L: innovations ``e = L^-1 r`` are independent with
+variance one, and the log density of r is ``-1/2 sum of e_t^2 - sum of ln L_tt``, up to a constant.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
 import jax
@@ -14,8 +19,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs import kept_program
-
-BLANK = 1e-12
+from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem.statement.layout import Layout, normal_equations
+from fibrefit.problem.statement.matrices import least_squares
+from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem.statement.problem import Linearised, Problem
 
 
 class Whitening(Protocol):
@@ -24,20 +32,44 @@ class Whitening(Protocol):
     @property
     def log_scale(self) -> jax.Array:
         """Sum of the logarithms of the innovations' standard deviations over all valid samples."""
-        ...
 
     def whiten(self, residuals: jax.Array) -> jax.Array:
         """Innovations of unit variance, of the same shape; zero where a sample is masked."""
-        ...
 
     @property
     def scales(self) -> jax.Array:
         """Standard deviations ``(n_record, n_channel, n_time)`` of the innovations; zero where a sample is masked."""
-        ...
 
     def autocovariance(self, n_lag: int) -> np.ndarray:
         """Autocovariance ``(n_record, n_channel, n_lag)`` of the residuals from lag 0 on."""
-        ...
+
+
+class NoiseEvidence(NamedTuple):
+    """What noise is estimated from.
+
+    Parameters
+    ----------
+    problem : Problem
+    linear : Linearised
+        At the optimum; residuals ``(n_record, n_channel, n_time)`` in units of the noise.
+    valid : (n_record, n_channel, n_time) bool
+        Samples that count.
+    known : tuple of bool
+        Whether the noise level of each channel is given, and is one unit of the residuals.
+    stated : tuple of Noise
+        Spectra of all channels in SI units where they are to be taken as they are; else empty.
+    """
+
+    problem: Problem
+    linear: Linearised
+    valid: jax.Array
+    known: tuple[bool, ...]
+    stated: tuple[Noise, ...] = ()
+
+    def best_residuals(self) -> np.ndarray:
+        """Residuals where the slopes say that their sum of squares is smallest: what parameters can do is no noise."""
+        layout = self.problem.layout
+        return linearised_after_step(layout, self.linear, least_squares_step(layout, self.linear)).residuals
 
 
 class White(eqx.Module):
@@ -69,139 +101,20 @@ class White(eqx.Module):
         return np.broadcast_to(np.arange(n_lag) == 0, (*self.valid.shape[:2], n_lag)).astype(float)
 
 
-class Autoregressive(eqx.Module):
-    """Each sample is predicted by a weighted sum of the last ones, with weights of its own after a gap.
+class WhiteNoise:
+    """Residuals without a memory; the level of each channel is all there is to know."""
 
-    Law
-    ---
-    e_t = (r_t - a_1 r_{t-1} - ... - a_p r_{t-p}) / s. At the start of a record and after a gap, where some of the last
-    p samples are missing, the weights and s are those of the best prediction from the others.
+    def estimate(self, evidence: NoiseEvidence) -> tuple[None, int]:
+        """Nothing: a filter's level is that of the residuals' unit."""
+        return None, len(evidence.known)
 
-    Parameters
-    ----------
-    valid : (n_record, n_channel, n_time) bool
-    weights : (n_channel, p)
-        Zero beyond the order of the channel.
-    scale : (n_channel,)
-        Standard deviation of the innovations.
-    rows : (3, n_row) int
-        Record, channel and time of the samples with weights of their own.
-    row_weights : (n_row, p)
-    row_scale : (n_row,)
-    covariance : (n_channel, p + 1)
-        Autocovariance the weights were made from.
-    """
+    def whiten(self, _: None, evidence: NoiseEvidence) -> White:
+        """No filter."""
+        return White(evidence.valid)
 
-    valid: jax.Array
-    weights: jax.Array
-    scale: jax.Array
-    rows: jax.Array
-    row_weights: jax.Array
-    row_scale: jax.Array
-    covariance: jax.Array
-
-    @classmethod
-    def of(cls, covariances: list[np.ndarray], valid: np.ndarray) -> Autoregressive:
-        """From the autocovariance at lags 0 to p of each channel, p its order, and the samples that are valid."""
-        longest = max(2, *(len(c) for c in covariances)) - 1
-        full = [_predictor(c, np.ones(len(c) - 1, dtype=bool)) for c in covariances]
-        weights = np.stack([_filled(w, longest) for w, _ in full])
-        rows, row_weights, row_scale = [], [], []
-        for channel, covariance in enumerate(covariances):
-            for record in range(len(valid)):
-                own = _special_rows(covariance, valid[record, channel])
-                rows += [(record, channel, time) for time, _, _ in own]
-                row_weights += [_filled(w, longest) for _, w, _ in own]
-                row_scale += [s for _, _, s in own]
-        padded = np.stack([_filled(c, longest + 1) for c in covariances])
-        return cls(
-            jnp.asarray(valid),
-            jnp.asarray(weights),
-            jnp.asarray([s for _, s in full]),
-            jnp.asarray(np.array(rows, dtype=np.int32).reshape(-1, 3).T),
-            jnp.asarray(np.array(row_weights).reshape(len(rows), longest)),
-            jnp.asarray(row_scale, dtype=float),
-            jnp.asarray(padded),
-        )
-
-    @property
-    def _scales(self) -> jax.Array:
-        scales = jnp.broadcast_to(self.scale[:, None], self.valid.shape)
-        return scales.at[tuple(self.rows)].set(self.row_scale)
-
-    @property
-    def scales(self) -> jax.Array:
-        """Standard deviations ``(n_record, n_channel, n_time)`` of the innovations; zero where a sample is masked."""
-        return jnp.where(self.valid, self._scales, 0.0)
-
-    @property
-    def log_scale(self) -> jax.Array:
-        """Sum of the logarithms of the innovations' standard deviations over all valid samples."""
-        return jnp.sum(jnp.where(self.valid, jnp.log(self._scales), 0.0))
-
-    def whiten(self, residuals: jax.Array) -> jax.Array:
-        """Innovations of unit variance; zero where a sample is masked."""
-        kept = jnp.where(self.valid, residuals, 0.0)
-        order = self.weights.shape[1]
-        before = jnp.pad(kept, ((0, 0), (0, 0), (order, 0)))
-        size = kept.shape[-1]
-        predicted = jnp.zeros_like(kept)
-        for j in range(order):
-            predicted += self.weights[:, j, None] * before[..., order - 1 - j : order - 1 - j + size]
-        record, channel, time = self.rows
-        last = before[record[:, None], channel[:, None], time[:, None] + order - 1 - jnp.arange(order)]
-        predicted = predicted.at[record, channel, time].set(jnp.sum(self.row_weights * last, axis=1))
-        return jnp.where(self.valid, (kept - predicted) / self._scales, 0.0)
-
-    def autocovariance(self, n_lag: int) -> np.ndarray:
-        """Beyond its order the autocovariance follows from the weights (Yule-Walker)."""
-        found = []
-        for weights, start in zip(np.asarray(self.weights), np.asarray(self.covariance), strict=True):
-            order = int(np.flatnonzero(weights)[-1]) + 1 if weights.any() else 0
-            lags = np.zeros(max(n_lag, order + 1))
-            lags[: order + 1] = start[: order + 1]
-            for k in range(order + 1, n_lag):
-                lags[k] = weights[:order] @ lags[k - order : k][::-1]
-            found.append(lags[:n_lag])
-        return np.broadcast_to(np.stack(found), (self.valid.shape[0], len(found), n_lag)).copy()
-
-
-@kept_program
-def innovations(whitening: Whitening, residuals: jax.Array) -> jax.Array:
-    """`Whitening.whiten` as a compiled program; any axes behind ``(n_record, n_channel, n_time)`` are mapped over."""
-    whiten = whitening.whiten
-    for _ in range(residuals.ndim - 3):
-        whiten = jax.vmap(whiten, in_axes=-1, out_axes=-1)
-    return whiten(residuals)
-
-
-def _predictor(covariance: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
-    """Weights of the last samples (latest first), those not `known` zero, and the prediction's standard deviation."""
-    weights = np.zeros(len(known))
-    index = np.flatnonzero(known)
-    if len(index):
-        weights[index] = np.linalg.solve(covariance[np.abs(index[:, None] - index)], covariance[index + 1])
-    variance = covariance[0] - weights @ covariance[1 : len(known) + 1]
-    return weights, float(np.sqrt(max(variance, BLANK * covariance[0])))
-
-
-def _special_rows(covariance: np.ndarray, valid: np.ndarray) -> list[tuple[int, np.ndarray, float]]:
-    """Time, weights and scale of the valid samples that have a gap, or the start, among the last ones."""
-    order = len(covariance) - 1
-    before = np.concatenate([np.zeros(order, dtype=bool), valid])
-    windows = np.lib.stride_tricks.sliding_window_view(before, order + 1)
-    found, memory = [], {}
-    for time in np.flatnonzero(valid & ~windows.all(axis=1)):
-        known = windows[time, :-1][::-1]
-        key = known.tobytes()
-        if key not in memory:
-            memory[key] = _predictor(covariance, known)
-        found.append((int(time), *memory[key]))
-    return found
-
-
-def _filled(values: np.ndarray, size: int) -> np.ndarray:
-    return np.concatenate([values, np.zeros(size - len(values))])
+    def describe(self, *_: object) -> tuple[str, tuple[float, ...]]:
+        """No numbers."""
+        return "white noise", ()
 
 
 class Levelled(eqx.Module):
@@ -238,3 +151,36 @@ class Levelled(eqx.Module):
     def autocovariance(self, n_lag: int) -> np.ndarray:
         """That of the whitening times the levels, ``(n_record, n_channel, n_lag)``."""
         return self.whitening.autocovariance(n_lag) * np.asarray(self.level)[:, None] ** 2
+
+
+@kept_program
+def innovations(whitening: Whitening, residuals: jax.Array) -> jax.Array:
+    """`Whitening.whiten` as a compiled program; any axes behind ``(n_record, n_channel, n_time)`` are mapped over."""
+    whiten = whitening.whiten
+    for _ in range(residuals.ndim - 3):
+        whiten = jax.vmap(whiten, in_axes=-1, out_axes=-1)
+    return whiten(residuals)
+
+
+def linearised_after_step(layout: Layout, linear: Linearised, step: np.ndarray) -> Linearised:
+    """What the slopes say of the residuals after a step ``(n_free,)`` in SI units."""
+    local, slopes = np.append(step, [0.0, 0.0])[layout.local_columns], np.asarray(linear.slopes)
+    return Linearised(np.asarray(linear.residuals) + np.einsum("rcti,ri->rct", slopes, local), slopes)
+
+
+def least_squares_step(layout: Layout, linear: Linearised, belief: np.ndarray | None = None) -> np.ndarray:
+    """Step ``(n_free,)`` in SI units to where a linearised problem has the smallest sum of squares.
+
+    Parameters
+    ----------
+    belief : (n_free + 1, n_free + 1), optional
+        See `Layout.prior_gram`.
+    """
+    normal, pull = normal_equations(layout, np.asarray(linear.slopes), np.asarray(linear.residuals), belief)
+    return least_squares(normal, -pull)
+
+
+def unit_of(data: Observations, channels: tuple[str, ...]) -> np.ndarray:
+    """Noise rms in SI units that one unit of the residuals stands for, ``(n_record, n_channel)``."""
+    largest = np.stack([np.asarray(data.weight[c]).max(axis=1) for c in channels], axis=1)
+    return 1.0 / np.where(largest > 0.0, largest, 1.0)

@@ -13,7 +13,7 @@ from fibrefit.report.sentences.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.problem.noise.choose import NoiseModel
+    from fibrefit.problem.noise.likelihood import NoiseModel
     from fibrefit.problem.posterior.prior import Prior
 
 VALUES_NAMED = 3
@@ -59,7 +59,8 @@ REMARKS: dict[str, Callable[[Statement], str]] = {
 
 def likelihood_sentence(model: NoiseModel) -> str:
     """Which likelihood was taken, and why."""
-    words = f"Likelihood: {_noise(model)}"
+    words, numbers = model.described()
+    words = f"Likelihood: {words % numbers}"
     if model.requested != "auto":
         as_what = "a fit finds it from what the model leaves" if model.requested == "fit" else "requested"
         return f"{words}, as {as_what}.{_tails(model)}"
@@ -69,17 +70,6 @@ def likelihood_sentence(model: NoiseModel) -> str:
         f"{words}; chosen because it explains the residuals best: {in_words(others)} less likely (log likelihood, "
         f"corrected for the numbers each contains).{_tails(model)}"
     )
-
-
-def _noise(model: NoiseModel) -> str:
-    if model.kind == "white":
-        return "white noise"
-    if model.kind == "autoregressive":
-        orders = [f"{order} ({channel})" for channel, order in zip(model.channels, model.orders, strict=False)]
-        return f"autoregressive noise of order {', '.join(orders)}"
-    corners = [(c, n.corner()) for c, n in zip(model.channels, model.noise, strict=False)]
-    slow = "".join(f", equal at {corner:.3g} Hz in {c}" for c, corner in corners if corner > 0.0)
-    return f"coloured noise (white and slow parts{slow})" if slow else "noise of a spectrum without slow parts"
 
 
 def _tails(model: NoiseModel) -> str:

@@ -25,7 +25,7 @@ class SamplingOptions:
     Parameters
     ----------
     noise : str
-        ``fit``, ``auto``, ``white``, ``autoregressive`` or ``coloured``.
+        One of `NOISE_KINDS`.
     heavy : bool
         Student's t instead of a normal likelihood.
     nuts : bool

@@ -221,9 +221,10 @@ def sample(
         Fit of the same study and records, around which the walkers are initialised; made where there is none.
     seed : int
         Of all random numbers; the same seed gives the same draws.
-    noise : {"fit", "auto", "white", "autoregressive", "coloured"}
-        Noise spectrum: ``"fit"``, that of a fit; ``"auto"``, the kind that explains the residuals best; or one kind,
-        where ``"coloured"`` is the spectrum of the rests if all channels have one.
+    noise : str
+        Noise spectrum: ``"fit"``, that of a fit; ``"auto"``, the kind that explains the residuals best; or one kind, as
+        the option ``--noise`` lists them, with the spectra of the rests if it is made of spectra and all channels have
+        one.
     student_t, heavy : bool
         Student's t (heavy-tailed) likelihood instead of a normal one; `heavy` is its earlier name.
     nuts : bool
