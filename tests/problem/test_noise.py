@@ -1,4 +1,4 @@
-"""Noise from rests: hiss, wander and hum, as a logger with a resolution writes them."""
+"""Noise from rests: white, pink and mains, as a logger with a resolution writes them."""
 
 from __future__ import annotations
 
