@@ -36,13 +36,13 @@ def white(random: np.random.Generator) -> np.ndarray:
     return random.standard_normal((RECORDS, COUNT))
 
 
-def wandering(random: np.random.Generator) -> np.ndarray:
-    """1/f of variance one, and some hiss."""
+def pink_noise(random: np.random.Generator) -> np.ndarray:
+    """1/f of variance one, and some white noise."""
     return np.array([pink(random, COUNT) for _ in range(RECORDS)]) + 0.3 * white(random)
 
 
-def relaxing(random: np.random.Generator) -> np.ndarray:
-    """A first-order part of variance one, and some hiss."""
+def first_order_noise(random: np.random.Generator) -> np.ndarray:
+    """A first-order part of variance one, and some white noise."""
     found = first_order(random, CORNER)
     return found + 0.5 * white(random)
 
@@ -63,22 +63,22 @@ def tone(random: np.random.Generator, frequency: float) -> np.ndarray:
     return np.asarray(np.sqrt(2.0) * np.sin(2.0 * np.pi * turns))
 
 
-def humming(random: np.random.Generator) -> np.ndarray:
-    """Two lines on hiss."""
+def two_lines(random: np.random.Generator) -> np.ndarray:
+    """Two lines on white noise."""
     return 0.5 * tone(random, TONES[0]) + 0.3 * tone(random, TONES[1]) + white(random)
 
 
-def whistling(random: np.random.Generator) -> np.ndarray:
-    """A line on wander."""
-    return wandering(random) + 0.5 * tone(random, STRANGE)
+def line_on_pink(random: np.random.Generator) -> np.ndarray:
+    """A line on pink noise."""
+    return pink_noise(random) + 0.5 * tone(random, STRANGE)
 
 
 KINDS: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
     "white": white,
-    "1/f": wandering,
-    "first order": relaxing,
-    "two lines": humming,
-    "a line on 1/f": whistling,
+    "1/f": pink_noise,
+    "first order": first_order_noise,
+    "two lines": two_lines,
+    "a line on 1/f": line_on_pink,
 }
 
 

@@ -16,7 +16,7 @@ from fibrefit.problem.noise.whitening import NoiseEvidence, Whitening
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.report.sentences.posterior import likelihood_sentence
-from tests.problem.coefficients import records, relaxing
+from tests.problem.coefficients import first_order_noise, records
 
 EXACT = 1e-8
 """Two ways to the same quadratic form, of some hundred terms."""
@@ -95,7 +95,7 @@ def drawn(whitening: Whitening, random: np.random.Generator, size: int = SIZE) -
 def test_a_kind_recovers_whitens_and_describes_its_noise(name: str, made_up: str) -> None:
     kind, random = noise_kind(name), np.random.default_rng(11)
     first = evidence_of(
-        drawn(Alternating(jnp.ones(1), np.ones((5, 1, SIZE))), random) if name == made_up else relaxing(random)
+        drawn(Alternating(jnp.ones(1), np.ones((5, 1, SIZE))), random) if name == made_up else first_order_noise(random)
     )
     parameters, numbers = kind.estimate(first)
     truth = kind.whiten(parameters, first)
@@ -120,7 +120,7 @@ def test_a_kind_recovers_whitens_and_describes_its_noise(name: str, made_up: str
 @pytest.mark.parametrize("name", KINDS)
 def test_the_density_of_innovations_is_that_of_the_covariance(name: str) -> None:
     kind, size = noise_kind(name), 300
-    evidence = evidence_of(relaxing(np.random.default_rng(12))[:2, :size])
+    evidence = evidence_of(first_order_noise(np.random.default_rng(12))[:2, :size])
     whitening, residuals = kind.whiten(kind.estimate(evidence)[0], evidence), np.asarray(evidence.linear.residuals)
     matrices = [toeplitz(row) for row in whitening.autocovariance(size)[:, FORCE]]
     square = sum(row @ np.linalg.solve(matrix, row) for row, matrix in zip(residuals[:, FORCE], matrices, strict=True))

@@ -66,7 +66,7 @@ NOISES = (
     Noise(1.2e-4, 6e-3, 2e-3, 0, lines=((150.3, 4e-3),)),
     Noise(3e-13, 0.0, 0.0, 0, slow=((8.0, 3e-10), (40.0, 5e-11)), lines=((50.1, 2e-10), (83.7, 1e-10))),
 )
-"""1/f with hum of a mains frequency and another line; and first-order parts with two lines of any frequency."""
+"""1/f with a line at a mains frequency and another line; and first-order parts with two lines of any frequency."""
 
 
 def coloured(valid: np.ndarray) -> Coloured:
@@ -119,9 +119,9 @@ def test_the_covariance_is_that_of_the_parts(valid: np.ndarray) -> None:
     found = coloured(valid).autocovariance(40) * UNITS[:, :, None] ** 2
     for r, rate in enumerate((2000.0, 1000.0)):
         held = np.exp(-2.0 * np.pi * HALF_WIDTH_OF_LINE / rate * lags)
-        hum, other = (held * np.cos(2.0 * np.pi * line * lags / rate) for line in (MAINS[0], 150.3))
-        wander = np.asarray(bank.pink)[r] @ np.asarray(bank.decay)[r][:, None] ** lags
-        expected = 1.2e-4 * 0.5 * rate * (lags == 0) + 6e-3 * wander + 2e-3 * hum + 4e-3 * other
+        mains, other = (held * np.cos(2.0 * np.pi * line * lags / rate) for line in (MAINS[0], 150.3))
+        pink = np.asarray(bank.pink)[r] @ np.asarray(bank.decay)[r][:, None] ** lags
+        expected = 1.2e-4 * 0.5 * rate * (lags == 0) + 6e-3 * pink + 2e-3 * mains + 4e-3 * other
         np.testing.assert_allclose(found[r, 0], expected, rtol=EXACT)
         # A corner that is none of the bank's is taken by the nearest one.
         corners = np.asarray(bank.corners)
@@ -162,14 +162,14 @@ def test_autoregressive_innovations_have_the_density_of_the_residuals(valid: np.
     assert float(whitening.log_scale) == pytest.approx(volume, rel=tolerance)
 
 
-def test_wander_has_a_density_of_one_over_f() -> None:
+def test_pink_noise_has_a_density_of_one_over_f() -> None:
     bank = bank_of((2000.0,), 2.0)
     lags = np.asarray(bank.pink)[0] @ np.asarray(bank.decay)[0][:, None] ** np.arange(200000)
     frequency = np.array([1.0, 5.0, 20.0, 80.0, 300.0])
     steps = np.arange(1, len(lags))
     coefficients = np.cos(np.pi * frequency[:, None] / 1000.0 * steps)
     density = 2.0 / 2000.0 * (lags[0] + 2.0 * coefficients @ lags[1:])
-    # First-order parts a factor of three apart ripple; hiss hides the upper end.
+    # First-order parts a factor of three apart ripple; white noise hides the upper end.
     np.testing.assert_allclose(density * frequency, 1.0, rtol=0.1)
 
 
@@ -320,10 +320,10 @@ def sampled_density(noise: Noise, frequency: np.ndarray, rate: float = 2000.0) -
     return density
 
 
-def test_the_data_choose_coloured_where_it_wanders() -> None:
+def test_the_data_choose_coloured_where_it_is_pink() -> None:
     found = chosen(0.5, 5)
     assert found.kind == "coloured"
-    # The spectrum that was put in: hiss within some per cent, wander within what two short records tell.
+    # The spectrum that was put in: white noise within some per cent, pink noise within what two short records tell.
     frequency = np.array([4.0, 10.0, 30.0, 700.0, 900.0])
     truth = 0.75 * 0.4**2 / 1000.0 + (0.5 * 0.4) ** 2 / np.log(500.0) / frequency
     density = sampled_density(found.parameters[0], frequency)
@@ -335,10 +335,10 @@ def test_the_data_choose_coloured_where_it_wanders() -> None:
 def test_a_line_is_found_on_the_way_and_a_stated_spectrum_is_taken_as_it_is() -> None:
     task = task_of(series(np.random.default_rng(4), share=0.0), 0.0)
     linear = jax.tree.map(np.asarray, task.problem.linearised(jnp.asarray(fitted(task))))
-    hum = 0.6 * np.sin(2.0 * np.pi * 50.1 * np.arange(linear.residuals.shape[-1]) / 2000.0)
-    hummed = linear.residuals.copy()
-    hummed[:, 0] += hum
-    found = choose_noise_model(task.problem, linear._replace(residuals=hummed))
+    mains = 0.6 * np.sin(2.0 * np.pi * 50.1 * np.arange(linear.residuals.shape[-1]) / 2000.0)
+    with_line = linear.residuals.copy()
+    with_line[:, 0] += mains
+    found = choose_noise_model(task.problem, linear._replace(residuals=with_line))
     assert found.kind == "coloured"
     ((frequency, variance),) = found.parameters[0].lines
     # Two records of half a second: lines two hertz apart are told apart, and its phase in so few is no average.
@@ -367,7 +367,7 @@ def test_a_level_the_study_states_is_not_learnt() -> None:
     found = chosen(0.5, 7, known=(True, False))
     assert found.likelihood.names == ("noise.position",)
     covariance = found.likelihood.whitening.autocovariance(1)[:, :, 0]
-    # What was stated is the rms over a record; slower wander is part of the zero.
+    # What was stated is the rms over a record; slower pink noise is part of the zero.
     np.testing.assert_allclose(covariance[:, 0], 1.0, atol=0.15)
 
 

@@ -18,36 +18,36 @@ WITHIN = 0.03
 """On the average of 40 series; one estimate from some seconds of rest scatters by a few percent more."""
 
 
-def trace(random: np.random.Generator, share: float, hum: float, grain: float, samples: int = 2400) -> Trace:
+def trace(random: np.random.Generator, share: float, mains: float, grain: float, samples: int = 2400) -> Trace:
     """Two stretches of rest with a motion between; the noise has variance one."""
     times = np.arange(samples) / RATE
     motion = 50.0 * np.clip(times - 0.25, 0.0, 0.15) ** 2
     motion = 400.0 * motion * (1.0 + 0.3 * np.sin(80.0 * times) * (times > 0.25) * (times < 0.6))
-    noise = made.coloured(samples, share, random) * np.sqrt(1.0 - 0.5 * hum**2)
-    noise = noise + hum * np.sin(2.0 * np.pi * (50.0 * times + random.random()))
+    noise = made.coloured(samples, share, random) * np.sqrt(1.0 - 0.5 * mains**2)
+    noise = noise + mains * np.sin(2.0 * np.pi * (50.0 * times + random.random()))
     values = grain * np.round((motion + noise) / grain) if grain else motion + noise
     return Trace("made", times, {"force": values}, {}, {})
 
 
-def estimates(share: float, hum: float, grain: float) -> np.ndarray:
+def estimates(share: float, mains: float, grain: float) -> np.ndarray:
     """Noise rms of 40 series of five records; it should be one."""
     found = []
     for seed in range(40):
         random = np.random.default_rng([seed, 4])
-        traces = [trace(random, share, hum, grain) for _ in range(5)]
+        traces = [trace(random, share, mains, grain) for _ in range(5)]
         found.append(estimate_noise(traces, "force").rms(2400 / RATE, RATE))
     return np.array(found)
 
 
-@pytest.mark.parametrize(("share", "hum", "grain"), [(0.0, 0.0, 0.05), (0.5, 0.15, 0.05), (0.5, 0.0, 0.0)])
-def test_noise_is_known_to_three_percent(share: float, hum: float, grain: float) -> None:
-    found = estimates(share, hum, grain)
+@pytest.mark.parametrize(("share", "mains", "grain"), [(0.0, 0.0, 0.05), (0.5, 0.15, 0.05), (0.5, 0.0, 0.0)])
+def test_noise_is_known_to_three_percent(share: float, mains: float, grain: float) -> None:
+    found = estimates(share, mains, grain)
     assert abs(found.mean() - 1.0) < WITHIN
     assert found.std() < 0.06
 
 
 def test_the_scatter_of_short_rests_alone_is_not() -> None:
-    """The negative control: what a rest of a tenth of a second shows leaves the wander out."""
+    """The negative control: what a rest of a tenth of a second shows leaves pink noise out."""
     short = [np.std(made.coloured(2400, 0.7, np.random.default_rng([seed, 4]))[:200]) for seed in range(200)]
     assert np.mean(short) < 1.0 - 2.0 * WITHIN
 
@@ -134,8 +134,8 @@ def test_lines_of_a_rest_are_found_at_their_frequencies_and_none_where_there_is_
     random, times = np.random.default_rng(5), np.arange(1000) / RATE
     quiet = [(random.standard_normal(1000), RATE) for _ in range(5)]
     assert with_lines(noise_of(quiet), quiet) == noise_of(quiet)
-    hum = [np.sqrt(2.0) * np.sin(2.0 * np.pi * f * times + random.uniform(0.0, 6.0, (5, 1))) for f in (50.1, 150.3)]
-    loud = [(values + two, rate) for (values, rate), two in zip(quiet, sum(hum), strict=True)]
+    mains = [np.sqrt(2.0) * np.sin(2.0 * np.pi * f * times + random.uniform(0.0, 6.0, (5, 1))) for f in (50.1, 150.3)]
+    loud = [(values + two, rate) for (values, rate), two in zip(quiet, sum(mains), strict=True)]
     found = with_lines(noise_of(loud), loud)
     assert sorted(f for f, _ in found.lines) == pytest.approx([50.1, 150.3], abs=0.3)
     assert [variance for _, variance in found.lines] == pytest.approx([1.0, 1.0], rel=0.15)
@@ -149,8 +149,8 @@ def test_lines_are_found_whichever_rest_comes_first() -> None:
     for n in (256, 2784, 288, 2656, 160, 2464):
         times, phases = np.arange(n) / RATE, random.uniform(0.0, 6.0, 2)
         angles = [2.0 * np.pi * f * times + p for f, p in zip((50.1, 150.3), phases, strict=True)]
-        hum = np.sqrt(2.0) * sum(map(np.sin, angles))
-        pieces.append((random.standard_normal(n) + hum, RATE))
+        mains = np.sqrt(2.0) * sum(map(np.sin, angles))
+        pieces.append((random.standard_normal(n) + mains, RATE))
     for order in (pieces, pieces[::-1]):
         found = with_lines(noise_of(order), order)
         assert sorted(f for f, _ in found.lines) == pytest.approx([50.1, 150.3], abs=0.1)
@@ -162,8 +162,8 @@ def test_what_is_too_short_for_a_line_says_nothing_of_it() -> None:
     random, pieces = np.random.default_rng(3), []
     for n in (2000, *[180] * 5):
         phase = random.uniform(0.0, 6.0)
-        hum = np.sqrt(2.0) * np.sin(2.0 * np.pi * 50.0 * np.arange(n) / RATE + phase)
-        pieces.append((0.1 * random.standard_normal(n) + hum, RATE))
+        mains = np.sqrt(2.0) * np.sin(2.0 * np.pi * 50.0 * np.arange(n) / RATE + phase)
+        pieces.append((0.1 * random.standard_normal(n) + mains, RATE))
     assert noise_of(pieces).line == pytest.approx(1.0, abs=0.02)
     assert noise_of(pieces[1:]).line == 0.0
 
@@ -182,9 +182,9 @@ def test_hum_of_a_drive_is_an_error_of_it_in_each_record_however_long_the_others
 def test_lines_are_taken_off_and_a_level_and_what_is_beside_them_stay() -> None:
     random, times = np.random.default_rng(6), np.arange(701) / RATE
     noise = random.standard_normal(701)
-    hum = np.sin(2.0 * np.pi * 50.1 * times + 0.3) + 0.5 * np.sin(2.0 * np.pi * 150.3 * times)
-    left = without_lines(noise + 7.0 + hum, times, (50.1, 150.3))
-    assert left.mean() == pytest.approx(7.0 + noise.mean() + hum.mean(), abs=0.01)
+    mains = np.sin(2.0 * np.pi * 50.1 * times + 0.3) + 0.5 * np.sin(2.0 * np.pi * 150.3 * times)
+    left = without_lines(noise + 7.0 + mains, times, (50.1, 150.3))
+    assert left.mean() == pytest.approx(7.0 + noise.mean() + mains.mean(), abs=0.01)
     # Of each line noise loses two numbers.
     assert np.std(left - 7.0 - noise) < np.sqrt(8.0 / 701.0)
     np.testing.assert_allclose(without_lines(noise, times, ()), noise)

@@ -30,13 +30,13 @@ from tests.problem.coefficients import (
     TONES,
     UNIT,
     first_order,
-    humming,
+    first_order_noise,
+    line_on_pink,
     masked,
+    pink_noise,
     records,
-    relaxing,
     tone,
-    wandering,
-    whistling,
+    two_lines,
     white,
 )
 
@@ -94,9 +94,9 @@ def test_the_simplest_spectrum_that_will_do_is_taken() -> None:
     """1/f noise is told by one number, and so is what a record of its length does not show of it."""
     for found in found_in("white"):
         assert (found.slow, found.pink) == ((), 0.0)
-    wander = found_in("1/f")
-    assert [noise.slow for noise in wander] == [()] * SERIES
-    np.testing.assert_allclose([noise.pink for noise in wander], 1.0 / np.log(0.5 * COUNT), rtol=SLOW)
+    pink = found_in("1/f")
+    assert [noise.slow for noise in pink] == [()] * SERIES
+    np.testing.assert_allclose([noise.pink for noise in pink], 1.0 / np.log(0.5 * COUNT), rtol=SLOW)
     for found in found_in("first order"):
         assert found.pink == 0.0
         assert len(found.slow) == 2
@@ -117,10 +117,10 @@ def lorentz(corner: float, frequency: float) -> float:
 
 
 @pytest.mark.parametrize("holes", [False, True])
-def test_wander_is_found(holes: bool) -> None:
+def test_pink_noise_is_found(holes: bool) -> None:
     frequency = np.geomspace(4.0, 100.0, 20)
     densities = np.array([found.density(frequency) for found in found_in("1/f", holes)])
-    # Variance one between one period of a record and half the rate, and the hiss.
+    # Variance one between one period of a record and half the rate, and the white noise.
     truth = 1.0 / np.log(0.5 * COUNT) / frequency + 0.09 / (0.5 * RATE)
     np.testing.assert_allclose(densities.mean(axis=0), truth, rtol=SLOW)
 
@@ -161,7 +161,7 @@ def test_a_line_leaves_nothing_to_the_rest_of_the_spectrum() -> None:
 
 
 def test_lines_are_not_looked_for_where_they_are_not_wanted() -> None:
-    drawn, times = humming(np.random.default_rng(0)), np.tile(np.arange(COUNT) / RATE, (RECORDS, 1))
+    drawn, times = two_lines(np.random.default_rng(0)), np.tile(np.arange(COUNT) / RATE, (RECORDS, 1))
     assert noise_of(drawn).lines
     assert noise_of_signals(drawn[None], times, np.full(RECORDS, COUNT)).lines == ()
 
@@ -198,10 +198,10 @@ def correlation(fresh: np.ndarray, valid: np.ndarray, lag: int) -> float:
 
 
 def test_innovations_of_the_wrong_noise_are_not_white() -> None:
-    """The negative control: wander and lines that are taken for hiss leave their memory."""
-    valid, hiss = np.ones((RECORDS, COUNT), dtype=bool), Noise(UNIT**2 / (0.5 * RATE), 0.0, 0.0, 1000)
-    for make in (wandering, relaxing, humming, whistling):
-        fresh = innovations(make(np.random.default_rng(4)), valid, hiss)
+    """The negative control: pink noise and lines that are taken for white noise leave their memory."""
+    valid, white_alone = np.ones((RECORDS, COUNT), dtype=bool), Noise(UNIT**2 / (0.5 * RATE), 0.0, 0.0, 1000)
+    for make in (pink_noise, first_order_noise, two_lines, line_on_pink):
+        fresh = innovations(make(np.random.default_rng(4)), valid, white_alone)
         assert max(abs(correlation(fresh, valid, lag)) for lag in (1, 2, 5, 20)) > 2.0 * SURE
 
 
@@ -210,7 +210,7 @@ def test_the_expected_periodogram_is_that_of_many_draws() -> None:
     valid = masked(random)
     counts = np.full(RECORDS, COUNT)
     bank = bank_for(*map(np.asarray, records(valid).observations.experiment[:2]))
-    draws = np.where(valid, np.array([relaxing(random) for _ in range(60)]), 0.0)
+    draws = np.where(valid, np.array([first_order_noise(random) for _ in range(60)]), 0.0)
     found = periodograms(draws, valid, counts, bank)
     weights = found.bands.simplest()
     assert np.all(weights >= 0.0)
@@ -246,7 +246,7 @@ def test_a_record_that_ends_earlier_tells_as_much_as_it_has() -> None:
     counts = np.array([COUNT, COUNT, 1200, 1500, 900])
     for r, count in enumerate(counts):
         valid[r, count:] = False
-    drawn = np.where(valid, humming(random), 0.0)
+    drawn = np.where(valid, two_lines(random), 0.0)
     (found,) = noise_of_residuals(records(valid, counts), drawn[None, :, None])
     found = found.scaled(1.0 / UNIT)
     assert [round(frequency) for frequency, _ in sorted(found.lines)] == [50, 150]
@@ -263,7 +263,7 @@ def test_where_there_is_nothing_to_tell_a_unit_is_taken() -> None:
 def test_a_channel_that_a_record_lost_does_not_hinder_the_lines_of_the_others() -> None:
     valid = np.ones((RECORDS, COUNT), dtype=bool)
     valid[2] = False
-    found = noise_of(humming(np.random.default_rng(8)), valid)
+    found = noise_of(two_lines(np.random.default_rng(8)), valid)
     assert [round(frequency) for frequency, _ in sorted(found.lines)] == [50, 150]
 
 
