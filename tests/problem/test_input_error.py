@@ -262,7 +262,7 @@ def test_scores_scatter_as_their_information_says_whatever_of_a_change_the_input
     random, size = np.random.default_rng(9), 640
     reactions = drawn_reactions(random, size)
     seen = weighted_sensitivities({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
-    found: dict[str, list[float]] = {"whitened": [], "left": []}
+    found: dict[str, list[float]] = {"whitened": [], "without_errors": []}
     for _ in range(200):
         readings = random.standard_normal(2 * size) + random.standard_normal(40) @ reactions
         rows = np.stack([reactions[0], readings])[None]
@@ -272,7 +272,7 @@ def test_scores_scatter_as_their_information_says_whatever_of_a_change_the_input
             change, noise = getattr(seen, name)(rows, pulled)[0].reshape(2, 2, 64, -1).swapaxes(1, 2).reshape(2, 64, -1)
             ratios.append(float(np.sum(np.sum(change * noise, axis=1) ** 2)) / told)
     assert np.mean(found["whitened"]) == pytest.approx(1.0, abs=4.0 * np.std(found["whitened"]) / np.sqrt(200.0))
-    assert np.mean(found["left"]) < 0.2
+    assert np.mean(found["without_errors"]) < 0.2
 
 
 def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
