@@ -14,21 +14,9 @@ from pathlib import Path
 
 #: Packages whose version can change a result; recorded with every one.
 PACKAGES = (
-    "fibrefit",
-    "numpy",
-    "scipy",
-    "pandas",
-    "jax",
-    "jaxlib",
-    "optimistix",
-    "equinox",
-    "emcee",
-    "h5py",
-    "pydantic",
-    "pint",
-    "arviz-stats",
-    "statsmodels",
-)
+    "fibrefit", "numpy", "scipy", "pandas", "jax", "jaxlib", "optimistix", "equinox", "emcee", "h5py", "pydantic",
+    "pint", "arviz-stats", "statsmodels",
+)  # fmt: skip
 
 COMPILER_FLAGS = (
     # Options that a compiler leaves alone if it does not know them.
@@ -62,20 +50,18 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def _versions() -> dict[str, str]:
-    system = {"python": platform.python_version(), "platform": platform.platform()}
-    return system | {name: _version(name) for name in PACKAGES}
-
-
-def _version(package: str) -> str:
-    """From the head of its metadata: the description behind it takes a while to parse."""
     from importlib import metadata  # a tenth of the start-up time of the command line
 
-    try:
-        head = (metadata.distribution(package).read_text("METADATA") or "").partition("\n\n")[0]
-    except metadata.PackageNotFoundError:
-        return "not installed"
-    found = re.search(r"^Version: *(.+?) *$", head, re.MULTILINE)
-    return found.group(1) if found else metadata.version(package)
+    found = {"python": platform.python_version(), "platform": platform.platform()}
+    for package in PACKAGES:
+        try:
+            # The description behind the head of the metadata takes a while to parse.
+            head = (metadata.distribution(package).read_text("METADATA") or "").partition("\n\n")[0]
+            version = re.search(r"^Version: *(.+?) *$", head, re.MULTILINE)
+            found[package] = version.group(1) if version else metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "not installed"
+    return found
 
 
 def cache_directory() -> Path:
@@ -87,28 +73,19 @@ def cache_directory() -> Path:
     if chosen := os.environ.get("FIBREFIT_CACHE"):
         with suppress(RuntimeError):  # of a user without a home
             return Path(chosen).expanduser()
-    home = _home()
+    try:
+        home = Path.home()
+    except RuntimeError:  # a job may have none
+        home = None
     if sys.platform == "win32" and (base := os.environ.get("LOCALAPPDATA") or (home and home / "AppData" / "Local")):
         return Path(base) / "fibrefit" / "cache"
     if base := os.environ.get("XDG_CACHE_HOME"):
         return Path(base) / "fibrefit"
     if home is None:
-        return _among_temporary_files()
+        import tempfile
+
+        return Path(tempfile.gettempdir()) / f"fibrefit-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
     return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "fibrefit"
-
-
-def _home() -> Path | None:
-    """The user's own folder; None where a job has none."""
-    try:
-        return Path.home()
-    except RuntimeError:
-        return None
-
-
-def _among_temporary_files() -> Path:
-    import tempfile
-
-    return Path(tempfile.gettempdir()) / f"fibrefit-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
 
 
 def own_folder(name: str) -> Path | None:
@@ -171,34 +148,20 @@ def configure_jax() -> None:
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
     if flags := merge_xla_flags(COMPILER_FLAGS, os.environ.get("XLA_FLAGS", "")):
         os.environ["XLA_FLAGS"] = flags
-    for name, value in _compile_cache().items():
-        os.environ.setdefault(name.upper(), value)
-    if "jax" in sys.modules:
-        _update_imported_jax()
-
-
-def _compile_cache() -> dict[str, str]:
-    """Settings of the compile cache; none where there is no folder of our own."""
-    directory = own_folder("jax")
-    if directory is None:
-        return {}
-    return {
-        "jax_compilation_cache_dir": str(directory),
+    if directory := own_folder("jax"):
+        os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(directory))
         # Everything is worth keeping: a fit is many small programs, each below JAX's own thresholds.
-        "jax_persistent_cache_min_compile_time_secs": "0",
-        "jax_persistent_cache_min_entry_size_bytes": "-1",
-    }
+        os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+        os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
+    if "jax" in sys.modules:
+        # Somebody imported it first: it gets the same settings; its device is chosen by then.
+        import jax
 
-
-def _update_imported_jax() -> None:
-    """Bring a JAX that somebody imported first to the same settings; the device is chosen by then."""
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
-    for name, kind in (
-        ("jax_compilation_cache_dir", str),
-        ("jax_persistent_cache_min_compile_time_secs", float),
-        ("jax_persistent_cache_min_entry_size_bytes", int),
-    ):
-        if value := os.environ.get(name.upper()):
-            jax.config.update(name, kind(value))
+        jax.config.update("jax_enable_x64", True)
+        for name, kind in (
+            ("jax_compilation_cache_dir", str),
+            ("jax_persistent_cache_min_compile_time_secs", float),
+            ("jax_persistent_cache_min_entry_size_bytes", int),
+        ):
+            if value := os.environ.get(name.upper()):
+                jax.config.update(name, kind(value))

@@ -75,8 +75,11 @@ def source_digest(memory: Path | None = None) -> str:
     for file in files:
         seen.update("\0".join((*file, "")).encode())
     state = seen.hexdigest()
-    if memory is not None and (known := _remembered(memory, state)):
-        return known
+    if memory is not None:
+        with suppress(OSError, ValueError):
+            then, known = memory.read_text(encoding="ascii").split()
+            if then == state and len(known) == len(state):
+                return known
     digest = hashlib.sha256()
     for path in (Path(name) for name, _ in files):
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
@@ -97,15 +100,6 @@ def _code_in(folder: str | PathLike[str]) -> Iterator[tuple[str, str]]:
                 yield entry.path, f"{stat.st_size}\0{stat.st_mtime_ns}"
 
 
-def _remembered(memory: Path, state: str) -> str | None:
-    """Digest of the code in a state, if that is the one that is remembered."""
-    try:
-        was, digest = memory.read_text(encoding="ascii").split()
-    except (OSError, ValueError):
-        return None
-    return digest if was == state and len(digest) == len(state) else None
-
-
 def _said(value: Any, depth: int) -> str:
     if depth > DEEPEST:
         raise NotDescribedError("nested too deeply")
@@ -116,7 +110,17 @@ def _said(value: Any, depth: int) -> str:
         made = value.__dict__.get("_made_of")
         return _named(value) if made is None else f"class {value.__qualname__}({_said(made, depth + 1)})"
     if isinstance(value, FunctionType):
-        return _function(value, depth)
+        # A function is its place in the source and all that it closes over.
+        module, code = value.__module__ or "", value.__code__
+        where = f"{module}:{value.__qualname__}"
+        if module.partition(".")[0] not in FAMILIAR:
+            raise NotDescribedError(where)
+        where += f":{code.co_firstlineno}:{hashlib.sha256(code.co_code).hexdigest()[:16]}"
+        try:
+            closed = [cell.cell_contents for cell in value.__closure__ or ()]
+        except ValueError:
+            raise NotDescribedError(where) from None
+        return f"{where}({_all([closed, value.__defaults__, value.__kwdefaults__], depth + 1)})"
     for kinds, say in _KINDS:
         if isinstance(value, kinds):
             return say(value, depth + 1)
@@ -131,13 +135,9 @@ def _all(values: Any, depth: int) -> str:
     return ", ".join(_said(value, depth) for value in values)
 
 
+@functools.cache
 def _named(thing: Any) -> str:
     """Module and name of a class or function that is found there again."""
-    return _name(thing)
-
-
-@functools.cache
-def _name(thing: Any) -> str:
     module, path = thing.__module__ or "", thing.__qualname__
     if module.partition(".")[0] not in FAMILIAR or _at(module, path) is not thing:
         raise NotDescribedError(f"{module}:{path}")
@@ -152,20 +152,6 @@ def _at(module: str, path: str) -> Any:
     except (ImportError, AttributeError):
         raise NotDescribedError(f"{module}:{path}") from None
     return found
-
-
-def _function(function: FunctionType, depth: int) -> str:
-    """A function by its place in the source and all that it closes over."""
-    module = function.__module__ or ""
-    if module.partition(".")[0] not in FAMILIAR:
-        raise NotDescribedError(f"{module}:{function.__qualname__}")
-    code = function.__code__
-    where = f"{module}:{function.__qualname__}:{code.co_firstlineno}:{hashlib.sha256(code.co_code).hexdigest()[:16]}"
-    try:
-        closed = [cell.cell_contents for cell in function.__closure__ or ()]
-    except ValueError:
-        raise NotDescribedError(where) from None
-    return f"{where}({_all([closed, function.__defaults__, function.__kwdefaults__], depth + 1)})"
 
 
 def _array(value: np.ndarray, depth: int) -> str:

@@ -46,7 +46,8 @@ class Card(NamedTuple):
         parts = [f"<strong>{escape(self.title)}</strong><br>{escape(self.line)}"]
         if self.head:
             head = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in self.head)
-            rows = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in self.rows)
+            cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in self.rows)
+            rows = "".join(f"<tr>{row}</tr>" for row in cells)
             parts.append(f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>")
         return f"<div>{''.join(parts)}</div>"
 
@@ -88,10 +89,6 @@ def in_words(words: Iterable[str]) -> str:
     """``a, b and c``; nothing of nothing."""
     *others, last = words if (words := list(words)) else [""]
     return " and ".join(filter(None, (", ".join(others), last)))
-
-
-def _cell(text: str) -> str:
-    return f"<td>{escape(text)}</td>"
 
 
 def printable(text: str) -> str:

@@ -88,11 +88,8 @@ def parted(args: tuple[Any, ...]) -> tuple[Call, list[Any]]:
     places = [i for i, leaf in enumerate(leaves) if eqx.is_array(leaf)]
     arrays = [leaves[i] for i in places]
     fixed = [None if eqx.is_array(leaf) else leaf for leaf in leaves]
-    return Call(fixed, tree, places, tuple(map(_shape, arrays))), arrays
-
-
-def _shape(array: Any) -> tuple[Any, ...]:
-    return array.shape, array.dtype, getattr(array, "weak_type", False)
+    shapes = tuple((array.shape, array.dtype, getattr(array, "weak_type", False)) for array in arrays)
+    return Call(fixed, tree, places, shapes), arrays
 
 
 class KeptProgram(Generic[R]):
@@ -129,11 +126,10 @@ class KeptProgram(Generic[R]):
         self._program_of(*parted(args))
 
     def _program_of(self, call: Call, arrays: list[Any]) -> Program:
-        key = (call.tree, tuple(call.fixed), tuple(call.places), call.shapes)
-        return self._programs.get(key) or self._made(key, call, arrays)
-
-    def _made(self, key: Any, call: Call, arrays: list[Any]) -> Program:
         """The program of a call; one thread makes it, while others make others: compilers run side by side."""
+        key = (call.tree, tuple(call.fixed), tuple(call.places), call.shapes)
+        if program := self._programs.get(key):
+            return program
         with self._lock:
             mine = self._making.setdefault(key, threading.Lock())
         with mine:
@@ -151,23 +147,29 @@ class KeptProgram(Generic[R]):
             self._programs.clear()
 
     def _found(self, call: Call, arrays: list[Any]) -> Program:
-        file = self._file(call)
-        known = None if file is None else _loaded(file)
-        if known is None or file is None:
-            return self._compiled(call, arrays, file)
-        return Watched(known, lambda: self._compiled(call, arrays, _without(file)))
-
-    def _file(self, call: Call) -> Path | None:
+        """The program of a call from its file, or compiled."""
         folder = programs_folder()
         if folder is None:
-            return None
+            return self._compiled(call, arrays, None)
         try:
             said = fingerprint((self._function, call.with_(["array"] * len(call.places)), call.shapes))
         except NotDescribedError:
-            return None
-        return folder / f"{hashlib.sha256(f'{_surroundings()}{said}'.encode()).hexdigest()}{SUFFIX}"
+            return self._compiled(call, arrays, None)
+        file = folder / f"{hashlib.sha256(f'{_surroundings()}{said}'.encode()).hexdigest()}{SUFFIX}"
+
+        def again() -> Program:
+            file.unlink(missing_ok=True)
+            return self._compiled(call, arrays, file)
+
+        loaded = _loaded(file)
+        return self._compiled(call, arrays, file) if loaded is None else Watched(loaded, again)
 
     def _compiled(self, call: Call, arrays: list[Any], file: Path | None) -> Program:
+        """The program of a call, compiled, and kept if it was compiled just now: what JAX kept itself cannot be.
+
+        One that JAX has although the code has changed around it is compiled anew once that code has been in use for a
+        while: not after each change by somebody who works on it.
+        """
         structure: list[Any] = []
 
         def flat(*values: Any) -> list[Any]:
@@ -177,8 +179,21 @@ class KeptProgram(Generic[R]):
 
         flat.__name__ = self._function.__name__
         lowered = jax.jit(flat).lower(*arrays)
-        compiled, fresh = _compile(lowered, file)
-        if file is not None and fresh:
+        if file is None:
+            return _program(lowered.compile(), structure[0])
+        seen = file.with_suffix(".seen")
+        if seen.exists() and time.time() - seen.stat().st_mtime > SETTLED_SECONDS:
+            with _without_cache():
+                compiled = lowered.compile()
+            seen.unlink(missing_ok=True)
+            fresh = True
+        else:
+            before = _HITS.number
+            compiled = lowered.compile()
+            fresh = _HITS.number == before
+            if not fresh and not seen.exists():
+                seen.touch()
+        if fresh:
             _save(file, compiled, structure[0], len(arrays))
         return _program(compiled, structure[0])
 
@@ -202,11 +217,16 @@ def programs_folder() -> Path | None:
 def _surroundings() -> str:
     """All that a program depends on besides its function and arguments."""
     device = jax.devices()[0]
+    try:  # programs hold native code, of the instructions that the processor knows
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+        instructions = next((line for line in lines if line.startswith(("flags", "Features"))), "")
+    except OSError:
+        instructions = platform.processor()
     content = {
         "versions": versions(),
         "source": source_digest(None if (folder := programs_folder()) is None else folder / "source"),
         "device": f"{device.platform} {device.device_kind} {len(jax.devices())} {device.client.platform_version}",
-        "processor": f"{platform.machine()} {_instructions()}",
+        "processor": f"{platform.machine()} {instructions}",
         "flags": os.environ.get("XLA_FLAGS", ""),
         "settings": f"{_setting('enable_x64')} {_setting('debug_nans')} {sys.byteorder}",
     }
@@ -217,15 +237,6 @@ def _setting(name: str) -> Any:
     return getattr(jax.config, f"jax_{name}")
 
 
-def _instructions() -> str:
-    """Instructions the processor knows; programs hold native code."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line for line in lines if line.startswith(("flags", "Features"))), "")
-
-
 def _program(compiled: Any, skeleton: Any) -> Program:
     order, tree = jax.tree.flatten(skeleton)
 
@@ -234,26 +245,6 @@ def _program(compiled: Any, skeleton: Any) -> Program:
         return jax.tree.unflatten(tree, [leaves[i] for i in order])
 
     return run
-
-
-def _compile(lowered: Any, file: Path | None) -> tuple[Any, bool]:
-    """The compiled program, and whether it was compiled just now: what JAX took from its own cache cannot be kept.
-
-    One that JAX has although the code has changed around it is compiled anew once that code has been in use for a
-    while: not after each change by somebody who works on it.
-    """
-    seen = None if file is None else file.with_suffix(".seen")
-    if seen is not None and seen.exists() and time.time() - seen.stat().st_mtime > SETTLED_SECONDS:
-        with _without_cache():
-            compiled = lowered.compile()
-        seen.unlink(missing_ok=True)
-        return compiled, True
-    before = _hits()
-    compiled = lowered.compile()
-    fresh = _hits() == before
-    if seen is not None and not fresh and not seen.exists():
-        seen.touch()
-    return compiled, fresh
 
 
 _SETTING = threading.RLock()
@@ -280,19 +271,14 @@ class _Hits(threading.local):
     number = 0
 
 
-@functools.cache
-def _counter() -> _Hits:
-    hits = _Hits()
-
-    def listen(event: str, **content: Any) -> None:
-        hits.number += event == "/jax/compilation_cache/cache_hits"
-
-    jax.monitoring.register_event_listener(listen)
-    return hits
+_HITS = _Hits()
 
 
-def _hits() -> int:
-    return _counter().number
+def _on_event(event: str, **_: Any) -> None:
+    _HITS.number += event == "/jax/compilation_cache/cache_hits"
+
+
+jax.monitoring.register_event_listener(_on_event)
 
 
 class Watched:
@@ -318,11 +304,6 @@ class Watched:
             found = self._program(arrays)
         self._proven = True
         return found
-
-
-def _without(file: Path) -> Path:
-    file.unlink(missing_ok=True)
-    return file
 
 
 def _loaded(file: Path) -> Program | None:

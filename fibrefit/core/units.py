@@ -12,50 +12,24 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from fibrefit.core.errors import DataError, FibrefitError, StudyError, did_you_mean
 
 if TYPE_CHECKING:
     import pint
 
-KINDS: dict[str, str] = {
-    "s": "time",
-    "N": "force",
-    "m": "length",
-    "kg": "mass",
-    "rad": "angle",
-    "-": "number",
-    "Hz": "frequency",
-    "m/s": "speed",
-    "m/s^2": "acceleration",
-    "rad/s": "angular speed",
-    "N/m": "stiffness",
-    "N s/m": "damping",
-    "N s": "impulse",
-    "N m": "moment",
-    "kg m^2": "inertia",
-    "V": "voltage",
-    "A": "current",
-    "degC": "temperature",
-    "Pa": "pressure",
-    "N/s": "force rate",
-    "1/m": "inverse length",
-}
+DEFINITIONS: dict[str, str] = {}
+"""Of each symbol; those of ``units.txt``, as all tables below it."""
+_SPELLINGS: dict[str, str] = {}
+_WHOLE: dict[str, str] = {}
+_WORDS: dict[str, str] = {}
+"""Symbol for each spelling: of a part of a unit, of a whole unit, of either in any case."""
+KINDS: dict[str, str] = {}
 """SI unit and the kind of quantity it measures."""
-ACCEPTED: dict[str, str] = {
-    "s": "s, ms, us or min",
-    "N": "N, kN, mN, daN, cN, lbf, kgf, gf or kip",
-    "m": "m, mm, um, cm, nm, in, ft or mil",
-    "kg": "kg, g or lb",
-    "rad": "deg or rad",
-    "-": "a plain number or %",
-    "Hz": "Hz, kHz or rpm",
-    "m/s": "m/s or mm/s",
-    "N/m": "N/m, kN/m or N/mm",
-    "N s/m": "N s/m or kg/s",
-}
+ACCEPTED: dict[str, str] = {}
 """What a message offers where a unit was not understood."""
+
 USUAL: dict[str, tuple[float, str]] = {
     written: (factor, dimension)
     for dimension, units in {
@@ -99,9 +73,10 @@ _IN_BRACKETS = re.compile(r"([^()]+?)\s*/\s*\(([^()]+)\)")
 _DECIMAL = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_DECIMAL})(?![\d.])\s*(.*?)\s*", re.DOTALL)
 _WITHIN = r"(?:\+/-|\+-|±)"
-_SCALE = re.compile(rf"\s*({_DECIMAL})(?:\s*{_WITHIN}\s*({_DECIMAL}))?(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+# Compiled when they are first needed.
+_SCALE = rf"(?s)\s*({_DECIMAL})(?:\s*{_WITHIN}\s*({_DECIMAL}))?(?![\d.,])\s*(.*?)\s*"
 _UNIT = r"(?:1/)?[^\W\d%][^±%]*?|°"
-_UNIT_TWICE = re.compile(rf"\s*({_DECIMAL})\s*({_UNIT})\s*{_WITHIN}\s*({_DECIMAL})\s*([^±]*?)\s*", re.DOTALL)
+_UNIT_TWICE = rf"(?s)\s*({_DECIMAL})\s*({_UNIT})\s*{_WITHIN}\s*({_DECIMAL})\s*([^±]*?)\s*"
 
 IN_PERCENT = "an uncertainty in %, of which the value may be a percentage too"
 NOT_IN_PERCENT = (
@@ -110,29 +85,22 @@ NOT_IN_PERCENT = (
 )
 
 
-class _Table(NamedTuple):
-    """Definition of each symbol, and what each spelling stands for: of a part, of a whole unit, in any case."""
+def _read_tables() -> None:
+    """Fill the tables from the file; each line of it has columns, and one that is indented goes on with that before."""
+    text = Path(__file__).with_name("units.txt").read_text(encoding="utf-8").replace("\n    ", " ")
+    for line in filter(None, text.splitlines()):
+        first, *columns = (column.strip() for column in line.split("|"))
+        if " : " in first:
+            unit, KINDS[unit] = first.split(" : ")
+            ACCEPTED.update((unit, offered) for offered in columns)
+        elif not line.startswith("#"):
+            symbol, sign, definition = first.partition(" = ")
+            DEFINITIONS.update({symbol: definition} if sign else {})
+            for known, spellings in zip((_SPELLINGS, _WHOLE, _WORDS), columns, strict=False):
+                known.update((name.replace("_", " "), symbol) for name in spellings.split())
 
-    definitions: dict[str, str]
-    spellings: dict[str, str]
-    whole: dict[str, str]
-    words: dict[str, str]
 
-
-@functools.cache
-def _table() -> _Table:
-    """The units of ``units.txt``."""
-    table = _Table({}, {}, {}, {})
-    text = Path(__file__).with_name("units.txt").read_text(encoding="utf-8")
-    for line in text.replace("\n    ", " ").splitlines():
-        if line and not line.startswith("#"):
-            unit, *columns = line.split("|")
-            symbol, _, definition = (part.strip() for part in unit.partition(" = "))
-            if definition:
-                table.definitions[symbol] = definition
-            for known, names in zip(table[1:], columns, strict=False):
-                known.update((name.replace("_", " "), symbol) for name in names.split())
-    return table
+_read_tables()
 
 
 @functools.cache
@@ -140,7 +108,7 @@ def _registry() -> pint.UnitRegistry:
     import pint  # an eighth of a second: only where a unit is really met
 
     registry: pint.UnitRegistry = pint.UnitRegistry(None)
-    for symbol, definition in _table().definitions.items():
+    for symbol, definition in DEFINITIONS.items():
         registry.define(f"{symbol} = {definition}")
     return registry
 
@@ -162,8 +130,7 @@ def expression(text: str) -> str | None:
     plain = text.translate(_SAME).replace("**", "^").strip()
     if not plain or len(plain) > 40:
         return None
-    table = _table()
-    if whole := table.whole.get(plain) or table.words.get(plain.casefold()):
+    if whole := _WHOLE.get(plain) or _WORDS.get(plain.casefold()):
         return whole
     if match := _IN_BRACKETS.fullmatch(plain):
         above, below = map(expression, match.groups())
@@ -172,10 +139,10 @@ def expression(text: str) -> str | None:
         return None
     written = ""
     for sign, word, power in _FACTOR.findall(plain):
-        if word in table.definitions or (word == "1" and not written):
+        if word in DEFINITIONS or (word == "1" and not written):
             symbol: str | None = word
         else:
-            symbol = table.spellings.get(word) or table.words.get(word.casefold())
+            symbol = _SPELLINGS.get(word) or _WORDS.get(word.casefold())
         exponent = power.lstrip("^") or "1"
         if symbol is None or not 1 <= abs(int(exponent)) <= 4:
             return None
@@ -211,10 +178,6 @@ def is_si(unit: str) -> bool | None:
 
 
 @functools.cache
-def _si_of_dimension() -> dict[str, str]:
-    return {base[1]: si for si in reversed(KINDS) if (base := _in_base_units(si)) is not None}
-
-
 def si_unit(unit: str) -> str | None:
     """SI unit of the same kind, or None where `unit` is not known or of no kind met in this field.
 
@@ -229,7 +192,8 @@ def si_unit(unit: str) -> str | None:
         E.g. ``"N"``; ``"degC"`` for temperatures, which only accompany a record.
     """
     base = _in_base_units(unit)
-    return None if base is None else _si_of_dimension().get(base[1])
+    same = (si for si in KINDS if base is not None and (own := _in_base_units(si)) and own[1] == base[1])
+    return next(same, None)
 
 
 def kind_of(unit: str) -> str | None:
@@ -354,9 +318,9 @@ def uncertain(text: object) -> tuple[str, str] | None:
     """
     if not isinstance(text, str) or in_percent(text):
         return None
-    if (match := _SCALE.fullmatch(text)) is not None and match[2] is not None:
+    if (match := re.fullmatch(_SCALE, text)) is not None and match[2] is not None:
         return f"{match[1]} {match[3]}".strip(), f"{match[2]} {match[3]}".strip()
-    if (match := _UNIT_TWICE.fullmatch(text)) is None:
+    if (match := re.fullmatch(_UNIT_TWICE, text)) is None:
         return None
     value, unit, spread, beside = match.groups()
     if beside == "%":
@@ -366,7 +330,7 @@ def uncertain(text: object) -> tuple[str, str] | None:
 
 def in_percent(text: object) -> bool:
     """Whether a text is as ``"2.07 +/- 2 % N/A"``, which may be read in two ways."""
-    match = _SCALE.fullmatch(text) if isinstance(text, str) else None
+    match = re.fullmatch(_SCALE, text) if isinstance(text, str) else None
     return match is not None and match[2] is not None and match[3].startswith("%")
 
 
@@ -377,7 +341,7 @@ def _in_one_unit(text: object) -> tuple[float, float, str] | None:
     if (parts := uncertain(text)) is not None:
         (value, *unit), (spread, *other) = (part.split(" ", 1) for part in parts)
         return (float(value), float(spread), "".join(unit)) if unit == other else None
-    match = _SCALE.fullmatch(str(text))
+    match = re.fullmatch(_SCALE, str(text))
     return None if match is None else (float(match[1]), 0.0, match[3])
 
 
