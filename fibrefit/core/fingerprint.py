@@ -8,7 +8,7 @@ import functools
 import hashlib
 import importlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path, PurePath
@@ -135,13 +135,15 @@ def _all(values: Any, depth: int) -> str:
     return ", ".join(_said(value, depth) for value in values)
 
 
-@functools.cache
-def _named(thing: Any) -> str:
+def _name(thing: Any) -> str:
     """Module and name of a class or function that is found there again."""
     module, path = thing.__module__ or "", thing.__qualname__
     if module.partition(".")[0] not in FAMILIAR or _at(module, path) is not thing:
         raise NotDescribedError(f"{module}:{path}")
     return f"{module}:{path}"
+
+
+_named: Callable[[Any], str] = functools.cache(_name)
 
 
 def _at(module: str, path: str) -> Any:

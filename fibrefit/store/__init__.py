@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from fibrefit.core.paths import sha256_of, write_whole
-from fibrefit.store.directory import ResultDirectory, default_directory
+from fibrefit.store.directory import ResultDirectory, Run, default_directory
 from fibrefit.store.hdf5 import Groups, Variable, read_result, write_result
-from fibrefit.store.run import Run
 from fibrefit.store.summary import provenance, read_summary, write_summary
 
 __all__ = [
@@ -17,8 +15,6 @@ __all__ = [
     "provenance",
     "read_result",
     "read_summary",
-    "sha256_of",
     "write_result",
     "write_summary",
-    "write_whole",
 ]

@@ -1,27 +1,188 @@
-"""The folder of a result: it appears whole, replaces only what is ours, and can be resumed."""
+"""The folder of a result: one run at a time, it appears whole, replaces only what is ours, and can be resumed."""
 
 from __future__ import annotations
 
 import errno
 import hashlib
 import os
+import platform
 import re
+import stat
 import threading
+import time
 import uuid
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
 
-from fibrefit.core.errors import UsageError
-from fibrefit.core.paths import synchronise
-from fibrefit.store.lock import locked
-from fibrefit.store.manifest import MARKER, files_of, foreign, listing, read_manifest, write_manifest
-from fibrefit.store.publish import WORKING, clear, partial_of, put_in_place, recover
-from fibrefit.store.run import Run
+from filelock import FileLock, Timeout
 
-__all__ = ["MARKER", "ResultDirectory", "default_directory"]
+from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import is_plain_file, path_from, sha256_of, synchronise
+from fibrefit.store.manifest import (
+    MARKER,
+    WORKING,
+    Manifest,
+    clear,
+    files_of,
+    foreign,
+    identity_of,
+    listing,
+    partial_of,
+    put_in_place,
+    read_manifest,
+    recover,
+    write_manifest,
+)
+from fibrefit.study import Study
+
+COMMAND, STUDY, SETTINGS = "command", "study", "settings"
+HOLDER = "process "
+"""How the line begins that tells who holds a lock."""
+HOLDER_SECONDS = 0.5
+"""Seconds in which the holder of a lock has written who it is; a message to people waits for it no longer."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run rests on.
+
+    Parameters
+    ----------
+    inputs : tuple of pathlib.Path
+        Every file it reads: none may lie in the folder of the result.
+    parts : mapping of str to str
+        The digest of everything that must be the same when the run goes on, by the name a message calls it.
+    """
+
+    inputs: tuple[Path, ...] = ()
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, command: str, study: Study, settings: str = "", files: Sequence[Path] = ()) -> Run:
+        """Run of a command on a study.
+
+        Parameters
+        ----------
+        command : str
+            Its name.
+        study : Study
+            The study's own file may change in ways that mean nothing, such as a comment; what it says, its records and
+            its laws may not.
+        settings : str
+            All else the run depends on.
+        files : sequence of pathlib.Path
+            Read beside those of the study, which may not change either.
+        """
+        texts = {STUDY: study.resolved_toml(), SETTINGS: settings}
+        parts = {COMMAND: command} | {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+        read = (*study.data_files(), *files)
+        # Named from the study, wherever the command was called.
+        named = {path_from(study.source.parent, file): file for file in read if is_plain_file(file)}
+        digests = {f'data "{name}"': sha256_of(file) for name, file in named.items()}
+        return cls((*study.input_files(), *files), parts | digests)
+
+    def check(self, kept: Manifest | None, shown: str) -> None:
+        """Refuse to go on from what another run has kept.
+
+        Parameters
+        ----------
+        kept : Manifest or None
+            Marker of the folder it would go on from.
+        shown : str
+            How messages call the folder.
+
+        Raises
+        ------
+        UsageError
+            Naming the first thing that is not the same.
+        """
+        if kept is None:
+            return
+        do = "Start anew, with --force in place of --resume, or go back to what the run was started with."
+        if kept.run is None:
+            raise UsageError(shown, "was begun by another version of the program", "a layout that is known", do)
+        for name in dict.fromkeys([*self.parts, *kept.run]):
+            then, now = kept.run.get(name), self.parts.get(name)
+            if then != now:
+                if name == COMMAND:
+                    got = f"holds a run of {then}, not of {now}"
+                elif then is None or now is None:
+                    got = f"holds a run {'with' if now is None else 'without'} the {name}"
+                elif name == SETTINGS:
+                    got = f"holds a run with other {name}"
+                else:
+                    got = f"holds a run with another {name}: it has changed"
+                raise UsageError(shown, got, "the same study, data and settings", do)
+
+
+def lock_file(folder: Path) -> Path:
+    """The file that is locked while a run writes to `folder`: beside it, since the folder itself is exchanged."""
+    return folder.with_name(f".{folder.name}.lock")
+
+
+@contextmanager
+def locked(folder: Path, shown: str) -> Iterator[None]:
+    """Block in which nobody else writes to a folder.
+
+    On a file system shared by several machines the lock is advisory: it holds as far as that file system carries
+    locks from one machine to another. What the file says of its holder is for people; nothing is concluded from it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Absolute, without links; its parent exists.
+    shown : str
+        How messages call it.
+
+    Raises
+    ------
+    UsageError
+        At once, if another run holds the lock, or something else in the place of the file.
+    OSError
+        If the file of the lock cannot be made.
+    """
+    path = lock_file(folder)
+    try:
+        # What is locked is removed at the end: it has to be what a run has left.
+        foreign_file = not stat.S_ISREG(path.lstat().st_mode)
+        if not foreign_file:
+            with path.open("rb") as file:
+                foreign_file = not HOLDER.encode().startswith(file.read(len(HOLDER)))
+    except OSError:
+        foreign_file = False
+    if foreign_file:
+        expected = "nothing of that name, or the lock of a run"
+        raise UsageError(str(path), "is in the way", expected, "Move it, or name another --out.")
+    lock = FileLock(path, timeout=0, fallback_to_soft=False)
+    try:
+        lock.acquire()
+    except Timeout:
+        if not path.exists():  # some file systems say "no such file" where they mean that none can be made
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(path)) from None
+        # For an instant after the lock was taken the file does not say yet who holds it.
+        holder, ends = "", time.monotonic() + HOLDER_SECONDS
+        with suppress(OSError):
+            while not (holder := path.read_text(encoding="utf-8", errors="replace")) and time.monotonic() <= ends:
+                time.sleep(0.01)
+        got = f"is being written by another run{f' ({holder[:200]})' if holder else ''}"
+        do = "Wait for it, or name another --out."
+        raise UsageError(shown, got, "a folder of its own for each run", do) from None
+    try:
+        now = datetime.now().astimezone().isoformat(timespec="seconds")
+        # Windows lets nobody write to what is locked, the holder by a second handle neither.
+        with suppress(OSError):
+            path.write_text(f"{HOLDER}{os.getpid()} on {platform.node()} since {now}", encoding="utf-8")
+        yield
+    finally:
+        # Removed while it is held: whoever waits for this very file finds out that its name is gone, and begins anew.
+        with suppress(OSError):
+            path.unlink()
+        lock.release()
 
 
 def default_directory(study_name: str, *content: str, parent: Path = Path("results")) -> Path:
@@ -130,9 +291,18 @@ class ResultDirectory:
                     return
             except OSError as failed:
                 error = failed
-            self._abandon(error)
-            if isinstance(error, OSError) and error.errno in _DISK and self._is_of_result(error):
-                raise self._refused(error) from error
+            goes_on = self._keep or self._resume
+            if (goes_on or isinstance(error, KeyboardInterrupt)) and files_of(self.path):
+                partial = f"{self.out if self._shown.is_symlink() else self._shown}.partial"
+                then = "; --resume goes on from there" if goes_on else ", until the same is asked for again"
+                error.add_note(f"What was done is kept in {partial}{then}.")
+            elif self.path.is_dir():
+                clear(self.path)
+            if isinstance(error, OSError) and error.errno in _DISK:
+                # One of the result could not be written, unless it is one that was read and lies elsewhere.
+                place = None if error.filename is None else Path(os.path.abspath(os.fsdecode(error.filename)))
+                if place is None or {self.out, self.path} & {place, *place.parents}:
+                    raise self._refused(error) from error
             if kind is None:
                 raise error
 
@@ -191,7 +361,7 @@ class ResultDirectory:
                 raise self._refused(error) from None
             self._check_out()
             self._check_partial()
-            known = _identity(self.out)
+            known = identity_of(self.out)
             _RESERVED[self.out] = _Reserved(threading.get_ident(), known)
             stack.callback(_RESERVED.pop, self.out)
             yield known
@@ -224,26 +394,6 @@ class ResultDirectory:
                 do=f"The result is complete in {stands}.",
             )  # fmt: skip
 
-    def _abandon(self, error: BaseException) -> None:
-        kept = bool(files_of(self.path)) and (isinstance(error, KeyboardInterrupt) or self._keep or self._resume)
-        if kept:
-            goes_on = self._keep or self._resume
-            then = "; --resume goes on from there" if goes_on else ", until the same is asked for again"
-            error.add_note(f"What was done is kept in {self._partial_shown}{then}.")
-        elif self.path.is_dir():
-            clear(self.path)
-
-    def _is_of_result(self, error: OSError) -> bool:
-        """Whether a file of the result could not be written, and not one read that lies elsewhere."""
-        if error.filename is None:
-            return True
-        place = Path(os.path.abspath(os.fsdecode(error.filename)))
-        return any(folder == place or folder in place.parents for folder in (self.out, self.path))
-
-    @property
-    def _partial_shown(self) -> str:
-        return f"{self.out if self._shown.is_symlink() else self._shown}.partial"
-
     def _check_out(self) -> None:
         if not os.path.lexists(self.out):
             return
@@ -265,8 +415,13 @@ class ResultDirectory:
 
     def _check_partial(self) -> None:
         left = read_manifest(self.path)
-        if left is None and os.path.lexists(self.path) and not _is_only_begun(self.path):
-            raise UsageError(str(self.path), "is in the way", "nothing of that name", "Move it, or name another --out.")
+        if left is None and os.path.lexists(self.path):
+            # A run that was killed at its very beginning leaves at most a half-written marker.
+            begun = self.path.is_dir() and all(path.match(f".{MARKER}.*.tmp") for path in self.path.iterdir())
+            if not begun:
+                raise UsageError(
+                    str(self.path), "is in the way", "nothing of that name", "Move it, or name another --out."
+                )
         if self._resume:
             if self._run.parts:
                 self._run.check(left or read_manifest(self.out), str(self._shown))
@@ -323,13 +478,3 @@ def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
                 str(out), f"holds {file}, which is read", "a folder of its own for the result", "Name another --out."
             )
     return real
-
-
-def _identity(out: Path) -> str | None:
-    known = read_manifest(out)
-    return known.identity if known else "" if out.is_dir() else None
-
-
-def _is_only_begun(folder: Path) -> bool:
-    """Whether there is nothing but, at most, a half-written marker."""
-    return folder.is_dir() and all(path.match(f".{MARKER}.*.tmp") for path in folder.iterdir())

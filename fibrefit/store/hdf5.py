@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +19,11 @@ from fibrefit.study.summaries.results import Provenance
 if TYPE_CHECKING:
     import h5py  # where a file is written or read; who only names arrays does without
 
-#: Arrays below this size are not worth compressing.
 SMALL = 1024
+"""Arrays below this size are not worth compressing."""
+PACKED = 32
+"""Times its own size that a file may unpack to where that is beyond what any file may: arrays are filled up to the
+length of the longest record, and what fills them up packs to nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +47,6 @@ class Variable:
     unit: str = "-"
     doc: str = ""
 
-
-PACKED = 32
-"""Times its own size that a file may unpack to where that is beyond what any file may: arrays are filled up to the
-length of the longest record, and what fills them up packs to nothing."""
 
 Groups = Mapping[str, Mapping[str, Variable]]
 
@@ -76,13 +74,20 @@ def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance
     """
     import h5py
 
+    texts = {
+        "resolved_study": provenance.resolved_study,
+        "versions": "\n".join(f"{name} {version}" for name, version in provenance.versions.items()),
+        # The layout of sha256sum, so that it can check them.
+        "inputs": "\n".join(f"{digest}  {name}" for name, digest in provenance.inputs.items()),
+    }
+    origin = {name: Variable(np.array(text, dtype=object)) for name, text in texts.items()}
     # In memory first: where a disk is full, HDF5 ends the process when it closes the file.
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         file.attrs["schema"] = schema
         file.attrs["created"] = provenance.created
         if provenance.seed is not None:
             file.attrs["seed"] = np.int64(provenance.seed)
-        for name, variables in {**groups, "provenance": _provenance_group(provenance)}.items():
+        for name, variables in {**groups, "provenance": origin}.items():
             _write_group(file.create_group(name), variables)
         file.flush()
         content = file.id.get_file_image()
@@ -116,9 +121,22 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
     try:
         with h5py.File(path, "r", locking=False) as file:
             allowed = Allowance(str(path), DataError, max(limits.LARGEST, PACKED * path.stat().st_size))
-            file.visititems(partial(_count, allowed))
-            groups = {name: _Stored(str(path), "array", _read_group(group)) for name, group in file.items()}
-            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+
+            def count(name: str, item: Any) -> None:
+                if isinstance(item, h5py.Dataset):
+                    allowed.take((item.size or 0) * item.dtype.itemsize)
+
+            file.visititems(count)
+            groups = {
+                name: _Stored(
+                    str(path),
+                    "array",
+                    {key.replace("%2F", "/").replace("%25", "%"): _read_variable(one) for key, one in group.items()},
+                )
+                for name, group in file.items()
+            }
+            plain = lambda value: value.item() if isinstance(value, np.generic) else value  # noqa: E731
+            attributes = {name: plain(value) for name, value in file.attrs.items()}
             return _Stored(str(path), "group", groups), attributes
     except OSError as error:
         raise DataError(str(path), str(error).splitlines()[0], "a result.h5 of fibrefit", "") from None
@@ -139,25 +157,15 @@ class _Stored(dict[str, Any]):
         raise DataError(self._where, got, "one with all its arrays", do)
 
 
-def _count(allowed: Allowance, name: str, item: Any) -> None:
-    """Take from an allowance what a dataset is declared with, before it is read."""
-    import h5py
-
-    if isinstance(item, h5py.Dataset):
-        allowed.take((item.size or 0) * item.dtype.itemsize)
-
-
-def _provenance_group(provenance: Provenance) -> dict[str, Variable]:
-    """Provenance as variables that hold text."""
-    versions = "\n".join(f"{name} {version}" for name, version in provenance.versions.items())
-    # The layout of sha256sum, so that it can check them.
-    inputs = "\n".join(f"{digest}  {name}" for name, digest in provenance.inputs.items())
-    texts = {"resolved_study": provenance.resolved_study, "versions": versions, "inputs": inputs}
-    return {name: Variable(np.array(text, dtype=object)) for name, text in texts.items()}
-
-
 def _write_group(group: h5py.Group, variables: Mapping[str, Variable]) -> None:
-    sizes = _sizes(group.name, variables)
+    sizes: dict[str, int] = {}
+    for name, variable in variables.items():
+        shape = np.shape(variable.values)
+        if len(shape) != len(variable.dims):
+            raise ValueError(f"{group.name}/{name}: {len(variable.dims)} dimensions named, {len(shape)} found")
+        for dim, size in zip(variable.dims, shape, strict=True):
+            if sizes.setdefault(dim, size) != size:
+                raise ValueError(f"{group.name}/{name}: dimension {dim} is {size} here and {sizes[dim]} elsewhere")
     for dim, size in sizes.items():
         coordinate = variables.get(dim) or Variable(np.arange(size), (dim,), doc="Index.")
         _write_variable(group, dim, coordinate).make_scale(dim)
@@ -168,56 +176,26 @@ def _write_group(group: h5py.Group, variables: Mapping[str, Variable]) -> None:
                 dataset.dims[axis].attach_scale(group[dim])
 
 
-def _sizes(group: str, variables: Mapping[str, Variable]) -> dict[str, int]:
-    """Size of every dimension of a group."""
-    sizes: dict[str, int] = {}
-    for name, variable in variables.items():
-        shape = np.shape(variable.values)
-        if len(shape) != len(variable.dims):
-            raise ValueError(f"{group}/{name}: {len(variable.dims)} dimensions named, {len(shape)} found")
-        for dim, size in zip(variable.dims, shape, strict=True):
-            if sizes.setdefault(dim, size) != size:
-                raise ValueError(f"{group}/{name}: dimension {dim} is {size} here and {sizes[dim]} elsewhere")
-    return sizes
-
-
 def _write_variable(group: h5py.Group, name: str, variable: Variable) -> h5py.Dataset:
-    values = np.asarray(variable.values)
-    kind = _stored_as(values, f"{group.name}/{name}")
+    import h5py
+
+    values, text = np.asarray(variable.values), h5py.string_dtype("utf-8")
+    # Explicit, since HDF5's own defaults change.
+    kind: Any = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "<i1", "U": text}.get(values.dtype.kind)
+    if kind is None and values.dtype == object and all(isinstance(value, str) for value in values.flat):
+        kind = text
+    if kind is None:
+        raise TypeError(f"{group.name}/{name}: values of type {values.dtype} cannot be stored")
     packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if values.size >= SMALL else {}
-    dataset = group.create_dataset(_escaped(name), data=values.astype(kind), dtype=kind, **packed)
+    # HDF5 takes a slash, as in the path of a record, for a group.
+    escaped = name.replace("%", "%25").replace("/", "%2F")
+    dataset = group.create_dataset(escaped, data=values.astype(kind), dtype=kind, **packed)
     dataset.attrs["units"] = variable.unit
     if variable.doc:
         dataset.attrs["long_name"] = variable.doc
     if values.dtype.kind == "b":
         dataset.attrs["dtype"] = "bool"  # as xarray marks them: NetCDF has no booleans
     return dataset
-
-
-def _stored_as(values: np.ndarray, name: str) -> Any:
-    """Type on disk, explicit since HDF5's own defaults change."""
-    import h5py
-
-    text = h5py.string_dtype("utf-8")
-    kinds = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "<i1", "U": text}
-    if values.dtype.kind in kinds:
-        return kinds[values.dtype.kind]
-    if values.dtype == object and all(isinstance(value, str) for value in values.flat):
-        return text
-    raise TypeError(f"{name}: values of type {values.dtype} cannot be stored")
-
-
-def _read_group(group: h5py.Group) -> dict[str, Variable]:
-    return {_unescaped(name): _read_variable(dataset) for name, dataset in group.items()}
-
-
-def _escaped(name: str) -> str:
-    """A name as that of a dataset: HDF5 takes a slash, as in the path of a record, for a group."""
-    return name.replace("%", "%25").replace("/", "%2F")
-
-
-def _unescaped(name: str) -> str:
-    return name.replace("%2F", "/").replace("%25", "%")
 
 
 def _read_variable(dataset: h5py.Dataset) -> Variable:
@@ -233,7 +211,3 @@ def _read_variable(dataset: h5py.Dataset) -> Variable:
     else:
         dims = tuple(axis[0].name.rpartition("/")[2] for axis in dataset.dims)
     return Variable(values, dims, attributes.get("units", "-"), attributes.get("long_name", ""))
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value

@@ -25,6 +25,12 @@ from fibrefit.study.summaries.results import Provenance
 NAME = "summary.json"
 LARGEST_SUMMARY = 1 << 27
 """Bytes of a summary at most: that of a batch has some kilobytes for each of its records."""
+WITHOUT = {
+    "inspection.json": ("an inspection", "Its report is inspection.txt; fibrefit fit makes a result of the study."),
+    "simulated": ("a simulation", "Its pictures: fibrefit show FOLDER --figures png. Its records can be fitted."),
+    "study.toml": ("a study", "Run fibrefit fit, or another command, on it, and name the folder it writes."),
+}
+"""What a folder without a summary is known by, what it is, and what to do."""
 
 
 def write_summary(folder: Path, summary: Part) -> Path:
@@ -59,7 +65,9 @@ def read_summary(result: str | Path) -> Part:
     """
     path = Path(result)
     if is_folder(path):
-        _refuse_what_has_none(path)
+        for name, (what, do) in WITHOUT.items() if not os.path.lexists(path / NAME) else ():
+            if os.path.lexists(path / name):
+                raise DataError(str(path), f"{what}, without a {NAME}", "a result of another command", do)
         path = path / NAME
     content = read_plain_file(path, f"a result with its {NAME}", DataError, most=LARGEST_SUMMARY)
     from fibrefit.study.summaries.files import summary_of  # models of all kinds, which a run does without
@@ -100,21 +108,6 @@ def files_of_result(result: Path) -> list[Path]:
     return [folder / name for name in (NAME, "result.h5", "study.toml") if is_plain_file(folder / name)]
 
 
-WITHOUT = {
-    "inspection.json": ("an inspection", "Its report is inspection.txt; fibrefit fit makes a result of the study."),
-    "simulated": ("a simulation", "Its pictures: fibrefit show FOLDER --figures png. Its records can be fitted."),
-    "study.toml": ("a study", "Run fibrefit fit, or another command, on it, and name the folder it writes."),
-}
-"""What a folder without a summary is known by, what it is, and what to do."""
-
-
-def _refuse_what_has_none(folder: Path) -> None:
-    if not os.path.lexists(folder / NAME):
-        for name, (what, do) in WITHOUT.items():
-            if os.path.lexists(folder / name):
-                raise DataError(str(folder), f"{what}, without a {NAME}", "a result of another command", do)
-
-
 def provenance(
     study: Study | str,
     inputs: Iterable[Path],
@@ -144,19 +137,18 @@ def provenance(
     """
     digests = {Path(name): digest for name, digest in (read or {}).items()}
     digests |= {} if isinstance(study, str) else study.digests
+    files = {}
+    for path in inputs:
+        try:
+            files[path.as_posix()] = digests.get(path) or sha256_of(path)
+        except DataError:
+            files[path.as_posix()] = "gone"
     return Provenance(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         versions=versions(),
-        inputs={path.as_posix(): digests.get(path) or _digest_now(path) for path in inputs},
+        inputs=files,
         resolved_study=study if isinstance(study, str) else study.resolved_toml(),
         seed=seed,
         settings=dict(settings or {}),
         seconds=seconds,
     )
-
-
-def _digest_now(path: Path) -> str:
-    try:
-        return sha256_of(path)
-    except DataError:
-        return "gone"

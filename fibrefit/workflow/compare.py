@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import sha256_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.predict import CrossValidation
 from fibrefit.sampling.thresholds import PARETO_K
-from fibrefit.store import read_result, read_summary, sha256_of
+from fibrefit.store import read_result, read_summary
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Measure
 from fibrefit.study.summaries.results import ComparedModel, PosteriorSummary

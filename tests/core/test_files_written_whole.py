@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fibrefit.core.paths import whole
-from fibrefit.store import sha256_of, write_whole
+from fibrefit.core.paths import sha256_of, whole, write_whole
 
 
 def test_text_is_utf8_and_replaces(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fibrefit.core.errors import UsageError
-from fibrefit.store import ResultDirectory, Run, publish
+from fibrefit.store import ResultDirectory, Run, manifest
 
 
 def make(out: Path, text: str = "one", **options: bool) -> None:
@@ -27,7 +27,7 @@ def names(folder: Path) -> set[str]:
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """Both ways in which a folder takes the place of another."""
     if request.param == "renamed in two":
-        monkeypatch.setattr(publish, "_rename", lambda *_: False)
+        monkeypatch.setattr(manifest, "_rename", lambda *_: False)
     return str(request.param)
 
 
@@ -166,7 +166,7 @@ def test_a_kill_between_any_two_steps_leaves_the_old_result_or_the_new_one(
         with monkeypatch.context() as patch:
             for name in ("rename", "unlink", "rmdir", "replace"):
                 patch.setattr(os, name, counted(getattr(os, name)))
-            patch.setattr(publish, "_rename", counted(publish._rename))
+            patch.setattr(manifest, "_rename", counted(manifest._rename))
             try:
                 make(out, "two", force=True)
             except KilledError:

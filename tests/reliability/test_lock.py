@@ -13,7 +13,7 @@ from filelock import FileLock
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory
-from fibrefit.store.lock import lock_file
+from fibrefit.store.directory import lock_file
 
 PAIRS = 3
 

@@ -11,8 +11,7 @@ import pytest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory, default_directory
-from fibrefit.store.directory import MARKER
-from fibrefit.store.run import Run
+from fibrefit.store.directory import MARKER, Run
 from fibrefit.study import load_study
 from tests.reliability.studies import copied
 

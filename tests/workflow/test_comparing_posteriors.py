@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import UsageError
+from fibrefit.core.paths import sha256_of
 from fibrefit.report.posterior import better_model, posterior_report
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.predict import CrossValidation
 from fibrefit.series.thresholds import SIGNIFICANT
-from fibrefit.store import sha256_of
 from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Measure

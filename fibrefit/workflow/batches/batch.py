@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fibrefit.core.errors import FibrefitError, UsageError
 from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.paths import write_whole
 from fibrefit.records.copies import Fingerprint
 from fibrefit.series.engines import Done, in_processes, in_this_process, on_cluster
-from fibrefit.store import ResultDirectory, write_whole
+from fibrefit.store import ResultDirectory
 from fibrefit.store.csv_text import csv_text
 from fibrefit.store.summary import NAME, provenance, write_summary
 from fibrefit.study.summaries.series import BatchItem, BatchSummary, speed_name

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError, FibrefitError, StudyError
+from fibrefit.core.paths import sha256_of
 from fibrefit.core.threads import one_blas_thread
 from fibrefit.records.copies import Fingerprint, fingerprint_of
 from fibrefit.report.checks import quantity_of
-from fibrefit.store import sha256_of
 from fibrefit.study import Study, load_study, study_from_files
 from fibrefit.study.summaries.check import Status, failed_model_checks
 from fibrefit.study.summaries.results import FitSummary

@@ -10,10 +10,10 @@ from typing import Literal, NamedTuple, get_args
 
 from fibrefit.core.errors import NO_FILES, DataError, FibrefitError, UsageError, refuse_unknown
 from fibrefit.core.limits import refuse_seed, refuse_starts
-from fibrefit.core.paths import nearest_file
+from fibrefit.core.paths import nearest_file, sha256_of
 from fibrefit.records.copies import Fingerprint, copies_by_fingerprint
-from fibrefit.store import Run, sha256_of
-from fibrefit.store.run import COMMAND
+from fibrefit.store import Run
+from fibrefit.store.directory import COMMAND
 from fibrefit.study import Study
 from fibrefit.study.records import RecordTable
 from fibrefit.workflow.batches.item import Job, Origin, loaded, refuse_places_of_series, said_of

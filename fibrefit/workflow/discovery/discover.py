@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import FibrefitError, UsageError
 from fibrefit.core.limits import Progress, quiet, refuse_seed
+from fibrefit.core.paths import sha256_of
 from fibrefit.core.threads import one_blas_thread
 from fibrefit.discovery.discover import discover
 from fibrefit.discovery.forward_selection import SECONDS, Limits
@@ -21,7 +22,7 @@ from fibrefit.discovery.model.finding import Finding
 from fibrefit.discovery.model.law import LAWS
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.records import Record
-from fibrefit.store import ResultDirectory, sha256_of
+from fibrefit.store import ResultDirectory
 from fibrefit.store.summary import provenance, read_summary
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.discovery import Candidate, DiscoverySummary, Verdict

@@ -158,8 +158,7 @@ class Inspection(Shown):
         """
         from fibrefit.core.paths import write_whole
         from fibrefit.plots.save import save_figures
-        from fibrefit.store.directory import ResultDirectory
-        from fibrefit.store.run import Run
+        from fibrefit.store.directory import ResultDirectory, Run
 
         with ResultDirectory(Path(out), force=force, run=Run(self.inputs)) as directory:
             write_whole(directory.path / "inspection.json", self.content())

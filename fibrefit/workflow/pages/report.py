@@ -9,9 +9,9 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
-from fibrefit.core.paths import is_plain_file, path_from
+from fibrefit.core.paths import is_plain_file, path_from, write_whole
 from fibrefit.report.page import Illustration, Result, page
-from fibrefit.store import read_result, read_summary, write_whole
+from fibrefit.store import read_result, read_summary
 from fibrefit.study.summaries.discovery import DiscoverySummary
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.results import FitSummary, PosteriorSummary
