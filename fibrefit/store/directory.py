@@ -23,21 +23,8 @@ from filelock import FileLock, Timeout
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import is_plain_file, path_from, sha256_of, synchronise
-from fibrefit.store.manifest import (
-    MARKER,
-    WORKING,
-    Manifest,
-    clear,
-    files_of,
-    foreign,
-    identity_of,
-    listing,
-    partial_of,
-    put_in_place,
-    read_manifest,
-    recover,
-    write_manifest,
-)
+from fibrefit.store import manifest
+from fibrefit.store.manifest import MARKER, WORKING, Manifest, files_of, identity_of, read_manifest
 from fibrefit.study import Study
 
 COMMAND, STUDY, SETTINGS = "command", "study", "settings"
@@ -266,7 +253,7 @@ class ResultDirectory:
     ) -> None:
         self._shown, self._run = out, run or Run()
         self.out = _place(out, self._run.inputs)
-        self.path = partial_of(self.out)
+        self.path = manifest.partial_of(self.out)
         self.previous: Path | None = None
         self._force, self._resume, self._keep = force, resume, keep
         self._stack = ExitStack()
@@ -297,7 +284,7 @@ class ResultDirectory:
                 then = "; --resume goes on from there" if goes_on else ", until the same is asked for again"
                 error.add_note(f"What was done is kept in {partial}{then}.")
             elif self.path.is_dir():
-                clear(self.path)
+                manifest.clear(self.path)
             if isinstance(error, OSError) and error.errno in _DISK:
                 # One of the result could not be written, unless it is one that was read and lies elsewhere.
                 place = None if error.filename is None else Path(os.path.abspath(os.fsdecode(error.filename)))
@@ -338,7 +325,7 @@ class ResultDirectory:
                 yield self._shown
             finally:
                 if self.path.is_dir() and not files_of(self.path):
-                    clear(self.path)
+                    manifest.clear(self.path)
 
     @property
     def kept(self) -> Path | None:
@@ -356,7 +343,7 @@ class ResultDirectory:
             try:
                 self.out.parent.mkdir(parents=True, exist_ok=True)
                 stack.enter_context(locked(self.out, str(self._shown)))
-                recover(self.out)
+                manifest.recover(self.out)
             except OSError as error:
                 raise self._refused(error) from None
             self._check_out()
@@ -371,11 +358,11 @@ class ResultDirectory:
         try:
             if self._resume:
                 self.previous = next((folder for folder in (self.path, self.out) if folder.is_dir()), None)
-            elif self.path.exists() and (others := clear(self.path)):
+            elif self.path.exists() and (others := manifest.clear(self.path)):
                 what = f'holds "{others[0]}", which is not part of a result'
                 raise UsageError(str(self.path), what, "a folder of the program's own", "Nothing of it was removed.")
             self.path.mkdir(exist_ok=True)
-            write_manifest(self.path, {"run": dict(self._run.parts), "keep": self._keep})
+            manifest.write_manifest(self.path, {"run": dict(self._run.parts), "keep": self._keep})
         except OSError as error:
             raise self._refused(error) from None
 
@@ -384,29 +371,23 @@ class ResultDirectory:
         content = {"identity": uuid.uuid4().hex, "replaces": self._known, "run": dict(self._run.parts)}
         for file in files_of(self.path):
             synchronise(self.path / file)
-        write_manifest(self.path, content | listing(self.path))
-        stands = put_in_place(self.path, self.out, self._known)
+        manifest.write_manifest(self.path, content | manifest.listing(self.path))
+        stands = manifest.put_in_place(self.path, self.out, self._known)
         synchronise(self.out.parent)
         if stands != self.out:
             shown, self.out = self._shown, stands
-            raise UsageError(
-                str(shown), "was made by somebody else during the run, and was left alone",
-                do=f"The result is complete in {stands}.",
-            )  # fmt: skip
+            got = "was made by somebody else during the run, and was left alone"
+            raise UsageError(str(shown), got, do=f"The result is complete in {stands}.")
 
     def _check_out(self) -> None:
         if not os.path.lexists(self.out):
             return
         if not self.out.is_dir():
             raise UsageError(str(self._shown), "is a file", "a folder", "Name another --out.")
-        others = foreign(self.out)
-        if others:
-            raise UsageError(
-                str(self._shown),
-                f'holds "{others[0]}", which is not part of a result',
-                "a folder that holds a result only",
-                "Nothing was removed. Move it, or name another --out.",
-            )
+        if others := manifest.foreign(self.out):
+            got = f'holds "{others[0]}", which is not part of a result'
+            do = "Nothing was removed. Move it, or name another --out."
+            raise UsageError(str(self._shown), got, "a folder that holds a result only", do)
         if not (self._force or self._resume):
             there = read_manifest(self.out)
             same = self._keep and there is not None and there.run == self._run.parts
@@ -419,19 +400,15 @@ class ResultDirectory:
             # A run that was killed at its very beginning leaves at most a half-written marker.
             begun = self.path.is_dir() and all(path.match(f".{MARKER}.*.tmp") for path in self.path.iterdir())
             if not begun:
-                raise UsageError(
-                    str(self.path), "is in the way", "nothing of that name", "Move it, or name another --out."
-                )
+                do = "Move it, or name another --out."
+                raise UsageError(str(self.path), "is in the way", "nothing of that name", do)
         if self._resume:
             if self._run.parts:
                 self._run.check(left or read_manifest(self.out), str(self._shown))
             return
-        names = files_of(self.path) if left else []
-        if left and left.kept and names and not self._force:
-            raise UsageError(
-                str(self._shown), "holds a run that was cut short", "a new folder, or to go on with it",
-                "Add --resume to go on, or --force to begin anew.",
-            )  # fmt: skip
+        if left and left.kept and not self._force and files_of(self.path):
+            got, do = "holds a run that was cut short", "Add --resume to go on, or --force to begin anew."
+            raise UsageError(str(self._shown), got, "a new folder, or to go on with it", do)
 
     def _refused(self, error: OSError) -> UsageError:
         why = error.strerror or "cannot be written"
@@ -457,7 +434,7 @@ def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
     UsageError
         If no result can stand there.
     """
-    real = Path(os.path.realpath(out))
+    real, own = Path(os.path.realpath(out)), "a folder of its own for the result"
     if os.path.islink(out) and not os.path.lexists(real):
         raise UsageError(str(out), f"is a link to {real}, which does not exist", "a folder", "Name another --out.")
     if real.name and not real.name.strip():
@@ -465,16 +442,14 @@ def _place(out: Path, inputs: tuple[Path, ...]) -> Path:
         raise UsageError(repr(str(out)), "is nothing but blanks", "the name of a folder", "Name another --out.")
     if real.suffix in WORKING:
         what = f"ends in {real.suffix}, as working folders do, which a run moves and removes"
-        raise UsageError(str(out), what, "a folder of its own for the result", "Name another --out.")
+        raise UsageError(str(out), what, own, "Name another --out.")
     here = Path(os.path.realpath(os.curdir))
     if real == here or real in here.parents:
         what = "is the working folder" if real == here else "holds the working folder"
-        raise UsageError(str(out), what, "a folder of its own for the result", "Name another --out.")
+        raise UsageError(str(out), what, own, "Name another --out.")
     if os.path.ismount(real):
         raise UsageError(str(out), "is the root of a file system", "a folder", "Name a folder in it.")
     for file in inputs:
         if real in Path(os.path.realpath(file)).parents:
-            raise UsageError(
-                str(out), f"holds {file}, which is read", "a folder of its own for the result", "Name another --out."
-            )
+            raise UsageError(str(out), f"holds {file}, which is read", own, "Name another --out.")
     return real

@@ -1,9 +1,9 @@
-"""Numbers of a result as data frames of pandas."""
+"""Numbers of a result as data frames of pandas: of most its parameters, of others what they found instead."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,10 @@ import pandas as pd
 from fibrefit.core.errors import DataError
 from fibrefit.core.paths import read_plain_file, shown_path
 from fibrefit.problem.statement.matrices import correlation_matrix
+from fibrefit.study.summaries.discovery import DistinguishSummary, PlanSummary
+from fibrefit.study.summaries.part import Z_95, Part
+from fibrefit.study.summaries.results import SweepSummary
+from fibrefit.study.summaries.series import SeriesSummary
 
 #: Columns of a table of parameters.
 COLUMNS = ("name", "record", "value", "std_error", "low", "high", "unit")
@@ -35,33 +39,22 @@ def parameter_frame(summary: Any) -> pd.DataFrame:
         ``name``; ``record`` (missing where all records share the value; the item of a batch); ``value``, ``std_error``,
         ``low`` and ``high`` in ``unit``. Of a posterior they are mean, standard deviation and the ends of its interval.
     """
-    rows = [(name, record, *_numbers(found)) for name, record, found in _found(summary)]
+    found = [(name, None, value) for name, value in getattr(summary, "parameters", {}).items()]
+    for parts in (getattr(summary, "records", {}), getattr(summary, "items", {})):
+        for record, part in parts.items() if isinstance(parts, dict) else ():
+            own = part if isinstance(part, dict) else getattr(part, "parameters", {})
+            found += [(name, record, value) for name, value in own.items()]
+    rows: list[tuple[Any, ...]] = []
+    for name, record, value in found:
+        if isinstance(value, float):
+            rows.append((name, record, value, None, None, None, None))
+        elif hasattr(value, "mean"):
+            rows.append((name, record, value.mean, value.sd, *value.interval, value.unit))
+        else:
+            rows.append((name, record, value.value, value.std_error, *(value.interval_95 or (None, None)), value.unit))
     frame = pd.DataFrame(rows, columns=list(COLUMNS))
     numbers = ["value", "std_error", "low", "high"]
     return frame.astype(dict.fromkeys(numbers, float))
-
-
-def _found(summary: Any) -> Iterator[tuple[str, str | None, Any]]:
-    for name, found in getattr(summary, "parameters", {}).items():
-        yield name, None, found
-    parts = {**_mapping(summary, "records"), **_mapping(summary, "items")}
-    for record, part in parts.items():
-        for name, found in (part if isinstance(part, dict) else getattr(part, "parameters", {})).items():
-            yield name, record, found
-
-
-def _mapping(summary: Any, name: str) -> dict[str, Any]:
-    found = getattr(summary, name, {})
-    return found if isinstance(found, dict) else {}
-
-
-def _numbers(found: Any) -> tuple[Any, ...]:
-    """Value, error, both ends of the interval and unit, of a fit, of a posterior, or of a bare number."""
-    if isinstance(found, float):
-        return found, None, None, None, None
-    if hasattr(found, "mean"):
-        return found.mean, found.sd, *found.interval, found.unit
-    return found.value, found.std_error, *(found.interval_95 or (None, None)), found.unit
 
 
 def inspection_frame(document: Mapping[str, Any]) -> pd.DataFrame:
@@ -143,52 +136,37 @@ def residual_frame(groups: Groups, counted: Mapping[str, int | None]) -> pd.Data
     observed, predicted = groups["observed_data"], groups["predictions"]
     channels = [name for name in observed if name in predicted and observed[name].dims == ("record", "sample")]
     channels = [name for name in channels if name not in ("time", "phase")]
-    phases = _phases(predicted.get("phase"))
+    phases = None
+    if (variable := predicted.get("phase")) is not None:
+        # Names of the phases, from the numbers and what they stand for.
+        stand = variable.doc.split(": ")
+        names = np.array([part.rpartition(", ")[0] for part in stand[1:-1]] + [stand[-1]], dtype=object)
+        phases = names[np.asarray(variable.values, dtype=int)]
     parts = []
     for r, record in enumerate(observed["record"].values):
+        # A record with gaps has more ticks than samples, one that ends masked more samples than seen.
+        seen = np.flatnonzero(np.any(np.isfinite([observed[c].values[r] for c in channels]), axis=0))
+        n = max(counted.get(str(record)) or 0, int(seen[-1]) + 1 if seen.size else 0)
         for channel in channels:
             measured = observed[channel].values[r]
-            n = _samples(counted.get(str(record)), [observed[c].values[r] for c in channels])
-            parts.append(
-                pd.DataFrame(
-                    {
-                        "record": str(record),
-                        "channel": channel,
-                        "time": observed["time"].values[r, :n],
-                        "phase": phases[r][:n] if phases is not None else None,
-                        "measured": measured[:n],
-                        "simulated": predicted[channel].values[r, :n],
-                        "residual": _residual(groups, channel, r, measured)[:n],
-                    }
-                )
-            )
+            found = groups.get("residuals", {}).get(channel)
+            # Measured minus simulated, as every table and figure has it; the solver and the file count the other way.
+            rows = np.full(measured.shape, np.nan) if found is None else -np.asarray(found.values[r])
+            columns = {
+                "record": str(record),
+                "channel": channel,
+                "time": observed["time"].values[r, :n],
+                "phase": phases[r][:n] if phases is not None else None,
+                "measured": measured[:n],
+                "simulated": predicted[channel].values[r, :n],
+                "residual": np.where(np.isfinite(measured), rows, np.nan)[:n],
+            }
+            parts.append(pd.DataFrame(columns))
     frame = pd.concat(parts, ignore_index=True)
     for column in ("record", "channel", "phase"):
         frame[column] = frame[column].astype("category")
     frame.attrs["units"] = {channel: observed[channel].unit for channel in channels}
     return frame
-
-
-def _samples(counted: int | None, channels: list[np.ndarray]) -> int:
-    """Rows of a record: a record with gaps has more ticks than samples, one that ends masked more samples than seen."""
-    seen = np.flatnonzero(np.any(np.isfinite(channels), axis=0))
-    return max(counted or 0, int(seen[-1]) + 1 if seen.size else 0)
-
-
-def _residual(groups: Groups, channel: str, record: int, measured: np.ndarray) -> np.ndarray:
-    """Measured minus simulated, as every table and figure has it; the solver and the file count the other way."""
-    found = groups.get("residuals", {}).get(channel)
-    rows = np.full(measured.shape, np.nan) if found is None else np.asarray(found.values[record])
-    return np.where(np.isfinite(measured), -rows, np.nan)
-
-
-def _phases(variable: Any) -> np.ndarray | None:
-    """Names of the phases ``(n_record, n_sample)``, from the numbers and what they stand for."""
-    if variable is None:
-        return None
-    parts = variable.doc.split(": ")
-    names = [part.rpartition(", ")[0] for part in parts[1:-1]] + [parts[-1]]
-    return np.array(names, dtype=object)[np.asarray(variable.values, dtype=int)]
 
 
 def batch_frame(path: Path) -> pd.DataFrame:
@@ -212,3 +190,88 @@ def batch_frame(path: Path) -> pd.DataFrame:
         return table.set_index("item")
     except (ValueError, KeyError) as error:
         raise DataError(shown_path(path), f"no table of a batch: {error}", "what fibrefit has written") from None
+
+
+def result_frame(summary: Part) -> pd.DataFrame:
+    """What a result found, as a table.
+
+    Parameters
+    ----------
+    summary : Part
+        Content of a ``summary.json``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Of a fit, a discovery, a posterior, a prediction, a batch or a sweep one row a value, see
+        `parameter_frame`; of ``distinguish`` one row an effect, of ``plan`` one row a further record,
+        of a series one row a record and parameter, see `values_frame`.
+    """
+    if isinstance(summary, DistinguishSummary):
+        return pd.DataFrame([one.model_dump() for one in summary.effects])
+    if isinstance(summary, PlanSummary):
+        # Conditions in which each record differs, its cost, and by what factors errors and limits would fall.
+        rows = [
+            {
+                "like": one.like,
+                **one.conditions,
+                "pace": one.pace,
+                "size": one.size,
+                "minutes": one.minutes,
+                "probability_distinguished": one.probability_distinguished,
+                "looked_into": one.looked_into,
+                **{f"error of {name}": factor for name, factor in one.errors.items()},
+                **{f"limit of {name}": factor for name, factor in one.limits.items()},
+            }
+            for one in summary.further
+        ]
+        return pd.DataFrame(rows)
+    if isinstance(summary, SeriesSummary):
+        rows = [
+            {
+                "record": record,
+                "parameter": name,
+                "value": own.value,
+                "std_error": own.std_error,
+                "common_error": own.common_error,
+                "unit": own.unit,
+                "shrunk": own.shrunk,
+                "shrunk_error": own.shrunk_error,
+                **found.conditions,
+            }
+            for record, found in summary.records.items()
+            for name, own in found.parameters.items()
+        ]
+        return values_frame(pd.DataFrame(rows))
+    frame = parameter_frame(summary)
+    if not isinstance(summary, SweepSummary):
+        return frame
+    # Values that a study states are bare: their units are those of the rig and of the catalogue.
+    from fibrefit.laws.catalogue import CATALOGUE
+    from fibrefit.rigs.catalogue import rig_of
+
+    units = {one.name: one.unit for one in rig_of(summary.rig).parameters}
+    for effect in (CATALOGUE[name] for name in summary.effects if name in CATALOGUE):
+        units |= {f"{effect.name}.{one.name}": one.unit for one in effect.parameters}
+    return frame.assign(unit=frame["name"].map(units))
+
+
+def values_frame(tidy: pd.DataFrame) -> pd.DataFrame:
+    """Values of single records as any result tells its values, conditions behind them.
+
+    Parameters
+    ----------
+    tidy : pandas.DataFrame
+        One row a record and parameter: ``record``, ``parameter``, ``value``, ``std_error``, ``common_error``, ``unit``
+        and conditions.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The columns of `parameter_frame`, of which ``low`` and ``high`` are the ends of the 95 % interval of a normal
+        law with both errors, then the conditions.
+    """
+    # Tables that were written before they told it have none.
+    half = Z_95 * np.hypot(tidy["std_error"], tidy.get("common_error", 0.0))
+    table = tidy.rename(columns={"parameter": "name"}).assign(low=tidy["value"] - half, high=tidy["value"] + half)
+    return table[[*COLUMNS, *(name for name in table.columns if name not in COLUMNS)]]

@@ -11,7 +11,8 @@ import pytest
 
 from fibrefit.core.errors import UsageError
 from fibrefit.store import ResultDirectory, default_directory
-from fibrefit.store.directory import MARKER, Run
+from fibrefit.store.directory import Run
+from fibrefit.store.manifest import MARKER
 from fibrefit.study import load_study
 from tests.reliability.studies import copied
 

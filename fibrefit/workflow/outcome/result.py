@@ -140,7 +140,7 @@ class AnyResult(Shown, ABC):
         >>> table.loc["stiffness", "unit"].item()
         'N/m'
         """
-        from fibrefit.tables.kinds import result_frame
+        from fibrefit.tables.frames import result_frame
 
         return result_frame(self.summary())
 

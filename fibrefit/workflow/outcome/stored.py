@@ -148,7 +148,7 @@ class StoredResult(AnyResult):
         if (table := self.folder / "table.parquet").is_file() and self.kind == "series":
             import pandas as pd
 
-            from fibrefit.tables.kinds import values_frame
+            from fibrefit.tables.frames import values_frame
 
             return values_frame(pd.read_parquet(table))
         return super().to_dataframe()

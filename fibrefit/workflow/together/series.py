@@ -156,7 +156,7 @@ class SeriesResult(FoundResult):
             ``name``, ``record``, ``value``, ``std_error``, ``low``, ``high``, ``unit``, then every condition and the
             speed at which each parameter was determined, SI units.
         """
-        from fibrefit.tables.kinds import values_frame
+        from fibrefit.tables.frames import values_frame
 
         return values_frame(self._tidy())
 
