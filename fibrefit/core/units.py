@@ -88,12 +88,14 @@ NOT_IN_PERCENT = (
 def _read_tables() -> None:
     """Fill the tables from the file; each line of it has columns, and one that is indented goes on with that before."""
     text = Path(__file__).with_name("units.txt").read_text(encoding="utf-8").replace("\n    ", " ")
-    for line in filter(None, text.splitlines()):
+    for line in text.splitlines():
+        if not line or line.startswith("#"):
+            continue
         first, *columns = (column.strip() for column in line.split("|"))
         if " : " in first:
             unit, KINDS[unit] = first.split(" : ")
             ACCEPTED.update((unit, offered) for offered in columns)
-        elif not line.startswith("#"):
+        else:
             symbol, sign, definition = first.partition(" = ")
             DEFINITIONS.update({symbol: definition} if sign else {})
             for known, spellings in zip((_SPELLINGS, _WHOLE, _WORDS), columns, strict=False):
