@@ -106,8 +106,7 @@ REASONS: dict[str, dict[str, str]] = {
         "MOST_PERIODS": WORK,
     },
     "series.meta_analysis": {"CLOSE": ENDS},
-    "simulation.forward_sensitivity": {"1e-12": ROUNDING, "MANY": WORK},
-    "simulation.jumps": {"ARCS": WORK},
+    "simulation.sensitivity": {"1e-12": ROUNDING, "MANY": WORK},
     "simulation.pieces": {"ARCS": WORK},
     "simulation.switched": {
         "ARCS": WORK,

@@ -94,10 +94,12 @@ class Extended(eqx.Module):
         """Rate of the state, by the clock of the record."""
         system, felt = self._system(state, mode.past, inputs), self._felt(inputs)
         moved = system.derivative(state.inner, mode.inner, felt)
-        parts = tuple(
-            self._swing(law, part, state.inner.position, moved.position)
-            for law, part in zip(self._carrying, state.passengers, strict=True)
-        )
+        parts = []
+        for law, part in zip(self._carrying, state.passengers, strict=True):
+            _, omega, ratio = law.loose()
+            swing = omega * (part.position - state.inner.position)
+            pull = omega * (swing + 2.0 * ratio * (part.velocity - moved.position))
+            parts.append(Passenger(part.velocity, -pull))
         # A pendulum turns: no law of its ports asks for a way that it has gone.
         speed, further = jnp.abs(getattr(moved, "position", jnp.zeros(()))), {}
         if "path" in state.history:
@@ -108,7 +110,7 @@ class Extended(eqx.Module):
             assert self.rig.fibres is not None, "a rig with a fibre"
             further["cycles"] = loading(*self.rig.fibres(system, state.inner, mode.inner, felt)[0])
         pace = self.pace()
-        return jax.tree.map(lambda rate: pace * rate, ExtendedState(moved, parts, further))
+        return jax.tree.map(lambda rate: pace * rate, ExtendedState(moved, tuple(parts), further))
 
     def margins(self, state: ExtendedState, mode: ExtendedMode, inputs: Any) -> ExtendedMode:
         """Margins of each mode; of an instant the time to it, in s."""
@@ -211,12 +213,6 @@ class Extended(eqx.Module):
             guide = replace(system.guide, laws=(*system.guide.laws, _Pull(share * system.mass * swing)))
             system = replace(system, guide=guide, mass=(1.0 - share) * system.mass)
         return system
-
-    def _swing(self, law: GuideLaw, part: Passenger, position: jax.Array, velocity: jax.Array) -> Passenger:
-        """Rate of a part that hangs on a weight."""
-        _, omega, ratio = law.loose()
-        pull = omega * (omega * (part.position - position) + 2.0 * ratio * (part.velocity - velocity))
-        return Passenger(part.velocity, -pull)
 
 
 def bare(solution: Any) -> Any:

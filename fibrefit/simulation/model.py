@@ -16,8 +16,7 @@ from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.rig import Rig, Values
 from fibrefit.simulation.extended import Extended, bare, is_extended, with_clock
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
-from fibrefit.simulation.jumps import Jumps, Observe, Sides, jumps_of
-from fibrefit.simulation.pieces import pieces_of
+from fibrefit.simulation.pieces import Jumps, Sides, jumps_of, pieces_of
 from fibrefit.simulation.sensing import behind, chain_of
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import Grid, Solution
@@ -113,7 +112,12 @@ class Model:
         """
         if not any(effect.singular for effect in self.effects):
             return self._simulate(values, experiment)
-        response = self._simulate(_without_slopes_at_null(self, values), experiment)
+        # Singular effects at their null have no tangents here: `_with_slopes` has these, and all of them.
+        held = dict(values)
+        for law, name, _ in _singular(self, values):
+            keep = partial(jnp.where, law.absent())
+            held[name] = jax.tree.map(lambda v, keep=keep: keep(jax.lax.stop_gradient(v), v), values[name])
+        response = self._simulate(held, experiment)
         return response._replace(channels=_with_slopes(self, values, experiment, response.channels))
 
     def stretched(
@@ -137,7 +141,7 @@ class Model:
 
     def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
         """The system that moves, and the conditions of its record."""
-        conditions = known_conditions(values, laws, experiment)
+        conditions = corrected_conditions(experiment.conditions, values, laws)
         if is_extended(laws):
             return Extended.of(self.rig, self.tension_law, values, conditions, laws), conditions
         return self.rig.build(values, conditions, laws, self.tension_law), conditions
@@ -163,7 +167,17 @@ class Model:
         solution = solve(system, begin, Grid(times, count, inputs))
 
         sensors = laws_of(SensorLaw, laws)
-        observe = _observed(self.rig, system, any(sensor.feels for sensor in sensors))
+        feels = any(sensor.feels for sensor in sensors)
+
+        def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
+            channels = _observe(self.rig, system, state, mode, here)
+            if not feels:
+                return channels
+            rates = system.derivative(state, mode, here)
+            # By true time, as the gauge feels it, whatever the clock of the record says.
+            felt = rates.inner.velocity / system.pace() if extended else rates.velocity
+            return channels | {FELT: felt}
+
         here, chain = _at_samples(inputs, times), chain_of(laws)
         channels = jax.vmap(observe)(solution.states, solution.modes, here)
         sensed = partial(_both_sides, sensors, None if chain is None else chain.at_once(times[1] - times[0]))
@@ -214,11 +228,6 @@ def commanded(
     return channels
 
 
-def known_conditions(values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> Values:
-    """Conditions of a record as the laws know them."""
-    return corrected_conditions(experiment.conditions, values, laws)
-
-
 def corrected_conditions(stated: Values, values: Values, laws: tuple[Effect, ...]) -> Values:
     """Conditions that are stated, as the laws know them."""
     # A condition that no one knows is a value like any other, and is found.
@@ -233,21 +242,6 @@ def _observe(rig: Rig, system: Any, state: Any, mode: Any, here: Any) -> dict[st
     if isinstance(system, Extended):
         return system.observe(state, mode, here)
     return rig.observe(system, state, mode, here)
-
-
-def _observed(rig: Rig, system: Any, feels: bool) -> Observe:
-    """True value of each channel at one instant, and the acceleration where a sensor feels that."""
-
-    def observe(state: Any, mode: Any, here: Any) -> dict[str, jax.Array]:
-        channels = _observe(rig, system, state, mode, here)
-        if not feels:
-            return channels
-        rates = system.derivative(state, mode, here)
-        # By true time, as the gauge feels it, whatever the clock of the record says.
-        felt = rates.inner.velocity / system.pace() if isinstance(system, Extended) else rates.velocity
-        return channels | {FELT: felt}
-
-    return observe
 
 
 def _measured(sensors: tuple[SensorLaw, ...], channels: dict[str, jax.Array], times: jax.Array) -> dict[str, jax.Array]:
@@ -270,15 +264,6 @@ def _at_samples(inputs: dict[str, Course], times: jax.Array) -> dict[str, Any]:
     """Value and rate of each input at every sample."""
     steps = jnp.minimum(jnp.arange(times.shape[0]), times.shape[0] - 2)
     return jax.vmap(lambda step, time: inputs_at(inputs, times, step, time))(steps, times)
-
-
-def _without_slopes_at_null(model: Model, values: Values) -> Values:
-    """Values of which singular effects at their null have no tangents: `_with_slopes` has these, and all of them."""
-    held = dict(values)
-    for law, name, _ in _singular(model, values):
-        keep = partial(jnp.where, law.absent())
-        held[name] = jax.tree.map(lambda v, keep=keep: keep(jax.lax.stop_gradient(v), v), values[name])
-    return held
 
 
 def _singular(model: Model, values: Values) -> Iterator[tuple[Effect, str, Parameter]]:

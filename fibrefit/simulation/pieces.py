@@ -1,7 +1,8 @@
-"""A quantity between the points of the grid: a cubic on every smooth piece of the motion.
+"""A quantity between the points of the grid: a cubic on every smooth piece of the motion, and jumps at its switches.
 
-A tension jumps where a fibre goes taut or slack, somewhere inside a step of the grid. The pieces end there, so that
-what follows, a filter or a delay, meets a smooth quantity on each of them.
+A tension jumps where a fibre goes taut or slack, somewhere inside a step of the grid: one that goes taut at speed bears
+its damping force at once. The pieces end there, so that what follows, a filter or a delay, meets a smooth quantity on
+each of them.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from fibrefit.simulation.switched import ARCS, Inputs, Solution, take
 
 Cubic = tuple[jax.Array, ...]
 Observe = Callable[[State, Mode, Any], jax.Array]
+ObserveAll = Callable[[State, Mode, Any], dict[str, jax.Array]]
+Sides = tuple[dict[str, jax.Array], dict[str, jax.Array]]
 
 
 class Pieces(NamedTuple):
@@ -113,3 +116,45 @@ def _in_order(solution: Solution, times: jax.Array, of_steps: Cubic, of_arcs: Cu
 
 def _constant(value: jax.Array) -> Cubic:
     return value, jnp.zeros_like(value), jnp.zeros_like(value), jnp.zeros_like(value)
+
+
+class Jumps(NamedTuple):
+    """What the switches of a motion do to the readings.
+
+    Parameters
+    ----------
+    instants : (ARCS,) in s
+    heights : dict of (ARCS,) in SI units
+        By channel; zero where a switch leaves the reading as it is, and in rows without a switch.
+    number : () int
+        Rows that may hold a switch.
+    """
+
+    instants: jax.Array
+    heights: dict[str, jax.Array]
+    number: jax.Array
+
+
+def jumps_of(
+    observe: ObserveAll,
+    inputs_at: Callable[[jax.Array, jax.Array], Any],
+    solution: Solution,
+    sensed: Callable[[Sides, jax.Array], Sides] = lambda sides, _: sides,
+) -> Jumps:
+    """Jumps of the readings at all switches of a motion.
+
+    Parameters
+    ----------
+    observe : callable ``(state, mode, inputs) -> {channel: value}``
+    inputs_at : callable ``(step, instant) -> inputs``
+    sensed : callable ``(sides, instants) -> sides``
+        Readings before and after, of what is observed.
+    """
+    arcs = solution.arcs
+    state, mode = jax.tree.map(lambda rows: jnp.roll(rows, -1, axis=0), (arcs.state, arcs.mode))
+    inputs = jax.vmap(inputs_at)(arcs.step, arcs.end)
+    felt = jax.vmap(observe)(state, arcs.mode, inputs), jax.vmap(observe)(state, mode, inputs)
+    before, after = sensed(felt, arcs.end)
+    switched = (arcs.ended_by >= 0) & (jnp.arange(ARCS) < solution.n_arcs - 1)
+    heights = {channel: jnp.where(switched, value - before[channel], 0.0) for channel, value in after.items()}
+    return Jumps(arcs.end, heights, jnp.minimum(solution.n_arcs, ARCS))

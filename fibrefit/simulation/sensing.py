@@ -158,21 +158,18 @@ def behind(pieces: Pieces, lags: Lags, late_by: jax.Array, times: jax.Array) -> 
     reading = lags.direct * _dot((jnp.ones_like(s), s, s * s, s * s * s), here)
     whole = jnp.where(length > 0.0, 1.0, 0.0)
     maps = [lag(pieces.cubic, constant * per_length, whole) for constant in lags.constants]
-    starts = _recur(maps, pieces.cubic[0][0])
-    for weight, constant, start in zip(lags.weights, lags.constants, starts, strict=True):
-        factor, offset = lag(here, constant * per_length[row], s)
-        reading += jnp.real(weight * (factor * start[row] + offset))
-    return reading
-
-
-def _recur(maps: list[tuple[jax.Array, jax.Array]], first: jax.Array) -> list[jax.Array]:
-    """Readings behind each lag at the start of each piece; at rest before the first."""
 
     def forward(values: list[jax.Array], piece: list[tuple[jax.Array, jax.Array]]) -> Any:
         return [factor * value + offset for value, (factor, offset) in zip(values, piece, strict=True)], values
 
+    # Readings behind each lag at the start of each piece; at rest before the first.
+    first = pieces.cubic[0][0]
     at_rest = [jnp.asarray(first, factor.dtype) for factor, _ in maps]
-    return jax.lax.scan(forward, at_rest, maps)[1] if maps else []
+    starts = jax.lax.scan(forward, at_rest, maps)[1] if maps else []
+    for weight, constant, start in zip(lags.weights, lags.constants, starts, strict=True):
+        factor, offset = lag(here, constant * per_length[row], s)
+        reading += jnp.real(weight * (factor * start[row] + offset))
+    return reading
 
 
 class SensorChain(NamedTuple):

@@ -162,6 +162,9 @@ class _Plain(NamedTuple):
 def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Array, run: _Run) -> _Run:
     """Whole steps of the grid in one mode, up to the first whose end violates it, or to rest."""
 
+    def same(state: State, other: State) -> list[jax.Array]:
+        return jax.tree.leaves(jax.tree.map(lambda a, b: a == b, state, other))
+
     def body(plain: _Plain) -> _Plain:
         step, state = plain.step, plain.state
         start, end = row(times, step), row(times, step + 1)
@@ -173,7 +176,7 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
             trial,
             state,
             going,
-            jnp.array(False) if inputs else _unchanged(state, trial),
+            jnp.array(False) if inputs else functools.reduce(jnp.logical_and, same(state, trial)),
             write(plain.states, step + 1, trial),
             write(plain.modes, step + 1, run.mode),
         )
@@ -196,11 +199,6 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
         modes=end.modes,
         still=end.going & end.still,
     )
-
-
-def _unchanged(state: State, other: State) -> jax.Array:
-    same = jax.tree.leaves(jax.tree.map(lambda a, b: a == b, state, other))
-    return functools.reduce(jnp.logical_and, same)
 
 
 class _Search(NamedTuple):

@@ -18,8 +18,7 @@ import jax
 import jax.numpy as jnp
 
 from fibrefit.simulation.inputs import inputs_at
-from fibrefit.simulation.rosenbrock import eliminate, reach, substitute
-from fibrefit.simulation.steps import explicit
+from fibrefit.simulation.steps import eliminate, explicit, reach, substitute
 
 DIAGONAL = 1.0 / 4.0
 NODES = (1.0 / 4.0, 3.0 / 4.0, 11.0 / 20.0, 1.0 / 2.0, 1.0)
@@ -121,6 +120,7 @@ class _Path:
 
         What is over within a small part of a piece is over at its nodes too; a curve through both ends is not.
         """
+        rates = jax.vmap(partial(self.rate, *self.laws))
         weights = jnp.array([[*row, *[0.0] * (len(WEIGHTS) - len(row))] for row in WEIGHTS])
 
         def stage(slopes: Leaves, node: jax.Array) -> tuple[Leaves, tuple[jax.Array, Leaves]]:
@@ -130,16 +130,13 @@ class _Path:
             slope = [jnp.zeros_like(y) for y in start]
             for _ in range(CORRECTIONS):
                 here = [y + self.length * DIAGONAL * k for y, k in zip(before, slope, strict=True)]
-                error = [f - k for f, k in zip(self._rates(time, here), slope, strict=True)]
+                error = [f - k for f, k in zip(rates(time, here, *self.where), slope, strict=True)]
                 slope = [k + d for k, d in zip(slope, substitute(factors, error), strict=True)]
             here = [y + self.length * DIAGONAL * k for y, k in zip(before, slope, strict=True)]
             return [store.at[node].set(k) for store, k in zip(slopes, slope, strict=True)], (time, here)
 
         blank = [jnp.zeros((len(NODES), *y.shape)) for y in start]
         return jax.lax.scan(stage, blank, jnp.arange(len(NODES)))[1]
-
-    def _rates(self, time: jax.Array, leaves: Leaves) -> Leaves:
-        return jax.vmap(partial(self.rate, *self.laws))(time, leaves, *self.where)
 
     def _jacobian(self, time: jax.Array, leaves: Leaves) -> list[list[Any]]:
         """Rows of the Jacobian; an entry is ``(n_piece,)``, or None where it is zero whatever the values."""

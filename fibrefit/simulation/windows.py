@@ -29,8 +29,8 @@ import jax.numpy as jnp
 from fibrefit.laws.law import HISTORY_OF_MOTION, Effect, Moment, SensorLaw, laws_of
 from fibrefit.rigs.rig import Start, Values
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
-from fibrefit.simulation.jumps import jumps_of
-from fibrefit.simulation.model import Experiment, Model, Response, known_conditions, pushed_by
+from fibrefit.simulation.model import Experiment, Model, Response, corrected_conditions, pushed_by
+from fibrefit.simulation.pieces import jumps_of
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import Grid, Solution, take
 
@@ -63,7 +63,11 @@ class WindowedModel(Model):
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
         laws, size = self._in_record(values, experiment), experiment.times.shape[0]
         experiment = experiment._replace(inputs=pushed_by(laws, experiment.inputs, experiment.times))
-        experiment = _lengthened(experiment, -size % self.window)
+        # Whole windows: samples of padding at the end.
+        times, more = experiment.times, -size % self.window
+        ahead = times[-1] + (times[-1] - times[-2]) * jnp.arange(1, more + 1)
+        inputs = jax.tree.map(lambda rows: jnp.concatenate([rows, jnp.repeat(rows[-1], more)]), experiment.inputs)
+        experiment = experiment._replace(times=jnp.concatenate([times, ahead]), inputs=inputs)
         cut = partial(jax.tree.map, lambda rows: rows.reshape(-1, self.window))
         times, inputs = cut(experiment.times), cut(experiment.inputs)
         counted = cut(jnp.arange(experiment.times.shape[0]) < experiment.count)
@@ -80,7 +84,15 @@ class WindowedModel(Model):
         driven = courses(take(inputs, 0), times[0])
         observe = partial(self.rig.observe, self._system(values, laws, experiment)[0])
         jumps = jumps_of(observe, lambda step, time: inputs_at(driven, times[0], step, time), first)
-        return Response(channels, _joined(solution, first, size), jumps)
+        # The motion of all windows as one; its list of arcs is that of the first.
+        whole = partial(jax.tree.map, lambda rows: rows.reshape(-1)[:size])
+        motion = first._replace(
+            states=whole(solution.states),
+            modes=whole(solution.modes),
+            switches=solution.switches.sum(),
+            trouble=solution.trouble.any(),
+        )
+        return Response(channels, motion, jumps)
 
     @property
     def _anchor(self) -> str:
@@ -96,7 +108,7 @@ class WindowedModel(Model):
 
     def _system(self, values: Values, laws: tuple[Effect, ...], experiment: Experiment) -> tuple[Any, Values]:
         """The system of one window, whose laws do not change while it lasts."""
-        conditions = known_conditions(values, laws, experiment)
+        conditions = corrected_conditions(experiment.conditions, values, laws)
         return self.rig.build(values, conditions, laws, self.tension_law), conditions
 
     def _window(
@@ -108,16 +120,14 @@ class WindowedModel(Model):
         here = jax.vmap(lambda step, time: inputs_at(driven, times, step, time))(steps, times)
         anchor = inputs["anchor"]
 
-        whole = _Window(system, read, driven, here, times, self._start(inputs), jnp.array(STARTS_FOUND[self._anchor]))
+        # Position and velocity with which the window begins as it was measured.
+        place = inputs["anchor" if self._anchor == "position" else "position"]
+        measured = jnp.stack([place.values[0], place.slopes[0]])
+        whole = _Window(system, read, driven, here, times, measured, jnp.array(STARTS_FOUND[self._anchor]))
         best, slopes = _without_tangents(_best_start, (whole, anchor, counted))
         solution = _followed(whole, best)
         readings = read(_moved(solution))
         return readings + slopes @ _coefficients(slopes, anchor.values - readings, counted), solution
-
-    def _start(self, inputs: dict[str, Signals]) -> jax.Array:
-        """Position and velocity ``(2,)`` with which a window begins as it was measured."""
-        place = inputs["anchor" if self._anchor == "position" else "position"]
-        return jnp.stack([place.values[0], place.slopes[0]])
 
 
 class _Window(NamedTuple):
@@ -257,22 +267,3 @@ def _coefficients(slopes: jax.Array, residual: jax.Array, counted: jax.Array) ->
     b = jnp.where(determined, (second @ aim) / jnp.where(determined, norm, 1.0), 0.0)
     a = first @ (aim - b * columns[:, 1])
     return jnp.stack([a, b]) / jnp.where(sound, size, 1.0)
-
-
-def _lengthened(experiment: Experiment, more: int) -> Experiment:
-    """The experiment with `more` samples of padding at its end."""
-    times = experiment.times
-    ahead = times[-1] + (times[-1] - times[-2]) * jnp.arange(1, more + 1)
-    inputs = jax.tree.map(lambda rows: jnp.concatenate([rows, jnp.repeat(rows[-1], more)]), experiment.inputs)
-    return experiment._replace(times=jnp.concatenate([times, ahead]), inputs=inputs)
-
-
-def _joined(solution: Solution, first: Solution, size: int) -> Solution:
-    """The motion of all windows as one, ``(size, ...)``; its list of arcs is that of the first."""
-    whole = partial(jax.tree.map, lambda rows: rows.reshape(-1)[:size])
-    return first._replace(
-        states=whole(solution.states),
-        modes=whole(solution.modes),
-        switches=solution.switches.sum(),
-        trouble=solution.trouble.any(),
-    )

@@ -21,7 +21,7 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals
-from fibrefit.simulation.model import ORDER, known_conditions
+from fibrefit.simulation.model import ORDER, corrected_conditions
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.workflow import axis
@@ -121,7 +121,7 @@ def test_a_further_record_rests_at_first_and_is_under_the_conditions_it_names(ca
         for r, choice in enumerate(batch):
             row = dict(zip(names, values[r], strict=True))
             said = experiment._replace(conditions={n: np.asarray(v)[r] for n, v in experiment.conditions.items()})
-            known = known_conditions(row, (), said)
+            known = corrected_conditions(said.conditions, row, ())
             for name in own:
                 like = row[name] if name in names else np.asarray(own[name])[choice.record]
                 assert known[name] == pytest.approx(

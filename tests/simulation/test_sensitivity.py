@@ -11,9 +11,9 @@ import pytest
 
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.simulation.forward_sensitivity import MANY
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import Experiment, Model
+from fibrefit.simulation.sensitivity import MANY
 from tests.simulation.drops import OF_RIG, QUICK, drive, drop, given, jacobian, kind_of, respond
 
 #: The same formulas in another program: sums are taken in another order.
