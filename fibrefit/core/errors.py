@@ -127,7 +127,7 @@ class Mistakes:
     --------
     >>> with Mistakes("study.toml") as mistakes:
     ...     for file in ("a.csv", "b.csv"):
-    ...         with mistakes.apart():
+    ...         with mistakes.collect():
     ...             raise StudyError(file, "no such file")
     Traceback (most recent call last):
     ...
@@ -149,7 +149,7 @@ class Mistakes:
         self._found += error.each()
 
     @contextmanager
-    def apart(self) -> Iterator[None]:
+    def collect(self) -> Iterator[None]:
         """A look by itself: what it refuses is kept, and the next one is taken."""
         try:
             yield

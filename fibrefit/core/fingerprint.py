@@ -45,10 +45,10 @@ def fingerprint(value: Any) -> str:
     NotDescribedError
         If it holds anything else.
     """
-    return _said(value, 0)
+    return _describe(value, 0)
 
 
-def resolved(name: str) -> Any:
+def resolve_class(name: str) -> Any:
     """Class of this package from its description.
 
     Raises
@@ -100,7 +100,7 @@ def _code_in(folder: str | PathLike[str]) -> Iterator[tuple[str, str]]:
                 yield entry.path, f"{stat.st_size}\0{stat.st_mtime_ns}"
 
 
-def _said(value: Any, depth: int) -> str:
+def _describe(value: Any, depth: int) -> str:
     if depth > DEEPEST:
         raise NotDescribedError("nested too deeply")
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
@@ -108,7 +108,7 @@ def _said(value: Any, depth: int) -> str:
     if isinstance(value, type):
         # A class made by a function is what it is made of.
         made = value.__dict__.get("_made_of")
-        return _named(value) if made is None else f"class {value.__qualname__}({_said(made, depth + 1)})"
+        return _named(value) if made is None else f"class {value.__qualname__}({_describe(made, depth + 1)})"
     if isinstance(value, FunctionType):
         # A function is its place in the source and all that it closes over.
         module, code = value.__module__ or "", value.__code__
@@ -120,19 +120,19 @@ def _said(value: Any, depth: int) -> str:
             closed = [cell.cell_contents for cell in value.__closure__ or ()]
         except ValueError:
             raise NotDescribedError(where) from None
-        return f"{where}({_all([closed, value.__defaults__, value.__kwdefaults__], depth + 1)})"
+        return f"{where}({_describe_all([closed, value.__defaults__, value.__kwdefaults__], depth + 1)})"
     for kinds, say in _KINDS:
         if isinstance(value, kinds):
             return say(value, depth + 1)
     if dataclasses.is_dataclass(value):
         # What takes no part in a comparison takes none in a program.
         fields = [(field.name, getattr(value, field.name)) for field in dataclasses.fields(value) if field.compare]
-        return f"{_named(type(value))}({_all(fields, depth + 1)})"
+        return f"{_named(type(value))}({_describe_all(fields, depth + 1)})"
     raise NotDescribedError(f"{type(value).__module__}.{type(value).__qualname__}")
 
 
-def _all(values: Any, depth: int) -> str:
-    return ", ".join(_said(value, depth) for value in values)
+def _describe_all(values: Any, depth: int) -> str:
+    return ", ".join(_describe(value, depth) for value in values)
 
 
 def _name(thing: Any) -> str:
@@ -158,22 +158,22 @@ def _at(module: str, path: str) -> Any:
 
 def _array(value: np.ndarray, depth: int) -> str:
     if value.dtype.hasobject:
-        return f"objects {value.shape} ({_all(value.ravel().tolist(), depth)})"
+        return f"objects {value.shape} ({_describe_all(value.ravel().tolist(), depth)})"
     return f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()}"
 
 
 _KINDS: tuple[tuple[Any, Any], ...] = (
-    (tuple, lambda value, depth: f"{_named(type(value))}({_all(value, depth)})"),
-    (list, lambda value, depth: f"[{_all(value, depth)}]"),
-    (Mapping, lambda value, depth: f"{{{_all(value.items(), depth)}}}"),
-    ((set, frozenset), lambda value, depth: f"set({sorted(_said(part, depth) for part in value)})"),
+    (tuple, lambda value, depth: f"{_named(type(value))}({_describe_all(value, depth)})"),
+    (list, lambda value, depth: f"[{_describe_all(value, depth)}]"),
+    (Mapping, lambda value, depth: f"{{{_describe_all(value.items(), depth)}}}"),
+    ((set, frozenset), lambda value, depth: f"set({sorted(_describe(part, depth) for part in value)})"),
     (enum.Enum, lambda value, depth: f"{_named(type(value))}.{value.name}"),
     (np.ndarray, _array),
     (np.dtype, lambda value, depth: f"dtype {value}"),
     (PurePath, lambda value, depth: f"path {value}"),
     (slice, lambda value, depth: repr(value)),
     (range, lambda value, depth: repr(value)),
-    (functools.partial, lambda v, depth: f"partial({_all((v.func, v.args, v.keywords), depth)})"),
-    (MethodType, lambda v, depth: f"method({_all((v.__func__, v.__self__), depth)})"),
+    (functools.partial, lambda v, depth: f"partial({_describe_all((v.func, v.args, v.keywords), depth)})"),
+    (MethodType, lambda v, depth: f"method({_describe_all((v.__func__, v.__self__), depth)})"),
     (BuiltinFunctionType, lambda value, depth: _named(value)),
 )

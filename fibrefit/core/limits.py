@@ -57,7 +57,9 @@ class Allowance:
         """
         self.left -= int(size)
         if self.left < 0:
-            raise too_large(self.where, "unpacked or declared", self.error)
+            limit = f"{LARGEST / (1 << 30):.3g} GiB"
+            got, do = f"more than {limit} unpacked or declared", "Cut the file into parts."
+            raise self.error(self.where, got, f"one experiment, {limit} at most", do)
 
 
 def too_many_cells(where: str, error: type[FibrefitError]) -> FibrefitError:
@@ -65,12 +67,6 @@ def too_many_cells(where: str, error: type[FibrefitError]) -> FibrefitError:
     most = f"{MOST_CELLS / 1e6:g} million"
     do = "Cut it into parts, or save it as Parquet or MATLAB, which take more."
     return error(where, f"more than {most} cells", f"a table of {most} cells at most", do)
-
-
-def too_large(where: str, how: str, error: type[FibrefitError]) -> FibrefitError:
-    """Refusal of what is larger than any record of one experiment."""
-    limit = f"{LARGEST / (1 << 30):.3g} GiB"
-    return error(where, f"more than {limit} {how}", f"one experiment, {limit} at most", "Cut the file into parts.")
 
 
 def too_long(where: str, size: int, error: type[FibrefitError]) -> FibrefitError:

@@ -7,7 +7,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -41,18 +41,16 @@ def shown_path(path: str | Path) -> str:
 
 def is_plain_file(path: Path) -> bool:
     """Whether a path names a file that can be read to its end; False for what no file can be called."""
-    try:
+    with suppress(OSError, ValueError):
         return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return False
 
 
 def is_folder(path: Path) -> bool:
     """Whether a path names a folder; False for what no folder can be called."""
-    try:
+    with suppress(OSError, ValueError):
         return path.is_dir()
-    except (OSError, ValueError):
-        return False
+    return False
 
 
 def nearest_file(path: Path, end: str = "") -> str:

@@ -36,7 +36,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.environment import own_folder, versions
-from fibrefit.core.fingerprint import NotDescribedError, fingerprint, resolved, source_digest
+from fibrefit.core.fingerprint import NotDescribedError, fingerprint, resolve_class, source_digest
 from fibrefit.core.threads import UNWAITED
 
 R = TypeVar("R")
@@ -82,7 +82,7 @@ class Call(NamedTuple):
         return jax.tree.unflatten(self.tree, leaves)
 
 
-def parted(args: tuple[Any, ...]) -> tuple[Call, list[Any]]:
+def partitioned(args: tuple[Any, ...]) -> tuple[Call, list[Any]]:
     """A call with such arguments, and its arrays."""
     leaves, tree = jax.tree.flatten(args)
     places = [i for i, leaf in enumerate(leaves) if eqx.is_array(leaf)]
@@ -115,7 +115,7 @@ class KeptProgram(Generic[R]):
 
     def __call__(self, *args: Any, **kwargs: Any) -> R:
         """As the function."""
-        call, arrays = parted(args)
+        call, arrays = partitioned(args)
         if kwargs or any(isinstance(array, jax.core.Tracer) for array in arrays) or _setting("disable_jit"):
             return self._traced(*args, **kwargs)
         found: R = self._program_of(call, arrays)(arrays)
@@ -123,7 +123,7 @@ class KeptProgram(Generic[R]):
 
     def make(self, *args: Any) -> None:
         """Make the program of a call, or take it up, without carrying it out: what arrays hold does not matter."""
-        self._program_of(*parted(args))
+        self._program_of(*partitioned(args))
 
     def _program_of(self, call: Call, arrays: list[Any]) -> Program:
         """The program of a call; one thread makes it, while others make others: compilers run side by side."""
@@ -156,13 +156,26 @@ class KeptProgram(Generic[R]):
         except NotDescribedError:
             return self._compiled(call, arrays, None)
         file = folder / f"{hashlib.sha256(f'{_surroundings()}{said}'.encode()).hexdigest()}{SUFFIX}"
-
-        def again() -> Program:
-            file.unlink(missing_ok=True)
+        program = _loaded(file)
+        if program is None:
             return self._compiled(call, arrays, file)
+        run, proven = program, False
 
-        loaded = _loaded(file)
-        return self._compiled(call, arrays, file) if loaded is None else Watched(loaded, again)
+        def watched(arrays: Sequence[Any]) -> Any:
+            """One that was damaged may fail only when it runs: the first time it is watched."""
+            nonlocal run, proven
+            if proven:
+                return run(arrays)
+            try:
+                found = jax.block_until_ready(run(arrays))
+            except Exception:  # whatever is wrong with it, the function can be traced
+                file.unlink(missing_ok=True)
+                run = self._compiled(call, list(arrays), file)
+                found = run(arrays)
+            proven = True
+            return found
+
+        return watched
 
     def _compiled(self, call: Call, arrays: list[Any], file: Path | None) -> Program:
         """The program of a call, compiled, and kept if it was compiled just now: what JAX kept itself cannot be.
@@ -281,31 +294,6 @@ def _on_event(event: str, **_: Any) -> None:
 jax.monitoring.register_event_listener(_on_event)
 
 
-class Watched:
-    """A program that was loaded, watched the first time: one that was damaged may fail only when it runs.
-
-    Parameters
-    ----------
-    again : callable
-        Makes the program in another way.
-    """
-
-    def __init__(self, loaded: Program, again: Callable[[], Program]) -> None:
-        self._program, self._again, self._proven = loaded, again, False
-
-    def __call__(self, arrays: Sequence[Any]) -> Any:
-        """As the program."""
-        if self._proven:
-            return self._program(arrays)
-        try:
-            found = jax.block_until_ready(self._program(arrays))
-        except Exception:  # whatever is wrong with it, the function can be traced
-            self._program = self._again()
-            found = self._program(arrays)
-        self._proven = True
-        return found
-
-
 def _loaded(file: Path) -> Program | None:
     """A program from its file; None where there is none, or none that can be used."""
     from jax.experimental.serialize_executable import deserialize_and_load
@@ -384,7 +372,7 @@ def _built(content: Any) -> Any:
     if not isinstance(content, dict):
         return content
     if "named" in content:
-        return resolved(content["named"])(*map(_built, content["of"]))
+        return resolve_class(content["named"])(*map(_built, content["of"]))
     ((kind, parts),) = content.items()
     if kind == "dict":
         return {key: _built(value) for key, value in parts}

@@ -49,50 +49,25 @@ class Manifest:
     ----------
     identity : str
         Tells this result from any other.
-    content : mapping of str to object
+    files, folders : list and set of str
+        Of the result, relative to its folder; none while it is being made.
+    complete : bool
+        Whether all of the result is there.
+    replaces : str or None
+        Identity of the result it is to take the place of.
+    run : mapping of str to str, or None
+        What the run rests on, by name; None where it is not known.
+    kept : bool
+        Whether a run that is cut short is to be gone on with.
     """
 
     identity: str
-    content: Mapping[str, Any]
-
-    @property
-    def files(self) -> list[str]:
-        """Files of the result, relative to its folder; none while it is being made."""
-        return self._listed("files")
-
-    @property
-    def folders(self) -> set[str]:
-        """Folders of the result, relative to its own."""
-        above = {parent.as_posix() for file in self.files for parent in Path(file).parents}
-        return {*self._listed("folders"), *above} - {"."}
-
-    @property
-    def complete(self) -> bool:
-        """Whether all of the result is there."""
-        return "files" in self.content
-
-    @property
-    def replaces(self) -> str | None:
-        """Identity of the result it is to take the place of."""
-        return self.content.get("replaces")
-
-    @property
-    def run(self) -> Mapping[str, str] | None:
-        """What the run rests on, by name; None where it is not known."""
-        run = self.content.get("run") if self.content.get("layout") == LAYOUT else None
-        return run if isinstance(run, dict) else None
-
-    @property
-    def kept(self) -> bool:
-        """Whether a run that is cut short is to be gone on with."""
-        return bool(self.content.get("keep"))
-
-    def _listed(self, what: str) -> list[str]:
-        """Names of a list that stay below the folder: what is listed is removed, and a marker may come from anybody."""
-        names = self.content.get(what)
-        texts = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
-        plain = [name for name in texts if name and "\0" not in name]
-        return [name for name in plain if not Path(name).anchor and ".." not in Path(name).parts]
+    files: list[str]
+    folders: set[str]
+    complete: bool
+    replaces: str | None
+    run: Mapping[str, str] | None
+    kept: bool
 
 
 def read_manifest(folder: Path) -> Manifest | None:
@@ -106,7 +81,25 @@ def read_manifest(folder: Path) -> Manifest | None:
         return None
     if not isinstance(content, dict):
         return None
-    return Manifest(str(content.get("identity") or hashlib.sha256(text).hexdigest()), content)
+
+    def listed(what: str) -> list[str]:
+        # What is listed is removed, and a marker may come from anybody: names have to stay below the folder.
+        names = content.get(what)
+        texts = [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+        plain = [name for name in texts if name and "\0" not in name]
+        return [name for name in plain if not Path(name).anchor and ".." not in Path(name).parts]
+
+    files, run = listed("files"), content.get("run") if content.get("layout") == LAYOUT else None
+    above = {parent.as_posix() for file in files for parent in Path(file).parents}
+    return Manifest(
+        str(content.get("identity") or hashlib.sha256(text).hexdigest()),
+        files,
+        {*listed("folders"), *above} - {"."},
+        "files" in content,
+        content.get("replaces"),
+        run if isinstance(run, dict) else None,
+        bool(content.get("keep")),
+    )
 
 
 def write_manifest(folder: Path, content: Mapping[str, Any]) -> None:
@@ -190,7 +183,7 @@ def put_in_place(partial: Path, out: Path, known: str | None) -> Path:
 
 def recover(out: Path) -> None:
     """Finish what a run was doing when it was killed while it put its result in place."""
-    partial, replaced = partial_of(out), _replaced(out)
+    partial, replaced = partial_of(out), out.with_name(f"{out.name}{REPLACED}")
     made, there = read_manifest(partial), read_manifest(out)
     if made is not None and made.complete:
         if not os.path.lexists(out):
@@ -241,14 +234,10 @@ def _replace(partial: Path, out: Path) -> None:
     if _rename(partial, out, EXCHANGE):
         tidy_away(partial, out)
         return
-    replaced = _replaced(out)
+    replaced = out.with_name(f"{out.name}{REPLACED}")
     os.rename(out, replaced)
     os.rename(partial, out)
     tidy_away(replaced, out)
-
-
-def _replaced(out: Path) -> Path:
-    return out.with_name(f"{out.name}{REPLACED}")
 
 
 def _set_aside(partial: Path, out: Path) -> Path:

@@ -201,7 +201,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], missing:
         raise study_error(error, raw, locate, lambda key: _where_it_belongs(key, kind)) from None
     with Mistakes(locate("")) as mistakes:
         study = study.model_copy(update={"records": _completed(study, locate, mistakes)})
-        with mistakes.apart():
+        with mistakes.collect():
             study = _with_scale_parameters(study, locate)
         study._source, study._table, study._locate = source, table, locate
         study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})

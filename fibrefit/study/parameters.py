@@ -205,7 +205,7 @@ def setting_of(name: str, table: ParameterTable, unit: str, locate: Callable[[st
 
     initial, lower, upper, prior = None, None, None, None
     with Mistakes(locate("")) as mistakes:
-        with mistakes.apart():
+        with mistakes.collect():
             initial = None if table.initial is None else number("initial", table.initial)
             if table.fixed is True and initial is None:
                 raise StudyError(locate(".fixed"), "true, but no initial", "the value to hold", "Give it as initial.")
@@ -214,11 +214,11 @@ def setting_of(name: str, table: ParameterTable, unit: str, locate: Callable[[st
                 if initial is not None and initial != fixed:
                     raise StudyError(locate(""), "initial and fixed differ", "one value", "Remove initial.")
                 initial = fixed
-        with mistakes.apart():
+        with mistakes.collect():
             if table.bounds is not None:
                 lower, upper = (number(f"bounds[{i}]", bound) for i, bound in enumerate(table.bounds))
                 _refuse_swapped(lower, upper, unit, locate(".bounds"))
-        with mistakes.apart():
+        with mistakes.collect():
             prior = None if table.prior is None else _prior(table.prior, number, unit, locate)
     if initial is not None and lower is not None and upper is not None and not lower <= initial <= upper:
         got, expected = f"initial {initial:g} {unit} lies outside bounds", f"{lower:g} to {upper:g} {unit}"

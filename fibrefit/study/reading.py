@@ -106,7 +106,7 @@ def check_channels(channels: Mapping[str, Any], declared: Mapping[str, str], whe
         if not isinstance(said, ChannelTable):
             continue
         unit = said.unit or declared.get(role) or declared.get(said.column or "")
-        with mistakes.apart():
+        with mistakes.collect():
             if said.scale is None and unit is not None:
                 units.to_si(unit, ROLES[role], f"{where}.{role}", error=StudyError, do="V, A and counts need a scale.")
             elif said.scale is not None and unit is not None:

@@ -186,7 +186,7 @@ class Study(Shown, StudyTable):
                 where = self._locate(f"parameters.{name}")
                 mistakes.note(StudyError(where, "unknown parameter", "one of the model", do))
             for name, unit in units.items():
-                with mistakes.apart():
+                with mistakes.collect():
                     settings[name] = self._setting(name, unit)
                     check_possible(settings[name], declared[name], self._locator_of(name))
         return settings
@@ -199,7 +199,7 @@ class Study(Shown, StudyTable):
         known = {**self.base_parameters, **constants}
         for name in self.parameters:
             if name in known:
-                with mistakes.apart():
+                with mistakes.collect():
                     self._setting(name, known[name])
             elif "." not in name:
                 base = self.base_parameters
@@ -280,7 +280,7 @@ class Study(Shown, StudyTable):
             check_channels(record.channels or {}, self.units, self._locate(f"records[{i}].channels"), mistakes)
         for key, unit in self.units.items():
             where = self._locate(f"units.{key}")
-            with mistakes.apart():
+            with mistakes.collect():
                 if key not in role_of:
                     do = did_you_mean(key, role_of)
                     raise StudyError(where, "unknown channel", f"one of {', '.join(role_of)}", do)

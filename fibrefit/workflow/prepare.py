@@ -111,7 +111,7 @@ def read_records(study: Study) -> tuple[Record, ...]:
     with Mistakes(str(study.source)) as mistakes:
         for record in study.records:
             if not mistakes.full:  # reading takes long, and what comes after these is not told
-                with mistakes.apart():
+                with mistakes.collect():
                     records.append(_read(study, record))
     refuse_copies(records, str(study.source))
     return tuple(records)

@@ -1,8 +1,9 @@
-"""Names of files for records: what a person would guess, and no two alike."""
+"""Files: names that a person would guess and no two alike, written whole or not at all."""
 
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,7 @@ from fibrefit.core.paths import (
     record_stems,
     refuse_no_text,
     sha256_of,
+    whole,
     write_whole,
 )
 
@@ -102,3 +104,26 @@ def test_an_input_whose_name_is_no_text_is_refused_before_any_work(tmp_path: Pat
     refuse_no_text([study], study.parent / "results")
     with pytest.raises(UsageError, match="a name that is no text in UTF-8.*Rename it"):
         refuse_no_text([study], tmp_path / "results")
+
+
+def test_text_is_utf8_and_replaces(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    write_whole(path, "old")
+    write_whole(path, "ρ")
+    assert path.read_bytes() == "ρ".encode()
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_failure_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    write_whole(path, "old")
+    with pytest.raises(ZeroDivisionError), whole(path) as temporary:
+        temporary.write_text("half")
+        raise ZeroDivisionError
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_digest(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"content")
+    assert sha256_of(tmp_path / "a") == hashlib.sha256(b"content").hexdigest()
