@@ -362,5 +362,5 @@ def _integrate(system: System, begin: Start, grid: Grid) -> Solution:
     return Solution(states, modes, switches, trouble, rest, run.arcs, run.n_arcs)
 
 
-# Lanes of a batch switch at different instants; run in lock step each would wait for all others at every switch.
+# Runs of a batch switch at different instants; in lock step each would wait for all others at every switch.
 integrate = sequential_vmap(_integrate)
