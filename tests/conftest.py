@@ -19,7 +19,7 @@ from tests.extras import need
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
 
-LARGEST = 2e9
+LARGEST = 2.5e9
 """Bytes of a process beyond which it forgets its programs at the end of a module; the next module has others."""
 GARBAGE = (100_000, 50, 50)
 """How seldom garbage is looked for: as by the command line, once it has begun."""
