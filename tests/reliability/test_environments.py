@@ -106,7 +106,9 @@ CLOSED = [(closed, words) for words in ("--help", "fit none --json") for closed 
 
 
 @pytest.mark.parametrize(
-    ("closed", "words"), [*CLOSED, (("stdout",), "inspect series"), (tuple(STREAMS), "inspect series --json")]
+    ("closed", "words"),
+    [*CLOSED, (("stdout",), "inspect series"), (tuple(STREAMS), "inspect series --json")],
+    ids=lambda one: one if isinstance(one, str) else " ".join(one),
 )
 def test_streams_that_were_closed_before_the_start(
     tmp_path: Path, series: Path, closed: tuple[str, ...], words: str
